@@ -408,15 +408,19 @@ def run_tests(tests: list[str], nominal_s: float) -> int:
     os.dup2(log, 2)
 
     class FirstFailure:
-        """Writes the name of a test that fails."""
+        """Writes the name of the first test, or of the first module of tests, that fails."""
 
         def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-            if report.failed:
-                (TREE / "failed.txt").write_text(report.nodeid, encoding="utf-8")
+            self.write(report)
 
         def pytest_collectreport(self, report: pytest.CollectReport) -> None:
-            if report.failed:
-                (TREE / "failed.txt").write_text(report.nodeid, encoding="utf-8")
+            self.write(report)
+
+        def write(self, report: pytest.TestReport | pytest.CollectReport) -> None:
+            # the session, which has no name, fails after a module that cannot be imported
+            failed = TREE / "failed.txt"
+            if report.failed and report.nodeid and not failed.exists():
+                failed.write_text(report.nodeid, encoding="utf-8")
 
     arguments = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", "--no-showlocals"]
     arguments += ["--tb=short", "--basetemp", str(scratch / "pytest")]

@@ -124,3 +124,20 @@ def test_peaks_of_bodies_are_planned_for():
     forces = peaks(legs).numbers(start.alpha, start)
     best = rftfit.predict(TableProfile(*start.alpha, start.beta, start.gamma), legs[0])
     assert forces[0] == pytest.approx(best["force_z_N"].max())
+
+
+def test_a_horizontal_force_near_zero_does_not_decide():
+    """A level sole that is pressed straight down: its lift is alpha_z(0, 90), so a push there is the best."""
+    middles_cm = np.arange(-1.75, 2.0, 0.5)
+    level = np.column_stack([middles_cm, *np.tile([[0.0], [0.5], [0.0], [1.0]], middles_cm.size)])
+    sole = rftfit.Outline(level, width_cm=3.0, name="sole")
+    down = rftfit.path([0, 1, 2], [0, 0, 0], [0, -1, -2], [0, 0, 0])
+    slanted = rftfit.path([0, 1, 2], [0, 0.01, 0.02], [0, -1, -2], [0, 0, 0])
+    straight, near = (rftfit.plan(peaks([sole], motion), count=2) for motion in (down, slanted))
+    assert straight.steps[1].directions == near.steps[1].directions == ((0.0, 90.0),)
+    np.testing.assert_allclose(straight.steps[2].half_width[1], 0, atol=1e-12)
+    assert near.steps[0].typical == pytest.approx(straight.steps[0].typical, rel=0.02)
+    # one push has an error of 5 % by default, two of them its root
+    assert straight.steps[2].half_width[0] == pytest.approx(
+        straight.steps[1].half_width[0] / np.sqrt(2), rel=0.05
+    )

@@ -645,6 +645,10 @@ class Arm(Model):
     """
 
 
+OPEN_CM = 500.0
+"""Length and width of a container, cm, from which it stands for open ground: a config states no walls by large numbers."""
+
+
 class Container(Model):
     """The box that holds the medium; its middle along x lies at ``arm.middle_x_mm``."""
 
@@ -654,6 +658,11 @@ class Container(Model):
     """inner size across, cm"""
     depth_cm: Positive
     """depth of the medium, cm"""
+
+    @property
+    def is_open(self) -> bool:
+        """Whether this is open ground, without walls."""
+        return min(self.length_cm, self.width_cm) >= OPEN_CM
 
 
 Direction = tuple[float, float]

@@ -242,6 +242,7 @@ def check_campaign(
     if file.model is not None:
         if logs is not None:
             _check_robot(file, file.model.robot, within, logs, runs)
+        _warn_of_near_walls(file, file.model, runs)
         sheet_problems += _warn_of_missing_profile(file.model, sheet, runs)
         sheet_problems += _warn_of_alike_labels(sheet, runs)
     if good_rows:
@@ -285,6 +286,35 @@ def _warn_of_alike_labels(sheet: str, runs: list[Run]) -> list[Problem]:
                 alike = Problem("sheet.label-alike", place, label, allowed, severity="warning")
                 problems[column, label] = alike
     return [*problems.values()]
+
+
+def _warn_of_near_walls(file: ModelFile[Config], config: Config, runs: list[Run]) -> None:
+    """Warn of each setting by which readings count where the plate was nearer to a wall than its own length."""
+    plates = [
+        config.intruders[run.intruder]
+        for run in runs
+        if run.kind == "plate" and config.media[run.medium].role == "laboratory"
+    ]
+    if config.table is not None or not plates:
+        return
+    length_cm = max(plate.length_cm for plate in plates)
+    box, fit = config.container, config.fit
+    kept_cm = {("fit", "wall_clearance_cm"): fit.wall_clearance_cm}
+    if fit.max_depth_cm is not None:
+        kept_cm["fit", "max_depth_cm"] = box.depth_cm - fit.max_depth_cm
+    widths_cm = [getattr(plate, "width_cm", plate.length_cm) for plate in plates]
+    kept_cm["container", "width_cm"] = (box.width_cm - max(widths_cm)) / 2
+    for key, distance_cm in kept_cm.items():
+        if distance_cm < length_cm:
+            allowed = (
+                f"a plate at least its own length, {length_cm:g} cm, from walls and bottom: nearer, they carry force, and "
+                "alpha is too high by an amount that no check sees; push one direction in a larger bed and compare"
+            )
+            found = f"{distance_cm:g} cm from them"
+            problem = Problem(
+                "config.near-walls", file.place(key), found, allowed, severity="warning"
+            )
+            file.problems.append(problem)
 
 
 def _warn_of_missing_profile(config: Config, sheet: str, runs: list[Run]) -> list[Problem]:

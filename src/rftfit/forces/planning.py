@@ -41,15 +41,22 @@ Numbers = Callable[[FloatArray, Map], FloatArray]
 class Target:
     """Numbers that are to be known well, which follow from alpha at the nodes of a map.
 
-    `parts`: names of the numbers. `linear`: whether the numbers are linear in alpha. `relative`: whether the half width
-    of each is divided by the number itself; if not, `numbers` has scaled them already.
+    `parts`: names of the numbers. `numbers`: these numbers by some alpha and a map. `divisor`: by what the half width of
+    each is divided, from the numbers by the map's own alpha; `divisor_name` says it. `linear`: whether the numbers are
+    linear in alpha.
     """
 
     name: str
     parts: tuple[str, ...]
     numbers: Numbers
+    divisor: Callable[[FloatArray], FloatArray]
+    divisor_name: str
     linear: bool = True
-    relative: bool = True
+
+
+def largest_size(numbers: FloatArray) -> FloatArray:
+    """Return the largest absolute value along the last axis for each number: one that is near 0 weighs no more than the others."""
+    return np.broadcast_to(np.abs(numbers).max(axis=-1, keepdims=True), numbers.shape)
 
 
 @dataclass(frozen=True)
@@ -107,12 +114,11 @@ def prior_map(shapes: Shapes | None = None, nodes: Nodes | None = None) -> Map:
     )
 
 
-def _alpha_over_largest(alpha: FloatArray, medium_map: Map) -> FloatArray:
+def _alpha_on_lines(alpha: FloatArray, medium_map: Map) -> FloatArray:
     """Numbers of the target `map`."""
     # only on the lines on which a push can be planned: alpha between them follows from these
     on_lines = alpha[..., : medium_map.lines]
-    flat = on_lines.reshape(*alpha.shape[:-2], -1)
-    return np.asarray(flat / np.abs(medium_map.alpha).max())
+    return on_lines.reshape(*alpha.shape[:-2], -1)
 
 
 def _zeta(alpha: FloatArray, medium_map: Map) -> FloatArray:
@@ -120,8 +126,10 @@ def _zeta(alpha: FloatArray, medium_map: Map) -> FloatArray:
     return vertical_penetration(medium_map.coefficients(alpha))[..., None]
 
 
-WHOLE_MAP = Target("map", ("alpha over its largest",), _alpha_over_largest, relative=False)
-ZETA = Target("zeta", ("zeta",), _zeta)
+WHOLE_MAP = Target(
+    "map", ("alpha in all directions",), _alpha_on_lines, largest_size, "the largest alpha"
+)
+ZETA = Target("zeta", ("zeta",), _zeta, np.abs, "zeta")
 
 
 def peaks(outlines: Sequence[Outline], motion: Motion | None = None) -> Target:
@@ -144,17 +152,24 @@ def peaks(outlines: Sequence[Outline], motion: Motion | None = None) -> Target:
             peak_forces += [forces.force_z_N[..., 0], forces.force_x_N[..., 1]]
         return np.stack(peak_forces, axis=-1)
 
+    def largest_of_body(peak_forces: FloatArray) -> FloatArray:
+        """Largest of both forces on each body."""
+        return largest_size(peak_forces.reshape(-1, 2)).reshape(-1)
+
     names = [outline.name for outline in outlines]
     parts = tuple(f"{name}, {what}" for name in names for what in ("lift", "horizontal"))
-    return Target(f"peak forces on {', '.join(names)}", parts, numbers)
+    divisor_name = "the largest force on each body"
+    return Target(
+        f"peak forces on {', '.join(names)}", parts, numbers, largest_of_body, divisor_name
+    )
 
 
 @dataclass(frozen=True)
 class Step:
     """One more push of a plan, with the `runs` that it takes.
 
-    `directions`: (beta, gamma) in degrees, one, or two where the way back is measured too. `half_width`: relative half
-    width of the interval of each part of the target after this step. `turn`: name of a body that is turned instead of a
+    `directions`: (beta, gamma) in degrees, one, or two where the way back is measured too. `half_width`: half width of
+    the interval of each part of the target after this step, over the target's divisor. `turn`: name of a body that is turned instead of a
     push.
     """
 
@@ -184,6 +199,8 @@ class Plan:
     confidence : float
     made_already : int, optional
         Pushes that were made before.
+    divisor_name : str, optional
+        What half widths in percent are percent of.
 
     Examples
     --------
@@ -198,6 +215,7 @@ class Plan:
     steps: tuple[Step, ...]
     confidence: float
     made_already: int = 0
+    divisor_name: str = "its number"
 
     def table(self) -> pd.DataFrame:
         """Return the pushes, and the half width after each, as a table.
@@ -242,8 +260,8 @@ class Plan:
         before = f"{self.made_already} made already" if self.made_already else "none made yet"
         return (
             f"Pushes for {self.target}, {before}\n\n{format_table(head, rows)}\n\n"
-            f"Half width of the {100 * self.confidence:g} % interval, relative, root mean square over "
-            f"{'; '.join(self.parts)}.{enough_for}"
+            f"Half width of the {100 * self.confidence:g} % interval, percent of {self.divisor_name}, root mean square "
+            f"over {'; '.join(self.parts)}.{enough_for}"
         )
 
     def as_dict(self) -> dict[str, Any]:
@@ -316,8 +334,7 @@ def plan(
     current_map = current_map or prior_map(
         nodes=map_nodes(*zip(*rig.directions, strict=True)) if rig.directions else None
     )
-    value = np.atleast_1d(target.numbers(current_map.alpha, current_map))
-    scale = np.abs(value) if target.relative else np.ones_like(value)
+    divisor = target.divisor(np.atleast_1d(target.numbers(current_map.alpha, current_map)))
     # sum of the products of these rows: the covariance of alpha
     rows = current_map.factor
     if target.linear:
@@ -327,7 +344,7 @@ def plan(
         above, below = (target.numbers(current_map.alpha + s * rows, current_map) for s in (1, -1))
         moved = (above - below) / 2
     flat = rows.reshape(len(rows), -1)
-    joint = np.hstack([flat, moved / scale])
+    joint = np.hstack([flat, moved / divisor])
     # of alpha at all nodes, in the first `size` rows, and of the target behind them
     covariance, size = joint.T @ joint, flat.shape[1]
     if not np.isfinite(covariance).all():
@@ -362,7 +379,9 @@ def plan(
         covariance = covariance - across @ np.linalg.solve(seen, across.T)
         variance_left = np.maximum(np.diag(covariance)[size:], 0.0)
         steps.append(Step(directions, runs, quantile * np.sqrt(variance_left), turn))
-    return Plan(target.name, target.parts, tuple(steps), confidence, current_map.pushes)
+    return Plan(
+        target.name, target.parts, tuple(steps), confidence, current_map.pushes, target.divisor_name
+    )
 
 
 def _log_gain(across: FloatArray, seen: FloatArray, covariance: FloatArray, size: int) -> float:

@@ -17,6 +17,7 @@ from rftfit.figures import labels
 from rftfit.figures.style import format_number
 from rftfit.forces.peaks import STEEP
 from rftfit.measure.alpha import cell_at, column
+from rftfit.measure.depths import steep_pushes
 from rftfit.model.fourier import TERMS
 from rftfit.page.cells import Row, records
 from rftfit.page.outcome import describe_other_kind, media_that_passed
@@ -85,8 +86,9 @@ def _find_verdicts(results: Results) -> Iterable[PageFinding]:
         intervals = (
             _format_mean_and_next_bed(cell.to_dict(), confidence) if len(alpha_cells) == 1 else ""
         )
+        window = _describe_window_of_sand(results, name)
         sizes.append(
-            f"{format_number(alpha, 4)} N/cm^3{labels.in_brackets(intervals)} in {titles[name]}"
+            f"{format_number(alpha, 4)} N/cm^3{labels.in_brackets(intervals)} in {titles[name]}{window}"
         )
     if sizes:
         ends = f"{'between ' * (len(sizes) > 1)}{' and '.join(sizes)}"
@@ -101,6 +103,14 @@ def _find_media_of_another_kind(results: Results) -> Iterable[PageFinding]:
     for medium in results:
         if words := describe_other_kind(results, medium.name):
             yield PageFinding(f"{results.titles[medium.name]}: {words}.", "believed")
+
+
+def _describe_window_of_sand(results: Results, medium: str) -> str:
+    """Say to which depth the slope of a natural sand was fitted, on which it depends; empty for other media."""
+    if results.config.media[medium].role != "natural_sand":
+        return ""
+    ends_cm = steep_pushes(results[medium].fits)["depth_to_cm"].dropna()
+    return f" (down to {format_number(ends_cm.max(), 2)} cm)" if len(ends_cm) else ""
 
 
 def _describe_lost_pushes(results: Results) -> Iterable[str]:

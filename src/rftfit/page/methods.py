@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from rftfit.campaign.config import Config, Container, Disc, FlatOutline, Leg, Plate
+from rftfit.campaign.config import Config, Disc, FlatOutline, Leg, Plate
 from rftfit.directions import is_straight_down
 from rftfit.figures import labels
 from rftfit.figures.style import format_number
@@ -118,25 +118,21 @@ def _describe_measurement(results: Results, outcome: Outcome) -> str:
     is_speed_stated = arm.drive == "steady" and "speed_cm_per_s" in arm.model_fields_set
     ground = (
         "in open ground"
-        if _is_open(box)
+        if box.is_open
         else f"in a container of {box.length_cm:g} x {box.width_cm:g} cm^2 and {box.depth_cm:g} cm depth"
     )
+    table_of_gauges = config.force_log.calibration
+    calibration = ""
+    if table_of_gauges is not None:
+        calibration = f" Loads were computed from the gauges of the transducer by {config.raw}/{table_of_gauges}."
     experiment = (
         f"Stresses on {_describe_plates(results)} were {_name_origin(results)} in {media} {ground}"
         f"{f', at {arm.speed_cm_per_s:g} cm/s' if is_speed_stated else ''}. {runs_sentence}{_describe_directions(results)}"
+        f"{calibration}"
     )
     if results.joined("alpha/{medium}.csv")["alpha_z_N_per_cm3"].isna().all():
         return experiment  # no run gave a number, so tare, slopes and intervals are not described
     return f"{experiment} {tare} {slope} {_describe_intervals(results)}"
-
-
-OPEN_CM = 500.0
-"""Length and width of a container, cm, from which it stands for open ground: a config states no walls by large numbers."""
-
-
-def _is_open(box: Container) -> bool:
-    """Tell whether the config states open ground, without walls."""
-    return min(box.length_cm, box.width_cm) >= OPEN_CM
 
 
 _KINDS = {
@@ -161,20 +157,28 @@ def _count_runs_by_kind(outcome: Outcome) -> str:
 
 def _describe_directions(results: Results) -> str:
     """Say how many directions were measured, and by how many runs each."""
+    tolerance_deg = results.config.grid.angle_tolerance_deg
     counts: list[int] = []
     repeats: set[int] = set()
+    repeats_down: set[int] = set()
     for medium in results:
         cells = medium.alpha[medium.alpha["alpha_z_N_per_cm3"].notna()]
+        is_down = is_straight_down(cells["beta_deg"], cells["gamma_deg"], tolerance_deg)
         counts.append(len(cells))
         repeats |= {int(count) for count in cells["n_runs"]}
+        repeats_down |= {int(count) for count in cells["n_runs"][is_down]}
     if not repeats:
         return ""
     how_many, how_often = _format_range(set(counts)), _format_range(repeats)
     in_each_medium = " in each medium" if len(counts) > 1 else ""
     in_each_direction = " in each direction" if set(counts) != {1} else ""
+    # alpha straight down is quoted most, so its repeats are stated where they are not those of all directions
+    how_often_down = ""
+    if repeats_down and repeats_down != repeats:
+        how_often_down = f" ({_format_range(repeats_down)} straight down)"
     return (
         f" Alpha was {_name_origin(results)} in {how_many} direction{'s' * (set(counts) != {1})} (beta, gamma){in_each_medium}, with "
-        f"{how_often} run{'s' * (repeats != {1})}{in_each_direction}."
+        f"{how_often} run{'s' * (repeats != {1})}{in_each_direction}{how_often_down}."
     )
 
 
@@ -224,7 +228,7 @@ def _describe_window(results: Results, fits: pd.DataFrame) -> str:
         else:
             phrases = [f"over depths {stated}" if stated else "over the depths"]
             phrases += [] if lower_limit else ["at which the plate was wholly submerged"]
-            limits = ["walls"] * (not _is_open(config.container)) + ["bottom"] * (not upper_limit)
+            limits = ["walls"] * (not config.container.is_open) + ["bottom"] * (not upper_limit)
             if limits:
                 clear = f"further than {fit.wall_clearance_cm:g} cm from"
                 phrases.append(f"and {clear} {' and '.join(limits)}")

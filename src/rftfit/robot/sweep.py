@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from rftfit.conventions import FloatArray
-from rftfit.forces.planning import Target
+from rftfit.forces.planning import Target, largest_size
 from rftfit.measure.flags import REASON, Remark, attach_run, reason_cells, reason_columns, reason_of
 from rftfit.model.maps import Map
 from rftfit.model.profiles import Profile, TableProfile
@@ -227,4 +227,11 @@ def speed_target(robot: Robot, conditions: Sequence[tuple[float, float]]) -> Tar
         return np.array(speeds).reshape(*alpha.shape[:-2], len(conditions))
 
     parts = tuple(f"R'/r = {curvature:g}, {frequency:g} Hz" for curvature, frequency in conditions)
-    return Target("speed of the robot", parts, simulate_speeds, linear=False)
+    return Target(
+        "speed of the robot",
+        parts,
+        simulate_speeds,
+        largest_size,
+        "the largest speed",
+        linear=False,
+    )
