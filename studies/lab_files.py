@@ -295,10 +295,10 @@ def hold_askew(campaign: Written, luck: Luck, degrees: float) -> None:
         change(campaign, row["motion_log"], set_back)
 
 
-def turn_pulls(campaign: Written, _: Luck) -> None:
-    """Give beta of all pulls, of their rods and of the arm the other sign."""
+def turn_beta(campaign: Written, _: Luck, directions: tuple[str, ...]) -> None:
+    """Give beta of all runs of some directions, of their rods and of the arm the other sign."""
     for row in campaign.rows:
-        if row["direction"] == "extraction" and row["kind"] in ("plate", "rod"):
+        if row["direction"] in directions and row["kind"] in ("plate", "rod"):
             beta_deg = -float(row["beta_deg"])
             row["beta_deg"] = f"{beta_deg:g}"
 
@@ -306,6 +306,15 @@ def turn_pulls(campaign: Written, _: Luck) -> None:
                 log[3] *= -1
 
             change(campaign, row["motion_log"], turn_back)
+
+
+ALL_DIRECTIONS = ("intrusion", "horizontal", "extraction")
+
+
+def mirror_rig(campaign: Written, luck: Luck) -> None:
+    """Give beta and the force along x of all runs the other sign, as if the rig was seen from behind."""
+    turn_beta(campaign, luck, ALL_DIRECTIONS)
+    of_cell(np.array([[-1.0, 0.0], [0.0, 1.0]]))(campaign, luck)
 
 
 def drift_in_strokes(campaign: Written, luck: Luck, newtons: float, ends_in_air: bool) -> None:
@@ -459,7 +468,13 @@ MIXUPS = {
         )
         for percent in (10, 15, 20)
     },
-    "beta of pulls with the other sign": Mixup(turn_pulls, ("axes-pulls",)),
+    "beta of pulls with the other sign": Mixup(
+        partial(turn_beta, directions=("extraction",)), ("axes-pulls",)
+    ),
+    "beta of all runs with the other sign": Mixup(
+        partial(turn_beta, directions=ALL_DIRECTIONS), ("axes-others", "work-axes")
+    ),
+    "beta and x of all runs reversed": Mixup(mirror_rig, ("axes-others", "work-axes")),
     "zero drifts 2 N in strokes, end in air": Mixup(
         partial(drift_in_strokes, newtons=2.0, ends_in_air=True), ("drift-between",), one_file=True
     ),

@@ -13,7 +13,7 @@ from seeds import seeds
 
 from rftfit import TableProfile
 from rftfit.campaign.sheet import Run
-from rftfit.compare.axes import AXES, axes_evidence
+from rftfit.compare.axes import AXES, BETA_AND_X_REVERSED, BETA_REVERSED, axes_evidence
 from rftfit.compare.causes import compare_all_runs
 from rftfit.compare.joint import JointModel, RunSlopes, find_causes
 from rftfit.compare.peers import compare_runs, may_switch
@@ -205,6 +205,28 @@ def test_the_sign_of_beta_in_pulls(name, alpha):
     pushes = gamma > 0
     runs = model_of(beta[pushes], gamma[pushes], measured[:, pushes], without).runs
     assert PULLS not in axes_evidence(runs, without)
+
+
+@pytest.mark.parametrize(("name", "alpha"), [medium[:2] for medium in SOUND])
+@pytest.mark.parametrize("mistake", [BETA_REVERSED, BETA_AND_X_REVERSED])
+def test_the_sign_of_beta_in_all_runs(name, alpha, mistake):
+    """It is told in one run a direction; a mirror image of vertical paths alone is as right as these."""
+    directions = [(beta, gamma) for beta in (-30, 0, 30) for gamma in (30, 60, 90)]
+    beta, gamma, measured = campaign(alpha, 3, 1, directions)
+    without = (name,) if name else ()
+    side = [[1], [-1 if mistake == BETA_AND_X_REVERSED else 1]]
+    evidence = axes_evidence(model_of(-beta, gamma, side * measured, without).runs, without)
+    assert max(evidence, key=lambda candidate: evidence[candidate]) == mistake
+    assert evidence[mistake] > 4
+    evidence = axes_evidence(model_of(beta, gamma, measured, without).runs, without)
+    assert evidence[mistake] < -4
+    is_down = gamma == 90
+    runs = model_of(beta[is_down], gamma[is_down], measured[:, is_down], without).runs
+    evidence = axes_evidence(runs, without)
+    assert BETA_AND_X_REVERSED not in evidence
+    assert evidence[BETA_REVERSED] == pytest.approx(evidence["x-reversed"], abs=0.05)
+    level = model_of(0 * beta, gamma, measured, without).runs
+    assert BETA_REVERSED not in axes_evidence(level, without)
 
 
 def fits_of(beta, gamma, alpha):

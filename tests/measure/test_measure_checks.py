@@ -127,6 +127,28 @@ def test_what_the_evidence_says_of_axes_and_of_pulls(evidence, verdict, code):
     assert (check.verdict, check.code) == (verdict, code)
 
 
+@pytest.mark.parametrize(
+    ("evidence", "mistake", "place"),
+    [
+        ({"x-reversed": 9.0, "beta-reversed": 4.5}, "x reversed", "transducer.axes"),
+        ({"x-reversed": -9.0, "beta-reversed": 9.0}, "the other sign of beta", "sign of beta_deg"),
+        (
+            {"beta-reversed": 9.0, "x-reversed": 9.0},
+            "the other sign of beta (or x reversed, which these directions do not tell from it)",
+            "edge and transducer.axes",
+        ),
+    ],
+)
+def test_axes_that_the_runs_do_not_tell_apart_are_named_together(evidence, mistake, place):
+    of_all_runs = pd.DataFrame(
+        {"axes": ["as-given", *evidence], "log_bayes_factor": [0.0, *evidence.values()]}
+    )
+    check = judge("axes", measured(axes=of_all_runs))
+    assert str(check.values["axes"]) == mistake
+    assert place in check.values["where"]
+    assert spoken(check).code == "axes-others"
+
+
 def spoken(check):
     """A check whose words take its values."""
     assert check.row("m")

@@ -20,7 +20,7 @@ from rftfit.checks.declared import (
     describe_rows,
     flags_on,
 )
-from rftfit.checks.shared import find_likelier_axes
+from rftfit.checks.shared import axes_are_stated_in, find_likelier_axes
 from rftfit.conventions import FloatArray
 from rftfit.directions import is_straight_down
 from rftfit.measure.alpha import alpha_columns, column, rows_at
@@ -54,7 +54,7 @@ _WORK_FOUND = "{negative}; the worst has D = {worst:.3g} N/cm^3, which must exce
         "work-axes": Words(
             _WORK_FOUND,
             "{allowed}",
-            "axes look wrong in all runs, with {axes} ({negative}): look at {where}.",
+            "axes or signs look wrong in all runs: alpha fits with {axes} ({negative}): look at {where}.",
         ),
         "work-no-cell": Words("no cell has alpha"),
     },
@@ -84,13 +84,12 @@ def check_work(measured: MediumMeasurements) -> Check:
             count=cells.fewest_negative - 1,
             clear=cells.most_clear,
         ),
-        "where": "the columns of the table" if measured.config.table else "transducer.axes",
+        "where": axes_are_stated_in(measured),
     }
     if likelier_axes := find_likelier_axes(measured):
         # other axes concern all runs, so no single run is flagged
-        return Check.judge(
-            "work", cells.takes_energy, code="work-axes", axes=likelier_axes, **values
-        )
+        values |= {"axes": likelier_axes.mistake, "where": likelier_axes.stated_in}
+        return Check.judge("work", cells.takes_energy, code="work-axes", **values)
     flags = flags_on(runs, "gives-back")
     return Check.judge("work", cells.takes_energy, flags, rows=describe_rows(runs, sheet), **values)
 

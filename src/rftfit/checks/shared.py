@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -17,6 +17,7 @@ from rftfit.checks.declared import (
     declare_check,
     flags_on,
 )
+from rftfit.compare.axes import BETA_AND_X_REVERSED, BETA_REVERSED
 from rftfit.measure.alpha import alpha_columns
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.lab_frame import measures_force_x
@@ -27,13 +28,48 @@ CLEAR: float = chosen("checks", "evidence").axes
 """Log of the Bayes factor above which one choice of axes is clearly better than another."""
 
 
-def find_likelier_axes(measured: MediumMeasurements) -> Remark | None:
+class LikelierAxes(NamedTuple):
+    """Axes that explain alpha better than the given ones.
+
+    `mistake`: What is wrong with the given ones. `stated_in`: Where they are stated.
+    """
+
+    mistake: Remark
+    stated_in: str
+
+
+_STATED_IN = {
+    BETA_REVERSED: "the sign of beta_deg, which is that of the left edge",
+    BETA_AND_X_REVERSED: "both transducer.axes and the sign of beta_deg",
+}
+"""Where a mistake of all runs is mended; one of axes in `transducer.axes`."""
+
+
+def find_likelier_axes(measured: MediumMeasurements) -> LikelierAxes | None:
     """Find other axes that explain alpha clearly better than the given ones; None where there are none."""
     axes = measured.tables["axes"]
-    other_axes = axes[~axes["axes"].isin(["as-given", PULLS])].sort_values("log_bayes_factor")
-    if other_axes.empty or not other_axes["log_bayes_factor"].iloc[-1] > CLEAR:
+    other_axes = axes[~axes["axes"].isin(["as-given", PULLS])].sort_values(
+        "log_bayes_factor", ascending=False, kind="stable"
+    )
+    evidence = other_axes["log_bayes_factor"]
+    if other_axes.empty or not evidence.iloc[0] > CLEAR:
         return None
-    return remark(f"axes-{other_axes['axes'].iloc[-1]}")
+    # on vertical paths alone, another sign of beta does what x reversed does
+    is_likely = (evidence > CLEAR) & (evidence >= evidence.iloc[0] - CLEAR)
+    first, *others = other_axes["axes"][is_likely]
+    mistake = remark(f"axes-{first}")
+    if others:
+        others_text = ", ".join(str(remark(f"axes-{name}")) for name in others)
+        mistake = remark("axes-or", axes=mistake, others=others_text)
+    places = [_STATED_IN.get(name, axes_are_stated_in(measured)) for name in (first, *others)]
+    if measured.config.table:
+        places = [axes_are_stated_in(measured)]
+    return LikelierAxes(mistake, " and ".join(dict.fromkeys(places)))
+
+
+def axes_are_stated_in(measured: MediumMeasurements) -> str:
+    """Say where axes of forces are stated."""
+    return "the columns of the table" if measured.config.table else "transducer.axes"
 
 
 @declare_check(
@@ -41,7 +77,7 @@ def find_likelier_axes(measured: MediumMeasurements) -> Remark | None:
     title="axes of the force",
     effect=UNUSABLE,
     good="the axes of the force fit the shape of known media",
-    fault="other axes than the given ones fit the shape of known media",
+    fault="other axes or signs than the given ones fit the shape of known media",
     after=SOUND_ALPHA,
     needed=True,
     outcomes={
@@ -50,9 +86,9 @@ def find_likelier_axes(measured: MediumMeasurements) -> Remark | None:
             "at least 55 times better than any others",
         ),
         "axes-others": Words(
-            "axes with {axes} explain alpha 10^{power:.0f} times better than the given ones, by the shape of known media",
+            "with {axes} alpha is explained 10^{power:.0f} times better than as given, by the shape of known media",
             "no axes explain alpha 55 times better than the given ones",
-            "axes look wrong in all runs ({found}): look at {where}.",
+            "axes or signs look wrong in all runs ({found}): look at {where}.",
         ),
         "axes-pulls": Words(
             "beta of pulls with the other sign explains alpha 10^{power:.0f} times better than the given one, by the shape of "
@@ -81,9 +117,9 @@ def check_axes(measured: MediumMeasurements) -> Check:
     best = max(other_axes, key=lambda name: other_axes[name])
     if likelier_axes := find_likelier_axes(measured):
         power = other_axes[best] / math.log(10)
-        where_to_look = "the columns of the table" if measured.config.table else "transducer.axes"
+        mistake, stated_in = likelier_axes
         return Check.judge(
-            "axes", False, code="axes-others", axes=likelier_axes, power=power, where=where_to_look
+            "axes", False, code="axes-others", axes=mistake, power=power, where=stated_in
         )
     if for_pulls > CLEAR:
         return Check.judge("axes", False, code="axes-pulls", power=for_pulls / math.log(10))

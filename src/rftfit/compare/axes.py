@@ -7,8 +7,10 @@ right axes and no others. `docs/theory/checks.md` states how often the axes of s
 from __future__ import annotations
 
 import math
+from itertools import product
 
 import numpy as np
+import numpy.typing as npt
 
 from rftfit.compare.joint import RunSlopes, prior_of_media
 from rftfit.conventions import FloatArray
@@ -27,6 +29,9 @@ AXES = {
     "exchanged-both-reversed": ((0, -1), (-1, 0)),
 }
 """Axes that a configuration can state by mistake, each with the matrix that turns its (z, x) into the right ones."""
+
+BETA_REVERSED, BETA_AND_X_REVERSED = "beta-reversed", "beta-and-x-reversed"
+"""Mistakes of all runs besides `AXES`: the other sign of beta, alone or with x reversed, as if seen from behind the rig."""
 
 _CHOSEN = chosen("compare", "axes")
 
@@ -49,7 +54,8 @@ def axes_evidence(runs: RunSlopes, without: tuple[str, ...] = ()) -> dict[str, f
     Returns
     -------
     dict of str to float
-        Logarithm of the Bayes factor by the name of the axes; 0 for the given ones. `PULLS` where there are pulls of slanted plates.
+        Logarithm of the Bayes factor by the name of the axes; 0 for the given ones. `BETA_REVERSED` and `BETA_AND_X_REVERSED` where
+        plates are slanted, `PULLS` where there are pulls of these.
     """
     number = number_directions(runs.beta_deg, runs.gamma_deg, tolerance_deg=runs.tolerance_deg)
     first_runs = np.unique(number)
@@ -60,15 +66,32 @@ def axes_evidence(runs: RunSlopes, without: tuple[str, ...] = ()) -> dict[str, f
     side = runs.side[first_runs]
     level = np.hypot(*alpha)
     error = np.tile(np.hypot(_CHOSEN.scatter * level, _CHOSEN.of_medium * level.max()), 2)
-    evidence = dict.fromkeys(AXES, -math.inf)
-    for rough_share in _CHOSEN.rough_shares:
-        shape = _KnownShape(*prior_of_media(*directions_deg, rough_share, without), error)
-        for name, matrix in AXES.items():
-            alpha_z, alpha_x = np.array(matrix) @ np.stack([alpha[0], side * alpha[1]])
+    beta_deg, gamma_deg = directions_deg
+    axes_by_sign = {1: {name: name for name in AXES}}
+    is_slanted = _has_sign(beta_deg, runs.tolerance_deg)
+    if is_slanted.any():
+        axes_by_sign[-1] = {BETA_REVERSED: "as-given"}
+    if (is_slanted & _has_sign(gamma_deg, runs.tolerance_deg)).any():
+        # a mirror image, which on a vertical path is as right as what it mirrors
+        axes_by_sign[-1][BETA_AND_X_REVERSED] = "x-reversed"
+    evidence = {name: -math.inf for names in axes_by_sign.values() for name in names}
+    for rough_share, (sign, axes_of_mistakes) in product(
+        _CHOSEN.rough_shares, axes_by_sign.items()
+    ):
+        shape = _KnownShape(
+            *prior_of_media(sign * beta_deg, gamma_deg, rough_share, without), error
+        )
+        for name, axes in axes_of_mistakes.items():
+            alpha_z, alpha_x = np.array(AXES[axes]) @ np.stack([alpha[0], side * alpha[1]])
             total = shape.log_evidence(np.concatenate([alpha_z, side * alpha_x]))
             evidence[name] = float(np.logaddexp(evidence[name], total))
     evidence = {name: value - evidence["as-given"] for name, value in evidence.items()}
     return evidence | _evidence_for_pulls(*directions_deg, alpha, without, runs.tolerance_deg)
+
+
+def _has_sign(angle_deg: FloatArray, tolerance_deg: float) -> npt.NDArray[np.bool_]:
+    """Return False for plates or paths that are level or upright within the tolerance: a mirror does not change them."""
+    return np.asarray(np.abs(beta_apart(2 * angle_deg, 0.0)) > tolerance_deg)
 
 
 def _evidence_for_pulls(
@@ -83,9 +106,7 @@ def _evidence_for_pulls(
     Pulls are weak beside pushes, so the departure of a medium from the shape is taken in proportion to alpha of each
     direction.
     """
-    # a plate that is level or upright within the tolerance has no sign of beta
-    has_sign = np.abs(beta_apart(2 * beta_deg, 0.0)) > tolerance_deg
-    is_pull = (gamma_deg < -1) & has_sign
+    is_pull = (gamma_deg < -1) & _has_sign(beta_deg, tolerance_deg)
     if not is_pull.any():
         return {}
     level = np.hypot(*alpha)

@@ -350,8 +350,11 @@ SENTENCES = {
             "exchanged-z-reversed": "x and z exchanged, with z reversed",
             "exchanged-x-reversed": "x and z exchanged, with x reversed",
             "exchanged-both-reversed": "x and z exchanged, and both reversed",
+            "beta-reversed": "the other sign of beta",
+            "beta-and-x-reversed": "x reversed and the other sign of beta",
         }.items()
     },
+    "axes-or": "{axes} (or {others}, which these directions do not tell from it)",
     "told-gain": "force changes by {size:+.0%} ({low:+.0%} to {high:+.0%}) {where}",
     "told-gain-x": "force along x changes by {size:+.0%} ({low:+.0%} to {high:+.0%}) {where}",
     "told-turn": "the mount looks turned by {size:+.1f} deg ({low:+.1f} to {high:+.1f}) {where}",
