@@ -44,4 +44,4 @@ def test_readings_nearer_to_a_wall_than_the_length_of_the_plate(tmp_path, settin
     assert sorted(problem.place.key for problem in near) == sorted(keys)
     assert {problem.severity for problem in near} <= {"warning"}
     assert all(problem.place.line for problem in near)
-    assert all("4 cm" in problem.allowed for problem in near)
+    assert all("length, 4 cm" in problem.allowed for problem in near)

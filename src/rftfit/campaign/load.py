@@ -307,14 +307,13 @@ def _warn_of_near_walls(file: ModelFile[Config], config: Config, runs: list[Run]
     for key, distance_cm in kept_cm.items():
         if distance_cm < length_cm:
             allowed = (
-                f"a plate at least its own length, {length_cm:g} cm, from walls and bottom: nearer, they carry force, and "
-                "alpha is too high by an amount that no check sees; push one direction in a larger bed and compare"
+                f"at least the plate's length, {length_cm:g} cm, between plate and walls or bottom: nearer, they carry force, "
+                "and alpha is too high by an amount that no check sees; push one direction in a larger bed and compare"
             )
-            found = f"{distance_cm:g} cm from them"
-            problem = Problem(
-                "config.near-walls", file.place(key), found, allowed, severity="warning"
+            place, distance = file.place(key), f"{distance_cm:g} cm"
+            file.problems.append(
+                Problem("config.near-walls", place, distance, allowed, severity="warning")
             )
-            file.problems.append(problem)
 
 
 def _warn_of_missing_profile(config: Config, sheet: str, runs: list[Run]) -> list[Problem]:
