@@ -112,6 +112,10 @@ def axes(table, config=None, evidence=None):
         ({"z-reversed": -9.0, PULLS: -9.0}, PASSED, "axes"),
         ({"z-reversed": -9.0, PULLS: 1.0}, PASSED, "axes-pulls-open"),
         ({"z-reversed": -9.0, PULLS: 9.0}, FAILED, "axes-pulls"),
+        ({"z-reversed": -9.0, "beta-reversed": -9.0}, PASSED, "axes"),
+        ({"z-reversed": -9.0, "beta-reversed": -3.0}, PASSED, "axes-beta-open"),
+        ({"z-reversed": -9.0, "beta-and-x-reversed": -3.0, PULLS: 1.0}, PASSED, "axes-beta-open"),
+        ({"z-reversed": -3.0, "beta-reversed": -3.0}, NOT_CHECKED, "axes-open"),
         # what is told comes before what is open
         ({"z-reversed": 1.0, PULLS: 9.0}, FAILED, "axes-pulls"),
         ({"z-reversed": 1.0, PULLS: 1.0}, NOT_CHECKED, "axes-open"),

@@ -42,7 +42,7 @@ _STATED_IN = {
     BETA_REVERSED: "the sign of beta_deg, which is that of the left edge",
     BETA_AND_X_REVERSED: "both transducer.axes and the sign of beta_deg",
 }
-"""Where a mistake of all runs is mended; one of axes in `transducer.axes`."""
+"""Where a wrong sign of beta in all runs is mended, by its name; wrong axes are in `transducer.axes`."""
 
 
 def find_likelier_axes(measured: MediumMeasurements) -> LikelierAxes | None:
@@ -102,6 +102,11 @@ def axes_are_stated_in(measured: MediumMeasurements) -> str:
             "whether beta of pulls has the right sign",
             "at least 55 times better than any others",
         ),
+        "axes-beta-open": Words(
+            "the given axes explain alpha at least 10^{power:.0f} times better than any others; these directions do not tell "
+            "whether beta has the right sign",
+            "at least 55 times better than any others",
+        ),
         "axes-open": Words("these directions do not tell the given axes from others: {axes}"),
         "axes-no-runs": Words("no run has both components of alpha"),
     },
@@ -111,23 +116,25 @@ def check_axes(measured: MediumMeasurements) -> Check:
     axes = measured.tables["axes"]
     evidence = dict(zip(axes["axes"], axes["log_bayes_factor"].astype(float), strict=True))
     for_pulls = evidence.pop(PULLS, -math.inf)
-    other_axes = {name: value for name, value in evidence.items() if name != "as-given"}
-    if not other_axes:
+    evidence.pop("as-given", None)
+    if not evidence:
         return Check.skip("axes", "axes-no-runs")
-    best = max(other_axes, key=lambda name: other_axes[name])
     if likelier_axes := find_likelier_axes(measured):
-        power = other_axes[best] / math.log(10)
+        power = max(evidence.values()) / math.log(10)
         mistake, stated_in = likelier_axes
         return Check.judge(
             "axes", False, code="axes-others", axes=mistake, power=power, where=stated_in
         )
     if for_pulls > CLEAR:
         return Check.judge("axes", False, code="axes-pulls", power=for_pulls / math.log(10))
-    open_axes = [remark(f"axes-{name}") for name in other_axes if other_axes[name] > -CLEAR]
+    for_beta = max((evidence.pop(name, -math.inf) for name in _STATED_IN), default=-math.inf)
+    open_axes = [remark(f"axes-{name}") for name in evidence if evidence[name] > -CLEAR]
     if open_axes:
         return Check.skip("axes", "axes-open", axes=format_remarks(open_axes))
-    power = -other_axes[best] / math.log(10)
+    power = -max(evidence.values()) / math.log(10)
     code = "axes-pulls-open" if for_pulls > -CLEAR else "axes"
+    if for_beta > -CLEAR:
+        code = "axes-beta-open"
     return Check.judge("axes", True, code=code, power=power)
 
 

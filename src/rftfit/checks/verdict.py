@@ -20,7 +20,11 @@ from rftfit.measure.verdict_words import (
     UNUSABLE,
 )
 
-_OPEN_QUESTIONS = {"repeats-single": "single-runs", "axes-pulls-open": "pulls-open"}
+_OPEN_QUESTIONS = {
+    "repeats-single": "single-runs",
+    "axes-pulls-open": "pulls-open",
+    "axes-beta-open": "beta-open",
+}
 """Codes of checks that pass but leave a question open, each with the code of that question."""
 
 

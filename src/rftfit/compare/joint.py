@@ -531,6 +531,7 @@ def list_untold(runs: int) -> list[str]:
         str(remark("untold-holder")),
         str(remark("untold-blocks", runs=least_step(runs))),
         str(remark("untold-choice")),
+        str(remark("untold-walls")),
     ]
 
 

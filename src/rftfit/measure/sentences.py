@@ -397,6 +397,8 @@ SENTENCES = {
     "least-turn": "a mount turned by {least:.1f} deg in all runs",
     "single-runs": "no push was made twice, in one direction to one depth, so runs are compared with the shape of known media alone",
     "pulls-open": "these directions do not tell whether beta of pulls has the right sign",
+    "beta-open": "these directions do not tell whether beta has the right sign",
+    "untold-walls": "walls and bottom that bear force, where readings count that a plate took near them",
     "repeat-twice": "push directions twice",
     "repeat-more": "push directions more often",
     "untold-label": "an area or a gain that is wrong in all runs, in a few, or in scattered ones that no column of the run sheet names",
