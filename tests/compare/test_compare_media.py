@@ -253,3 +253,27 @@ def test_a_published_medium_is_compared_by_its_map(tmp_path, monkeypatch):
         rftfit.compare_media("published:popy_LP", sand)
     with pytest.raises(InputError, match="published:MEDIUM"):
         rftfit.compare_media("poppy_LP", sand)
+
+
+@pytest.mark.parametrize("error", ["startup", "tare", "curvature"])
+def test_an_error_that_is_counted_by_itself_leaves_that_of_a_run(error):
+    """The standard error of a run without the error is that of runs which do not have it; units in which none is small."""
+
+    def with_errors(side, se, named_error):
+        alpha = {name: 1000 * side.runs[name] for name in ALPHA}
+        errors = {f"alpha_{c}_se_N_per_cm3": se for c in "zx"}
+        errors |= {f"alpha_{c}_{error}_N_per_cm3": named_error for c in "zx"}
+        return replace(side, runs=side.runs.assign(**alpha, **errors))
+
+    both = sides(1.1)
+    plain = compare_run_sets(*(with_errors(side, 4.0, 0.0) for side in both))
+    reduced = compare_run_sets(*(with_errors(side, 5.0, 3.0) for side in both))
+    assert reduced.scatter_along == pytest.approx(plain.scatter_along, rel=1e-9)
+    assert reduced.scatter_across == pytest.approx(plain.scatter_across, rel=1e-9)
+
+
+def test_a_number_that_is_not_known_is_an_empty_cell():
+    a, b = (replace(side, runs=side.runs.assign(alpha_x_N_per_cm3=math.nan)) for side in sides(1.2))
+    comparison = compare_run_sets(a, b)
+    assert comparison.directions["difference_x_N_per_cm3"].isna().all()
+    assert "nan" not in comparison.summary(most=None)

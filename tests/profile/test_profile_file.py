@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from makers import run_command
 from numpy.testing import assert_allclose, assert_array_equal
 from result_tables import alpha_frame
 
@@ -453,3 +454,30 @@ def test_the_schema_is_in_step(pytestconfig, content, tmp_path):
     content["medium"]["nmae"] = ""
     del content["golden"]
     assert len(list(check.iter_errors(content))) == 3
+
+
+def test_a_file_that_is_written_again_keeps_its_title_unless_another_is_given(files, tmp_path):
+    source = rftfit.read_profile(files / "map.json")
+    rftfit.write_profile(tmp_path / "again.json", source)
+    rftfit.write_profile(tmp_path / "other.json", source, title="Wet sand")
+    titles = [read(tmp_path / f"{name}.json")["medium"]["title"] for name in ("again", "other")]
+    assert titles == ["Sand", "Wet sand"]
+
+
+def test_what_a_file_states_of_the_data_goes_on(sources, tmp_path):
+    """Notes and the verdict on the data stay in a file that is written again; the verdict is a warning where it is used."""
+    first, again = tmp_path / "first.json", tmp_path / "again.json"
+    marks = "unusable: the signs of forces are wrong"
+    rftfit.write_profile(first, sources["map"], name="dune", notes="wet", marks=marks)
+    profile = rftfit.read_profile(first)
+    assert profile.doubt == marks
+    for source in (first, profile):
+        rftfit.write_profile(again, source)
+        content = read(again)
+        assert (content["medium"]["name"], content["medium"]["notes"]) == ("dune", "wet")
+        assert content["validity"]["marks"] == marks
+        assert content["origin"]["made_from"].keys() == {"first.json"}
+    for words in (("predict", "--leg", "c_leg"), ("export", "--output", "new.json")):
+        answer = run_command(tmp_path, *words, "--profile-file", "first.json")
+        assert marks in answer.stderr
+    assert read(tmp_path / "new.json")["validity"]["marks"] == marks

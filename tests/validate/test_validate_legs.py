@@ -136,6 +136,8 @@ def test_the_papers_statements_are_met_or_named(config, predicted):
     }
     assert {name: items[name].verdict for name in verdicts} == verdicts
     ours = {f"{LOWER} (nine terms)": 0, SUCTION: 8, WITHIN_10: 1, WITHIN_33: 80, FARTHEST: -16.622}
+    # the peaks of Fig. S12 are 20.87 and 17.96 N
+    ours[SIEVED] = 13.94
     assert {name: items[name].ours for name in ours} == pytest.approx(ours, rel=1e-3)
     assert 1300 < items[DEPTH_ONLY].ours < 1600
     shares = re.findall(r"\d+ of \d+", items[WITHIN_33].why)

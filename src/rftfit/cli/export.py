@@ -88,7 +88,7 @@ def export(
     check_target(output, MARK, "profile", force, (pushes, profile_file))
     source: KnownMedium
     if profile_file is not None:
-        source, facts = rftfit.read_profile(profile_file), _facts_of_file(profile_file)
+        source, facts = rftfit.read_profile(profile_file).export_source()
     elif medium is None:
         options.check_test(alpha, se or 0.0)
         source, facts = _source_of_pushes(medium_options, se)
@@ -100,7 +100,7 @@ def export(
     rftfit.write_profile(output, source, **facts)
     print_line(describe_profile(output))
     if marks := facts.get("marks"):
-        warn(f"warning: {medium} is {marks}")
+        warn(f"warning: {facts['name'] or 'the medium'} is {marks}")
 
 
 _BEKKER_MARK = '{\n "format": "rftfit-bekker 1"'
@@ -133,21 +133,6 @@ def _source_of_pushes(
     estimated, path = medium_options.make_map(se), medium_options.pushes
     made_from = {} if path is None else {path.name: sha256_of(path)}
     return estimated, {"made_from": made_from}
-
-
-def _facts_of_file(path: Path) -> dict[str, Any]:
-    """Read what a profile file states about its medium."""
-    from rftfit.model.profile_file import read_content
-    from rftfit.store.digests import sha256_of
-
-    content = read_content(path)
-    return {
-        "name": content.medium.name,
-        "title": content.medium.title,
-        "notes": content.medium.notes,
-        "marks": content.validity.marks,
-        "made_from": content.origin.made_from | {path.name: sha256_of(path)},
-    }
 
 
 def _source_in_campaign(

@@ -359,7 +359,10 @@ class MediumOptions:
 
         check_test(self.alpha, se or 0.0)
         if self.profile_file is not None:
-            return rftfit.read_profile(self.profile_file)
+            table = rftfit.read_profile(self.profile_file)
+            if table.doubt:
+                warn(f"warning: {self.profile_file.name} is of data that are {table.doubt}")
+            return table
         if self.alpha is not None or self.pushes is not None:
             return self._profile_of_pushes(se)
         assert self.medium is not None

@@ -27,7 +27,7 @@ from rftfit.model.profile_schema import FORMAT, VERSION, ProfileFile
 from rftfit.model.profiles import KnownMedium, Profile, TableProfile
 from rftfit.model.symmetry import each_once
 from rftfit.store import write_text
-from rftfit.store.digests import digest_of
+from rftfit.store.digests import digest_of, sha256_of
 from rftfit.store.text import megabytes
 from rftfit.store.text import table as format_table
 from rftfit.version import __version__
@@ -75,14 +75,15 @@ def write_profile(
         What `scale`, `estimate_map`, `published_medium` or `read_profile` return, a medium of a campaign (its table, or its
         map if the table has holes), or the path of a profile file.
     name, title, notes : str, optional
-        Texts on the medium; default: name and title of the medium of a campaign or of the map.
+        Texts on the medium; default: those of the profile file, name and title of the medium of a campaign, or the name of
+        the map.
     marks : str, optional
-        Physical checks that the medium fails; default: those that the medium of a campaign fails.
+        Physical checks that the medium fails; default: those that the medium of a campaign or the profile file names.
     window : tuple of float, optional
         Least and greatest depth at which alpha was measured, cm; default: those of the medium.
     made_from : mapping of str to str, optional
         SHA-256 of the files that alpha was calculated from, by name; default: the alpha table of a medium of a
-        campaign.
+        campaign, or the profile file and what it was made from.
 
     Raises
     ------
@@ -121,7 +122,7 @@ def write_profile(
         "medium": {
             "name": name or facts.get("name", ""),
             "title": title or facts.get("title", ""),
-            "notes": notes,
+            "notes": notes or facts.get("notes", ""),
         },
         "golden": _choose_golden(table),
         "validity": {
@@ -282,7 +283,8 @@ def read_profile(path: str | Path) -> TableProfile:
     Returns
     -------
     TableProfile
-        It has the depths of the file and, if the file has errors, the draws for intervals.
+        It has the depths of the file and, if the file has errors, the draws for intervals. `doubt` is the verdict on the
+        data, where the file states one.
 
     Raises
     ------
@@ -303,6 +305,13 @@ def read_profile(path: str | Path) -> TableProfile:
     model_error = content.force_errors.model_error
     table.model_error = math.nan if model_error is None else model_error
     table.bed_spread = content.force_errors.bed_spread
+    table.stated = {
+        "name": content.medium.name,
+        "title": content.medium.title,
+        "notes": content.medium.notes,
+        "marks": validity.marks,
+        "made_from": content.origin.made_from | {Path(path).name: sha256_of(Path(path))},
+    }
     if content.pushes is not None:
         table.pushed = _array(content.pushes, _PUSH_COLUMNS)
     return table

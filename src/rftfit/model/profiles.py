@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property, partial
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -313,6 +314,8 @@ class TableProfile(Profile):
 
     form = "table"
     model_error = EPS
+    stated: Mapping[str, Any] = MappingProxyType({})
+    """What a profile file states of the medium, by arguments of `write_profile`."""
 
     def __init__(
         self,
@@ -423,6 +426,22 @@ class TableProfile(Profile):
         return (
             f"{self.name}: no alpha at (beta, gamma) in degrees {'; '.join(places)}{nearest_words}"
         )
+
+    @property
+    def doubt(self) -> str:
+        """Verdict on the data that the profile file states if it is ``doubtful`` or ``unusable``; otherwise empty."""
+        return str(self.stated.get("marks", ""))
+
+    def export_source(self) -> tuple[KnownMedium, dict[str, Any]]:
+        """Return the table itself, and what the profile file that it is from states of the medium.
+
+        Returns
+        -------
+        source : KnownMedium
+        facts : dict of str to object
+            Arguments of `write_profile` by name.
+        """
+        return self, dict(self.stated)
 
     @classmethod
     def of_directions(
