@@ -65,6 +65,11 @@ def is_straight_down(
     return same_direction(beta_deg, gamma_deg, 0.0, 90.0, tolerance_deg)
 
 
+def has_sign(angle_deg: npt.ArrayLike, tolerance_deg: float) -> npt.NDArray[np.bool_]:
+    """Return False for plates or paths that are level or upright within the tolerance: a mirror does not change them."""
+    return np.asarray(np.abs(beta_apart(np.multiply(2, angle_deg), 0.0)) > tolerance_deg)
+
+
 def number_directions(
     beta_deg: FloatArray,
     gamma_deg: FloatArray,

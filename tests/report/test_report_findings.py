@@ -302,7 +302,7 @@ def test_medium_without_a_map_says_why_on_the_page(tmp_path):
 def test_medium_of_another_kind_is_named_on_the_first_screen(tmp_path):
     """No check sees the sign of an angle that is wrong in all runs of a direction: only the shape of the map does."""
     results = page_results(tmp_path)
-    words = "only one in 1e+05 media of the known kind"
+    words = "only one in 100,000 media of the known kind"
     assert words not in make_page(results)
     table = results.table("maps/yuma.csv")
     write(results, "maps/yuma.csv", table.assign(chance_if_it_belongs=1e-5))

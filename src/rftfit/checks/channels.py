@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 
 from rftfit.campaign.config import Config, Transducer
 from rftfit.campaign.sheet import Run
@@ -22,7 +23,7 @@ from rftfit.checks.declared import (
 from rftfit.checks.runs import check_drift, check_rods
 from rftfit.checks.shared import CLEAR, find_likelier_axes
 from rftfit.conventions import FloatArray
-from rftfit.directions import number_rows
+from rftfit.directions import has_sign, number_rows
 from rftfit.measure.alpha import alpha_columns
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.lab_frame import is_symmetric, measured_channel
@@ -254,10 +255,15 @@ def compare_with_known(
             code, count, size_of = "gain", bad.sum(), bad.size
         else:
             continue
+        mistake = code
+        if code == "reversed" and axis == "x":
+            is_right = must_act & ~faint & ~opposite
+            if _points_to_beta(table, bad, is_right, config.grid.angle_tolerance_deg):
+                mistake = "reversed-beta"
         runs = table["run_id"][bad]
         whose = f"alpha_{axis}" if config.table else f"{name}, along {axis},"
         cause = remark(
-            f"cause-{code}",
+            f"cause-{mistake}",
             whose=whose,
             count=count,
             size=size_of,
@@ -266,6 +272,17 @@ def compare_with_known(
         )
         causes.append((cause, flags_on(runs, f"channel-{code}", **values)))
     return causes
+
+
+def _points_to_beta(table: pd.DataFrame, bad: Mask, is_right: Mask, tolerance_deg: float) -> bool:
+    """Return True where only slanted plates have the opposite sign, and a level one on the same path has the right one.
+
+    A reversed channel would reverse both.
+    """
+    is_slanted = has_sign(table["beta_deg"], tolerance_deg)
+    gamma_deg = table["gamma_deg"].to_numpy(float)
+    on_their_paths = np.abs(gamma_deg[:, None] - gamma_deg[bad]).min(axis=1) <= tolerance_deg
+    return bool(is_slanted[bad].all() and (is_right & ~is_slanted & on_their_paths).any())
 
 
 def _count_directions(direction: npt.NDArray[np.intp], is_shown: Mask) -> int:

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
+from rftfit.campaign.columns import LABELS
 from rftfit.checks.declared import (
     SOUND_ALPHA,
     Check,
@@ -18,6 +19,7 @@ from rftfit.checks.declared import (
     flags_on,
 )
 from rftfit.compare.axes import BETA_AND_X_REVERSED, BETA_REVERSED
+from rftfit.compare.causes import MIXED_UP
 from rftfit.measure.alpha import alpha_columns
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.lab_frame import measures_force_x
@@ -152,6 +154,11 @@ def check_axes(measured: MediumMeasurements) -> Check:
             "nothing that many runs share is seen; {seen} would be",
             "less than would be seen by chance in one of 100 sound campaigns",
         ),
+        "shared-labels-open": Words(
+            "nothing that many runs share is seen; {seen} would be; an error of the runs with {labels} cannot be told from their "
+            "directions, which no other runs have: push one of these directions without that label",
+            "less than would be seen by chance in one of 100 sound campaigns",
+        ),
         "shared-told": Words(
             "{causes}",
             "less than would be seen by chance in one of 100 sound campaigns",
@@ -209,8 +216,13 @@ def check_shared(measured: MediumMeasurements) -> Check:
             count = int(np.isfinite(alpha_columns(fits)).all(axis=0).sum())
             return Check.skip("shared", "shared-few", count=count, wanted=FEWEST_RUNS)
         return Check.skip("shared", "shared-open", missing=", ".join(missing))
-    least_text = " and ".join(map(str, least_remarks))
-    return Check.judge("shared", True, seen=least_text)
+    values = {"seen": " and ".join(map(str, least_remarks))}
+    is_mixed_up = causes["group"].isin(LABELS) & (causes["reason"] == MIXED_UP)
+    if is_mixed_up.any():
+        labels = (causes["group"] + " " + causes["place"].astype(str))[is_mixed_up]
+        values["labels"] = " or ".join(dict.fromkeys(labels))
+        return Check.judge("shared", True, code="shared-labels-open", **values)
+    return Check.judge("shared", True, **values)
 
 
 def _describe_least(kind: str, group: str, causes: pd.DataFrame) -> Remark | None:

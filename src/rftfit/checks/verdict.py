@@ -24,6 +24,7 @@ _OPEN_QUESTIONS = {
     "repeats-single": "single-runs",
     "axes-pulls-open": "pulls-open",
     "axes-beta-open": "beta-open",
+    "shared-labels-open": "labels-open",
 }
 """Codes of checks that pass but leave a question open, each with the code of that question."""
 

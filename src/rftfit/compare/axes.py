@@ -10,11 +10,10 @@ import math
 from itertools import product
 
 import numpy as np
-import numpy.typing as npt
 
 from rftfit.compare.joint import RunSlopes, prior_of_media
 from rftfit.conventions import FloatArray
-from rftfit.directions import beta_apart, number_directions
+from rftfit.directions import has_sign, number_directions
 from rftfit.measure.verdict_words import PULLS
 from rftfit.store.chosen import chosen
 
@@ -68,10 +67,10 @@ def axes_evidence(runs: RunSlopes, without: tuple[str, ...] = ()) -> dict[str, f
     error = np.tile(np.hypot(_CHOSEN.scatter * level, _CHOSEN.of_medium * level.max()), 2)
     beta_deg, gamma_deg = directions_deg
     axes_by_sign = {1: {name: name for name in AXES}}
-    is_slanted = _has_sign(beta_deg, runs.tolerance_deg)
+    is_slanted = has_sign(beta_deg, runs.tolerance_deg)
     if is_slanted.any():
         axes_by_sign[-1] = {BETA_REVERSED: "as-given"}
-    if (is_slanted & _has_sign(gamma_deg, runs.tolerance_deg)).any():
+    if (is_slanted & has_sign(gamma_deg, runs.tolerance_deg)).any():
         # a mirror image, which on a vertical path is as right as what it mirrors
         axes_by_sign[-1][BETA_AND_X_REVERSED] = "x-reversed"
     evidence = {name: -math.inf for names in axes_by_sign.values() for name in names}
@@ -89,11 +88,6 @@ def axes_evidence(runs: RunSlopes, without: tuple[str, ...] = ()) -> dict[str, f
     return evidence | _evidence_for_pulls(*directions_deg, alpha, without, runs.tolerance_deg)
 
 
-def _has_sign(angle_deg: FloatArray, tolerance_deg: float) -> npt.NDArray[np.bool_]:
-    """Return False for plates or paths that are level or upright within the tolerance: a mirror does not change them."""
-    return np.asarray(np.abs(beta_apart(2 * angle_deg, 0.0)) > tolerance_deg)
-
-
 def _evidence_for_pulls(
     beta_deg: FloatArray,
     gamma_deg: FloatArray,
@@ -106,7 +100,7 @@ def _evidence_for_pulls(
     Pulls are weak beside pushes, so the departure of a medium from the shape is taken in proportion to alpha of each
     direction.
     """
-    is_pull = (gamma_deg < -1) & _has_sign(beta_deg, tolerance_deg)
+    is_pull = (gamma_deg < -1) & has_sign(beta_deg, tolerance_deg)
     if not is_pull.any():
         return {}
     level = np.hypot(*alpha)

@@ -467,7 +467,7 @@ _NAMED, _NAME = 6, 30
 
 _COMPARED_WITH = {
     REPEATS: ("repeats", "the median of its repeats", "o", True),
-    PAIR: ("repeat", "the other of two", "s", False),
+    PAIR: ("map", "the map by all other runs; judged by the other of two", "s", False),
     MAP: ("map", "the map by all other runs", "o", False),
 }
 """For each sort of comparison: its short and its full name, its marker, and whether the marker is filled."""
@@ -487,8 +487,8 @@ def _read_comparisons(results: Results) -> dict[str, pd.DataFrame]:
     media=when(lambda campaign: campaign.of_role("laboratory")),
     section="Measurement",
     caption=(
-        "Does each run agree with the others of its medium? Its alpha minus that of its repeats or, of a single run, of "
-        "the map by all other runs. Good: all points about zero, none red."
+        "Does each run agree with the others of its medium? Its alpha minus that of its repeats or, where a direction was "
+        "pushed once or twice, of the map by all other runs. Good: all points about zero, none red."
     ),
     lacking=lambda results, _: (
         ()

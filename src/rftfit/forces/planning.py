@@ -255,8 +255,8 @@ class Plan:
         for limit in (30, 20, 15, 10, 5):
             if widths[0] > limit and min(widths) <= limit:
                 enough = next(i for i, half_width in enumerate(widths) if half_width <= limit)
-                pushes = "1 push" if enough == 1 else f"{enough} pushes"
-                enough_for = f"\n{pushes} are enough for {self.target} within {limit} %."
+                pushes = "1 push is" if enough == 1 else f"{enough} pushes are"
+                enough_for = f"\n{pushes} enough for {self.target} within {limit} %."
         before = f"{self.made_already} made already" if self.made_already else "none made yet"
         return (
             f"Pushes for {self.target}, {before}\n\n{format_table(head, rows)}\n\n"

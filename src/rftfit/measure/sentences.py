@@ -315,7 +315,9 @@ SENTENCES = {
     "cause-silent": "{whose} shows no force in {count} of {size} directions in which it must show one ({rows}): look at its cable "
     "and its column",
     "cause-reversed": "{whose} has the opposite sign in {count} of {size} directions with a clear sign ({rows}): look at its "
-    "wires, and at beta_deg and the motion of these runs",
+    "wires, and at beta_deg and the motion of these runs (on a slanted path a level plate keeps its sign where only beta is wrong)",
+    "cause-reversed-beta": "{whose} has the opposite sign in {count} of {size} directions with a clear sign ({rows}), but the right "
+    "one where the plate is level on the same paths: look at the sign of beta_deg of these runs, which is that of the left edge",
     "cause-gain": "{whose} has {times:.2g} times the noise, and about as many times the force, in {count} of {size} runs, "
     "beside the others ({rows}): look at its amplifier and its unit",
     "cause-axes": "{count} of {size} runs fit the shape of known media with {axes} and not as the others ({rows}): look at the "
@@ -398,6 +400,7 @@ SENTENCES = {
     "single-runs": "no push was made twice, in one direction to one depth, so runs are compared with the shape of known media alone",
     "pulls-open": "these directions do not tell whether beta of pulls has the right sign",
     "beta-open": "these directions do not tell whether beta has the right sign",
+    "labels-open": "an error of the runs with one label cannot be told from their directions",
     "untold-walls": "walls and bottom that bear force, where readings count that a plate took near them",
     "repeat-twice": "push directions twice",
     "repeat-more": "push directions more often",

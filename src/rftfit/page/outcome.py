@@ -128,8 +128,9 @@ def describe_other_kind(results: Results, medium: str) -> str:
     chance = results.map_table(medium)["chance_if_it_belongs"].min()
     if not chance < NOT_ALIKE:
         return ""
+    media = float(f"{1 / max(chance, 1e-9):.1g}")
     return (
-        f"only one in {1 / max(chance, 1e-9):.3g} media of the known kind lies so far from their shape: the medium is "
+        f"only one in {media:,.0f} media of the known kind lies so far from their shape: the medium is "
         "of another kind, or a sign or an angle of the run sheet is wrong"
     )
 

@@ -134,6 +134,7 @@ def context(results: Results) -> dict[str, Any]:
         "reproduction": bool(reproduction.rows),
     }
     names = {key: name for key, name in NAVIGATION.items() if shown_sections.get(key, True)}
+    chi_by_method = {name: published(name).chi for name in METHODS}
     return {
         "title": config.title,
         "measured": _describe_runs(results, outcome),
@@ -205,7 +206,10 @@ def context(results: Results) -> dict[str, Any]:
         "lack_directions": [
             medium.title for medium in results if lacks_directions(results, medium.name)
         ],
-        "chi_of": {name: f"{published(name).chi.mean():.2f}" for name in METHODS},
+        "chi_of": {name: f"{chi.mean():.2f}" for name, chi in chi_by_method.items()},
+        "ends_of_chi": {
+            name: f"{chi.min():.2f} to {chi.max():.2f}" for name, chi in chi_by_method.items()
+        },
         "other_scaling": other_scaling,
         "from_print": [
             tables.medium_title(results, medium) for medium in scaled_from_print(results)

@@ -101,6 +101,7 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
             facts.append(count(row["pushes"], "push", "pushes"))
         if row["directions"] > 1:
             facts.append(f"{row['directions']} directions")
+            facts += [f"{row['n_runs']:.0f} straight down"] if "n_runs" in row else []
         return Cell(results.campaign.titles[row["medium"]], (", ".join(facts),))
 
     def data_verdict(row: Row) -> Cell:
