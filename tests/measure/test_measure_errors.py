@@ -18,17 +18,7 @@ from seeds import seeds
 
 from rftfit.campaign.config import ErrorSettings
 from rftfit.measure.alpha import alpha_table, column
-from rftfit.measure.errors import (
-    ASSUMED,
-    FEW_REPEATS,
-    REPEATS,
-    STATED,
-    Spread,
-    SurfaceError,
-    gradient,
-    spread_of_beds,
-    surface_error,
-)
+from rftfit.measure.errors import REPEATS, Spread, gradient, spread_of_beds, surface_error
 from rftfit.measure.repeats import FLOORS, RunScatter
 from rftfit.measure.slopes import fit_slope
 from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
@@ -88,7 +78,9 @@ def test_a_surface_moves_alpha_by_what_the_lever_says():
     assert late.offset[0] == pytest.approx(0.2, abs=1e-9)
     assert right.offset[0] == pytest.approx(0.0, abs=1e-9)
     # and the cell's error is that of 2 mm
-    cell = cell_table(surface=SurfaceError(run=0.2)).loc[(0, 90)]
+    stated = ErrorSettings(surface_run_mm=2, surface_session_mm=0)
+    surface = surface_error(np.zeros(3), np.zeros(3), stated)
+    cell = cell_table(surface=surface).loc[(0, 90)]
     assert cell["alpha_z_surface_N_per_cm3"] == pytest.approx(0.2 * 0.2 * cell[column("z")])
 
 
@@ -240,12 +232,12 @@ def test_fewer_than_five_degrees_of_freedom_do_not_speak_for_all_cells():
         [(np.stack([np.linspace(0.2, 0.3, runs)] * 2), np.full((2, runs), 0.001))]
         for runs in (5, 6)
     )
-    assert spread_of_beds(five).source == FEW_REPEATS
-    assert spread_of_beds([]).source == ASSUMED
+    assert spread_of_beds(five).source == "few repeats"
+    assert spread_of_beds([]).source == "assumed"
     assert spread_of_beds(six).source == REPEATS
     stated = spread_of_beds(five, (0.003, 0.1))
     alpha = np.array([0.4, 0.1])
-    assert stated.source == STATED
+    assert stated.source == "stated"
     assert stated.error_at(alpha, 0).sd == pytest.approx(math.hypot(0.003, 0.04))
     assert stated.error_at(alpha, 1).sd == pytest.approx(math.hypot(0.003, 0.01))
     assert spread_of_beds(five, (0.0, 0.0)).error_at(alpha, 0).sd == 0

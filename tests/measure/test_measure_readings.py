@@ -21,7 +21,6 @@ from pushes import (
 from seeds import seeds
 
 from rftfit.campaign.spikes import (
-    MOST_SHARE,
     find_held,
     find_lone_positions,
     find_plateau,
@@ -128,7 +127,7 @@ def test_noise_and_steps_of_a_sensor_are_left_in():
 def test_a_log_of_which_nobody_knows_the_good_readings_is_refused():
     random = np.random.default_rng(4)
     time, _, force = push(random)
-    bad = random.random(force.size) < MOST_SHARE + 0.08
+    bad = random.random(force.size) < 0.33
     log = log_of(
         time=time, F3=np.where(bad & (force > 5), force + 500 * random.random(force.size), force)
     )

@@ -15,9 +15,10 @@ from rftfit import (
     reference,
     scaled_generic,
 )
-from rftfit.forces.outlines import CURVATURES
 from rftfit.model.fourier import as_array, fit_lsq
 
+BULGES = {"c_leg": -1, "flat_leg": 0, "reversed_c_leg": 1}
+"""Side of x to which each leg bulges when it hangs down."""
 GENERIC = as_array(reference.coefficients("generic"))
 
 
@@ -43,7 +44,7 @@ def slow_integral(profile, leg, theta):
     """Force z, x and moment on a leg, from its own geometry and scipy's quadrature."""
     from scipy.integrate import quad_vec
 
-    r, hip, width, side = 3.81, 2.0, 2.54, -CURVATURES[leg]
+    r, hip, width, side = 3.81, 2.0, 2.54, BULGES[leg]
 
     def point(s):
         """At the part s of the leg's length, leg hanging straight down and then turned by theta."""

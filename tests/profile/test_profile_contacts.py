@@ -13,7 +13,6 @@ from numpy.testing import assert_allclose
 
 import rftfit
 from rftfit import Contact, learn_body_error
-from rftfit.model.maps import map_nodes
 
 LEG = rftfit.model_leg("c_leg", elements=12)
 MOTION = rftfit.rotation(np.arange(-90.0, 91, 15))
@@ -37,7 +36,7 @@ def vertical(estimate):
 
 
 def test_weights_times_alpha_are_the_forces_of_the_program_in_the_plane_and_in_space():
-    nodes = map_nodes()
+    nodes = rftfit.scale(0.3)
     table = rftfit.TableProfile(*SAND.alpha(nodes.beta, nodes.gamma), nodes.beta, nodes.gamma)
     alpha = np.concatenate(SAND.alpha(nodes.beta, nodes.gamma))
     plate = rftfit.Mesh.extrude(rftfit.polyline([(-1, 0), (1, 0.5)], 2, elements=1))

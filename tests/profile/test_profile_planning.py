@@ -7,9 +7,10 @@ from seeds import seeds
 
 import rftfit
 from rftfit import TableProfile, published_shapes
-from rftfit.forces.planning import ZETA, peaks, prior_map
+from rftfit.forces.planning import peaks, prior_map
 from rftfit.model.maps import Nodes, estimate
 from rftfit.model.pushes import Pushes, usual_error
+from rftfit.model.scaling import vertical_penetration
 from rftfit.model.shapes import grid
 
 NODES = grid()
@@ -42,7 +43,10 @@ def test_half_widths_are_those_of_the_conditional_covariance():
     middle = covariance[np.ix_(seen, seen)] + np.diag(noise)
     conditional = covariance - covariance[:, seen] @ np.linalg.solve(middle, covariance[seen])
     draws = root_of(conditional).reshape(-1, 2, start.beta.size)
-    moved = ZETA.numbers(draws, start) / ZETA.numbers(start.alpha, start)
+    zeta_of_draws, zeta = (
+        vertical_penetration(start.coefficients(alpha)) for alpha in (draws, start.alpha)
+    )
+    moved = zeta_of_draws / zeta
     expected = 1.95996 * np.sqrt((moved**2).sum())
     assert plan.steps[3].half_width[0] == pytest.approx(expected, rel=1e-4)
 

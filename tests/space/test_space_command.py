@@ -14,7 +14,6 @@ from rftfit.cli.main import main
 from rftfit.figures.space import choose_bands
 from rftfit.forces.fineness import fine_enough
 from rftfit.forces.force_answer import answer_with_forces
-from rftfit.model.draws import next_end_names
 
 from .test_space_mesh import BALL, stl
 
@@ -183,7 +182,8 @@ def test_the_figure_has_the_widest_interval_that_is_printed():
     motion = Motion3D.press(BALL, 1.0, poses=5)
     answer = answer_with_forces(rftfit.published_medium("poppy_LP"), BALL, motion)
     [band] = choose_bands(answer)
-    assert (band.meaning, band.name_ends) == (answer.interval_of_bed, next_end_names)
+    assert band.meaning == answer.interval_of_bed
+    assert band.name_ends("force_z_N") == ("force_z_next_lo_N", "force_z_next_hi_N")
     assert not choose_bands(replace(answer, forces=predict_without_error(motion)))
 
 
@@ -199,7 +199,7 @@ def test_an_interval_that_holds_0_reaches_to_both_signs_in_python_and_at_the_com
     found = {peak.quantity: peak for peak in rftfit.find_peaks(sand, BALL, motion)}
     for name in ("force_x", "force_y"):
         column = f"{name}_N"
-        low, high = (answer.forces[end].to_numpy() for end in next_end_names(column))
+        low, high = (answer.forces[f"{name}_next_{end}_N"].to_numpy() for end in ("lo", "hi"))
         if column in found:
             peak = found[column]
             assert peak.next_lo < 0 < peak.next_hi
