@@ -4,13 +4,14 @@ Also tested: rods, drift, size of alpha, steadiness, linearity, and copies of lo
 """
 
 import itertools
+import json
 import math
 import re
 from dataclasses import replace
 from graphlib import CycleError
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -21,11 +22,11 @@ from scipy.stats import chi2, norm
 
 import rftfit
 from rftfit import reference, rft3d_profile
-from rftfit.campaign.config import CheckName, ForceLog, Grid, MediumSettings
+from rftfit.campaign.config import ForceLog, Grid, MediumSettings
 from rftfit.checks import medium as checks
 from rftfit.checks.axes import Cells
 from rftfit.checks.channels import compare_with_known
-from rftfit.checks.declared import CHECKS, COLUMNS, Check, MediumMeasurements
+from rftfit.checks.declared import CHECKS, COLUMNS, MediumMeasurements
 from rftfit.compare.peers import compare_runs
 from rftfit.directions import TOLERANCE_DEG
 from rftfit.lab.plan import parse_directions
@@ -38,6 +39,10 @@ from rftfit.measure.verdict_words import PULLS, is_usable
 from rftfit.outputs.dictionary import describe_file
 from rftfit.results import open_results
 
+SCHEMA = Path(__file__).parents[2] / "config" / "config.schema.json"
+SETTINGS_OF_MEDIUM = json.loads(SCHEMA.read_text("utf-8"))["$defs"]["MediumSettings"]["properties"]
+CHECK_NAMES = SETTINGS_OF_MEDIUM["accept"]["propertyNames"]["enum"]
+"""Checks whose failure a config may accept, in the order of the table."""
 GRID_NAMES = ["few", *(name for name in GRIDS if name != "one-push")]
 """Grids of directions; `few` is the published table as it is."""
 
@@ -222,20 +227,16 @@ def test_a_pair_that_contradicts_its_mirror_image_is_no_symmetry():
     assert (check.values["size_deg"], check.values["gamma_deg"]) == (60, 90)
 
 
+def peers_of(count, **columns):
+    """Runs r2, r3 and so on beside their repeats, none of which stands apart but for these columns."""
+    usual = {"times_spread": 1.0, "apart": False, "beside": "repeats", "seen_from_ratio": 0.2}
+    usual |= {"off_z_ratio": 0.0, "off_x_ratio": 0.0}
+    return pd.DataFrame({"run_id": [f"r{n}" for n in range(2, 2 + count)], **usual, **columns})
+
+
 @pytest.mark.parametrize(("least", "verdict"), [(0.3, "passed"), (0.5, "not checked")])
 def test_a_difference_that_would_not_be_seen_is_not_checked(least, verdict):
-    runs = [f"r{n}" for n in range(2, 8)]
-    peers = pd.DataFrame(
-        {
-            "run_id": runs,
-            "times_spread": 1.0,
-            "apart": False,
-            "seen_from_ratio": least,
-            "beside": "map",
-            "off_z_ratio": 0.0,
-            "off_x_ratio": 0.0,
-        }
-    )
+    peers = peers_of(6, seen_from_ratio=least, beside="map")
     check = judge("repeats", measured(sheet_of("p" * 6), peers=peers))
     assert (check.verdict, check.values["median"]) == (verdict, least)
     assert (check.code == "repeats-blind") == (verdict == "not checked")
@@ -243,10 +244,7 @@ def test_a_difference_that_would_not_be_seen_is_not_checked(least, verdict):
 
 @pytest.mark.parametrize(("off_z", "off_x", "component"), [(0.1, -0.4, "x"), (0.4, 0.1, "z")])
 def test_a_run_apart_is_told_by_the_component_that_is_farther_off(off_z, off_x, component):
-    peers = pd.DataFrame(
-        {"run_id": ["r2"], "times_spread": 8.1, "apart": True, "beside": "repeats"}
-    )
-    peers = peers.assign(seen_from_ratio=0.2, off_z_ratio=off_z, off_x_ratio=off_x)
+    peers = peers_of(1, times_spread=8.1, apart=True, off_z_ratio=off_z, off_x_ratio=off_x)
     for c, alpha in (("z", 0.35), ("x", -0.04)):
         peers[f"alpha_{c}_N_per_cm3"], peers[f"others_{c}_N_per_cm3"] = alpha, alpha + 0.2
     check = judge("repeats", measured(sheet_of("p"), peers=peers))
@@ -256,17 +254,8 @@ def test_a_run_apart_is_told_by_the_component_that_is_farther_off(off_z, off_x, 
 @pytest.mark.parametrize("apart", [1, 2])
 def test_a_run_that_is_next_is_named_where_a_single_one_is_apart(apart):
     # of two exchanged runs both are apart, and the next one is innocent
-    peers = pd.DataFrame(
-        {
-            "run_id": ["r2", "r3", "r4"],
-            "times_spread": [8.1, 7.5, 2.0],
-            "apart": [True, apart == 2, False],
-            "beside": "repeats",
-            "seen_from_ratio": 0.2,
-            "off_z_ratio": 0.1,
-            "off_x_ratio": 0.1,
-        }
-    )
+    is_apart = [True, apart == 2, False]
+    peers = peers_of(3, times_spread=[8.1, 7.5, 2.0], apart=is_apart, off_z_ratio=0.1)
     for c in "zx":
         peers[f"alpha_{c}_N_per_cm3"], peers[f"others_{c}_N_per_cm3"] = 0.35, 0.55
     check = judge("repeats", measured(sheet_of("ppp"), peers=peers))
@@ -287,11 +276,8 @@ def test_repeats_that_differ_more_than_ordinary_beds_do(scatter, pairs, code):
     """By more than 10.5 %, and at the lower end of that by more than 8 %: pairs of runs along one force."""
     alpha = 0.3 * (1 + scatter / math.sqrt(2) * np.tile([-1.0, 1.0], pairs))
     runs = few_cells([(place // 2, 90, z, 0, 1e-5, 1e-5) for place, z in enumerate(alpha)])
-    peers = pd.DataFrame(
-        {"run_id": ["r2"], "times_spread": 1.0, "apart": False, "seen_from_ratio": 0.1}
-    )
-    peers = peers.assign(beside="repeats", off_z_ratio=0.0, off_x_ratio=0.0)
-    check = judge("repeats", measured(sheet_of("p" * 2 * pairs), peers=peers, fits=runs))
+    tables = {"peers": peers_of(1), "fits": runs}
+    check = judge("repeats", measured(sheet_of("p" * 2 * pairs), **tables))
     assert (check.verdict, check.code) == ("failed" if "wide" in code else "passed", code)
     if code == "repeats-wide":
         spread, dof = check.values["spread"], check.values["dof"]
@@ -375,11 +361,6 @@ def test_energy_given_back_counts_by_its_size(cells, back, verdict):
     work = [*back, *[0.1] * (cells - len(back))]
     table = few_cells([(5 * place, 0, 0, x, 0.0, 0.0) for place, x in enumerate(work)])
     assert axes(table)["work"].verdict == verdict
-
-
-def runs(*names, **facts):
-    plate = {"kind": "plate", "tare_run": "rod", "direction": "intrusion", "intruder": ""}
-    return {name: SimpleNamespace(**plate | facts | {"force_log": name}) for name in names}
 
 
 RANGE_N = (100.0, 50.0, 200.0)
@@ -1270,11 +1251,13 @@ def test_later_checks_wait_until_a_first_is_put_right(failed, accepted, held, mo
     """All others would pass; a check that waits keeps its flags of single runs."""
     flag = remark("gives-back", run_id="a")
 
-    for name in get_args(CheckName):
-        outcome = Check.judge(name, name != failed, [flag])
+    passed = replace(judge("same_logs", measured(copies={})), verdict="passed", flags=(flag,))
+    for name in CHECK_NAMES:
+        verdict = "failed" if name == failed else "passed"
+        outcome = replace(passed, check=name, code=name, verdict=verdict)
         do_instead(monkeypatch, name, lambda _, outcome=outcome: outcome)
     outcomes = check_nothing({failed: "why"} if accepted else {})
-    assert [check.check for check in outcomes] == [*get_args(CheckName)]
+    assert [check.check for check in outcomes] == CHECK_NAMES
     verdicts = {str(check.check): check.verdict for check in outcomes}
     expected = dict.fromkeys(CHECKS, "passed") | dict.fromkeys(held, "not checked")
     assert verdicts == expected | {failed: "accepted" if accepted else "failed"}
@@ -1286,15 +1269,14 @@ def test_later_checks_wait_until_a_first_is_put_right(failed, accepted, held, mo
 
 
 def test_config_and_documentation_name_the_checks_that_are_declared(pytestconfig):
-    names = get_args(CheckName)
-    assert CHECKS.keys() == {*names}
+    assert CHECKS.keys() == {*CHECK_NAMES}
     page = (pytestconfig.rootpath / "docs" / "theory" / "checks.md").read_text("utf-8")
     table = page[page.index("| check |") : page.index("## Diagnosis")]
-    assert {*re.findall(r"(?m)^\| `(\w+)` \|", table)} == {*names}
+    assert {*re.findall(r"(?m)^\| `(\w+)` \|", table)} == {*CHECK_NAMES}
     # the dictionary of outputs takes them from the config
     described: Any = describe_file("results/checks/m.csv")
     column_of_checks = described.exact["check"]
-    assert re.findall(r"`(\w+)`", column_of_checks.meaning)[1:] == [*names]
+    assert re.findall(r"`(\w+)`", column_of_checks.meaning)[1:] == CHECK_NAMES
 
 
 def test_no_other_file_names_a_check():

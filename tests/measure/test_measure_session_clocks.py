@@ -10,8 +10,8 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from paper import paper_config
 
-from rftfit.campaign.config import ClockSettings
 from rftfit.measure.alignment import BUILD_UP_S
 from rftfit.measure.flags import Refused
 from rftfit.measure.session_clocks import (
@@ -21,7 +21,7 @@ from rftfit.measure.session_clocks import (
     flags_of_clock,
 )
 
-ESTIMATE = ClockSettings(method="estimate")
+ESTIMATE = paper_config().clock.model_copy(update={"method": "estimate"})
 """The clocks are to be found from the force."""
 START_S = 1.7e9
 """Beginning of the day, s since 1970."""

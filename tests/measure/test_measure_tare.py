@@ -12,8 +12,8 @@ import pytest
 from pushes import plate_run
 
 from rftfit.measure.flags import remark
-from rftfit.measure.ledger import Ledger, RowStatus
-from rftfit.measure.tare import Tare, _tare_of, tare_medium
+from rftfit.measure.ledger import RowStatus
+from rftfit.measure.tare import Tare, tare_medium
 
 DEPTH = np.linspace(0.5, 8.5, 801)
 
@@ -55,19 +55,6 @@ def test_uneven_sampling_is_no_hole():
     assert np.mean(tare.covers(np.linspace(depth[0], depth[-1], 5000))) > 0.99
 
 
-@pytest.mark.parametrize("samples", [0, 1])
-def test_too_few_samples(samples):
-    why = np.full(3, RowStatus.SATURATED)
-    why[:samples] = RowStatus.GOOD
-    ledger, place = Ledger(), np.arange(3.0)
-    stroke = dict.fromkeys(("depth_cm", "force_z_N", "force_x_N"), place) | {"why": why}
-    assert _tare_of(row("rod1", "rod"), stroke, ledger) == remark(
-        "tare-empty", tare="rod1", count=samples
-    )
-    counted = ledger.table()[["file", "fate", "reason_code", "rows"]]
-    assert counted.to_numpy().tolist() == [["rod1.csv", "dropped", "tare-empty", samples]]
-
-
 def test_two_samples_on_the_way_up_are_a_tare():
     tare = Tare.from_samples("depth_cm", np.array([2.0, 1.0]), np.array([[4.0, 3.0], [0.0, 1.0]]))
     np.testing.assert_allclose(tare.force_at(np.array([1.5])), [[3.5], [0.5]])
@@ -80,28 +67,56 @@ def row(run_id, kind, tare_run="", direction="intrusion"):
     return plate_run(run_id, kind=kind, tare_run=tare_run, direction=direction, medium="sand")
 
 
-def test_a_leg_at_other_angles_than_its_tare_has_no_number(paper_config):
-    air = row("air", "leg_air", direction="rotation")
-    leg = row("leg", "leg", "air", "rotation")
-    angle_deg = np.linspace(0.0, 20.0, 21)
+@pytest.mark.parametrize("good_samples", [0, 1])
+def test_what_becomes_of_each_leg(good_samples, paper_config):
+    """One at the angles of its leg in air, one at others, and one whose leg in air has too few samples."""
+    runs = [
+        row("air", "leg_air", direction="rotation"),
+        row("far", "leg", "air", "rotation"),
+        row("near", "leg", "air", "rotation"),
+        row("on_short", "leg", "short", "rotation"),
+        row("short", "leg_air", direction="rotation"),
+    ]
+    position = np.linspace(1.0, 3.0, 21)
+    force = np.concatenate([position, *[5 * position] * 3, position])
+    why = np.full((5, 21), int(RowStatus.GOOD))
+    why[4, good_samples:] = RowStatus.SATURATED
     samples = pd.DataFrame(
         {
-            "run_id": pd.Categorical(np.repeat(["air", "leg"], 21)),
+            "run_id": pd.Categorical(np.repeat([run.run_id for run in runs], 21)),
             "phase": "stroke",
             "x_cm": 0.0,
             "depth_cm": 1.0,
-            "angle_deg": np.append(angle_deg, angle_deg + 100),
-            "force_z_N": 1.0,
-            "force_x_N": 1.0,
-            "why": int(RowStatus.GOOD),
+            "angle_deg": np.concatenate([position, position + 100, *[position] * 3]),
+            "force_z_N": force,
+            "force_x_N": -2 * force,
+            "why": why.ravel(),
         }
     )
     campaign: Any = SimpleNamespace(
-        runs_of=lambda _: [air, leg], numbers={}, config=paper_config, holds_tare=lambda _: False
+        runs_of=lambda _: runs, numbers={}, config=paper_config, holds_tare=lambda _: False
     )
-    tared, tares, _ = tare_medium(campaign, "sand", samples, pd.DataFrame())
-    assert list(tares["reason_code"]) == ["no-sample untared"]
-    assert (tared["why"] == RowStatus.UNTARED).all()
+    tared, tares, ledger = tare_medium(campaign, "sand", samples, pd.DataFrame())
+    assert dict(zip(tares["run_id"], tares["reason_code"], strict=True)) == {
+        "near": "",
+        "far": "no-sample untared",
+        "on_short": "tare-missing tare-empty",
+        "short": "tare-empty",
+    }
+    too_few = remark("tare-empty", tare="short", count=good_samples)
+    assert tares.loc[tares["run_id"] == "short", "reason"].item() == str(too_few)
+    counted = ledger.table().groupby(["file", "fate"])["rows"].sum()
+    assert dict(counted) == {
+        ("air.csv", "used"): 21,
+        ("far.csv", "dropped"): 21,
+        ("on_short.csv", "dropped"): 21,
+        ("short.csv", "dropped"): good_samples,
+    }
+    assert (tared.loc[tared["run_id"] == "far", "why"] == RowStatus.UNTARED).all()
+    of_near = tared[tared["run_id"] == "near"]
+    for component, side in (("z", 1), ("x", -2)):
+        np.testing.assert_allclose(of_near[f"force_{component}_N"], 4 * side * position)
+        np.testing.assert_allclose(of_near[f"tare_{component}_N"], side * position)
 
 
 def test_only_a_step_wider_than_the_longest_is_a_hole():

@@ -18,13 +18,14 @@ from rftfit.conventions import mirror
 from rftfit.forces.plane import force_draws
 from rftfit.model import energy, likelihood, posterior
 from rftfit.model import shapes as shapes_module
-from rftfit.model.maps import NOT_ALIKE, Nodes, estimate
-from rftfit.model.prior import root
+from rftfit.model.maps import Nodes, estimate
 from rftfit.model.pushes import Pushes, usual_error
 from rftfit.model.scaling import vertical_penetration
 from rftfit.model.shapes import grid
 from rftfit.reference import MEDIA
 
+NOT_ALIKE = 0.03
+"""Chance below which a medium is told to be of no known shape."""
 NODES = grid()
 BETA, GAMMA = np.degrees(NODES)
 COUNT = BETA.size
@@ -152,6 +153,12 @@ def test_two_decompositions_with_a_correction_have_the_likelihood_of_one_of_all_
         assert_allclose(by_parts, by_all, rtol=1e-7)
 
 
+def root_of(covariance):
+    """Rows by which independent normal numbers become numbers of this covariance."""
+    variances, axes = np.linalg.eigh(covariance)
+    return (axes * np.sqrt(np.maximum(variances, 0))).T
+
+
 @pytest.mark.statistics
 def test_media_take_energy_because_that_is_known_beforehand():
     """Against media drawn from all that is known beforehand, weighted by how well they explain two pushes.
@@ -168,7 +175,7 @@ def test_media_take_energy_because_that_is_known_beforehand():
     )
     variation = shapes.variation
     values = []
-    roots = [root(blocks.whole()) for blocks in (prior.smooth, prior.rough)]
+    roots = [root_of(blocks.whole()) for blocks in (prior.smooth, prior.rough)]
     for _ in range(many // 4000):
         share = random.uniform(0, variation.most_own, (4000, 1))
         departure = 3.5 / random.gamma(2.5, size=(4000, 1))

@@ -1,5 +1,6 @@
 """`rftfit predict --mesh` gives the library's forces on a moving mesh or names what is wrong."""
 
+import json
 import re
 import sys
 from dataclasses import replace
@@ -12,7 +13,6 @@ import rftfit
 from rftfit import Mesh, Motion3D
 from rftfit.cli.main import main
 from rftfit.figures.space import choose_bands
-from rftfit.forces.fineness import fine_enough
 from rftfit.forces.force_answer import answer_with_forces
 
 from .test_space_mesh import BALL, stl
@@ -55,11 +55,10 @@ def test_what_is_said_beside_the_numbers(command, tmp_path, monkeypatch):
 def test_long_work_is_announced(command, monkeypatch):
     monkeypatch.setattr("rftfit.cli.predict._TRIANGLE_S", 1e-3)
     rftfit.write_profile("sand.json", rftfit.estimate_map(rftfit.published_table("table_s5")[:4]))
-    code, _, err = command(f"{MESH} --profile-file sand.json")
-    cut = fine_enough(BALL, Motion3D.read("path.csv"))
+    code, out, err = command(f"{MESH} --profile-file sand.json --json")
     # draws, poses, triangles and minutes
     numbers = re.findall(r"\b\d+\b", err)
-    assert (code, numbers[:3]) == (0, ["1000", "5", str(len(cut.faces))])
+    assert (code, numbers[:3]) == (0, ["1000", "5", str(json.loads(out)["triangles"])])
 
 
 def test_every_fault_is_told_at_once(command, tmp_path):
