@@ -11,7 +11,7 @@ import rftfit
 from rftfit.cli.main import main
 from rftfit.forces.fineness import fine_enough
 
-from .test_space_mesh import stl
+from .test_space_mesh import box, stl
 
 SAND = rftfit.published_medium("glass0.3mm_CP")
 TURN_RAD = np.linspace(0, 2 * np.pi, 73)
@@ -19,12 +19,9 @@ WITHIN = 0.02
 """Part of the largest force, or moment, by which a peak may be off."""
 
 
-def box(x_cm, y_cm, z_cm):
-    """A box as CAD writes it: 12 triangles."""
-    corners = np.stack(np.meshgrid([-1, 1], [-1, 1], [-1, 1], indexing="ij"), -1).reshape(-1, 3)
-    fours = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
-    faces = [three for a, b, c, d in fours for three in ([a, b, c], [a, c, d])]
-    return rftfit.Mesh(corners * np.array([x_cm, y_cm, z_cm]) / 2, faces, "box")
+def block(*lengths_cm):
+    """A block as CAD writes it: 12 triangles."""
+    return rftfit.Mesh(*box(np.array(lengths_cm), np.zeros(3)), "block")
 
 
 def turning(axis, travel_cm, height_cm):
@@ -55,7 +52,7 @@ TURNING_BOXES = [
     ("size", "axis", "travel", "height"), seeds(TURNING_BOXES, TURNING_BOXES[:2])
 )
 def test_a_box_of_12_triangles_has_the_peaks_of_a_fine_one(size, axis, travel, height):
-    coarse_box, motion = box(*size), turning(axis, travel, height)
+    coarse_box, motion = block(*size), turning(axis, travel, height)
     coarse, fine = (
         rftfit.predict(SAND, mesh, motion, model_error=0)
         for mesh in (coarse_box, coarse_box.refined(0.25))
@@ -69,7 +66,7 @@ def test_a_box_of_12_triangles_has_the_peaks_of_a_fine_one(size, axis, travel, h
 
 
 def test_a_body_that_does_not_turn_is_left_as_it_is():
-    coarse = box(10, 4, 3)
+    coarse = block(10, 4, 3)
     motion = rftfit.Motion3D.press(coarse, 3)
     np.testing.assert_array_equal(
         rftfit.predict(SAND, coarse, motion)["force_z_N"].iloc[-1],
@@ -126,7 +123,7 @@ def command(tmp_path, monkeypatch, capfd):
 
 
 def test_the_command_says_how_many_triangles_were_made_of_how_many(command, tmp_path):
-    stl(tmp_path, box(10, 4, 3))
+    stl(tmp_path, block(10, 4, 3))
     head = "t_s,x_cm,y_cm,z_cm,turn_x_deg,turn_y_deg,turn_z_deg\n"
     rows = "".join(f"{t},{t},0,-2,0,{90 * t},0\n" for t in range(4))
     (tmp_path / "path.csv").write_text(head + rows)
