@@ -137,6 +137,7 @@ def test_a_window_of_the_users_own_is_not_called_the_containers(paper_config, se
     [
         ("intrusion", 0, 90, False),
         ("extraction", 90, 90, False),
+        ("intrusion", -90, 90, False),
         ("intrusion", 30, 90, True),
         ("intrusion", 0, 45, True),
         ("horizontal", 0, 0, True),
