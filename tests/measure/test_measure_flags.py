@@ -8,7 +8,7 @@ import pytest
 import rftfit
 from rftfit.checks.declared import CHECKS
 from rftfit.measure.flags import remark
-from rftfit.measure.sentences import FLAGS, SENTENCES
+from rftfit.measure.sentences import FLAGS
 
 
 def test_every_code_of_the_source_has_a_sentence():
@@ -16,7 +16,8 @@ def test_every_code_of_the_source_has_a_sentence():
     text = "".join(path.read_text(encoding="utf-8") for path in root.rglob("*.py"))
     used = re.findall(r'\b(?:remark|Refused)\(\s*"([^"]+)"', text)
     assert len(used) > 100
-    assert {*used} <= {*SENTENCES}
+    for code in used:
+        remark(code)
     with pytest.raises(KeyError):
         remark("no-such-code")
 

@@ -28,13 +28,7 @@ from rftfit.campaign.spikes import (
     find_steps,
 )
 from rftfit.logs.base import Log, LogError
-from rftfit.measure.readings import (
-    find_holds,
-    moving_axis,
-    without_holds,
-    without_missing,
-    without_spikes,
-)
+from rftfit.measure.readings import moving_axis, without_holds, without_missing, without_spikes
 
 
 def log_of(**columns):
@@ -158,9 +152,8 @@ def test_a_position_that_is_read_seldom_counts_when_it_is_new(rows):
     motion = log_of(
         time=time, x=np.zeros(time.size), z=held(height, rows), angle=np.zeros(time.size)
     )
-    holds = find_holds(motion.columns["z"])
-    assert (holds.rows, holds.is_regular) == (rows, False)
     new = without_holds(motion)
+    assert np.median(np.diff(new.columns["time"])) == pytest.approx(rows / RATE_HZ)
     moving = (time > 2) & (time < 13)
     between = np.interp(time[moving], new.columns["time"], new.columns["z"])
     assert np.abs(between - height[moving]).mean() < 0.1 * SPEED_CM_PER_S * rows / RATE_HZ / 2
@@ -173,7 +166,6 @@ def test_a_coarse_sensor_is_no_position_that_is_held():
     motion = log_of(
         time=time, x=np.zeros(time.size), z=np.round(height, 1), angle=np.zeros(time.size)
     )
-    assert find_holds(motion.columns["z"]).is_regular
     assert without_holds(motion) is motion
 
 
