@@ -93,6 +93,12 @@ def waves(push):
             "few-readings",
             {"found": 30},
         ),
+        # a channel that shows one value
+        (
+            lambda: estimate_clocks(TIME, np.ones(1000), TIME, DEPTH, 1e-3, 0.1),
+            "few-readings",
+            {"found": 1},
+        ),
         (
             lambda: estimate_clocks(
                 TIME,
