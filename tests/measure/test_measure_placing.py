@@ -156,15 +156,16 @@ def test_the_yielding_machine(folder):
         ),
     )
     rigid_contact = {"force_log": "rigid_force.csv", "motion_log": "rigid_motion.csv"}
-    wrong, right = (
-        measured(campaign(folder, **sections)).fit("a")["alpha_z_N_per_cm3"]
+    without, corrected = (
+        measured(campaign(folder, **sections))
         for sections in ({}, {"rigid_contact": rigid_contact})
     )
+    wrong, right = (results.fit("a")["alpha_z_N_per_cm3"] for results in (without, corrected))
     truth = STIFFNESS / (np.pi * 6.25)
     assert wrong == pytest.approx(truth / (1 + STIFFNESS * YIELD_CM_PER_N), rel=0.01)
     assert right == pytest.approx(truth, rel=0.01)
     # beyond the force of the rigid push the depth is not known
-    traces = measured(campaign(folder, rigid_contact=rigid_contact)).traces
+    traces = corrected.traces
     assert not (traces.loc[traces["run_id"] == "a", "why"] == RowStatus.YIELDED).any()
 
 

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from rftfit import Profile, TableProfile, reference
-from rftfit.conventions import mirror
+from rftfit import TableProfile, reference
 from rftfit.model import fourier
 
 BETA, GAMMA = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
@@ -42,27 +41,6 @@ def test_table_has_no_step_anywhere_along_the_wrap():
     beta = np.linspace(-np.pi, np.pi, 721)
     front, behind = profile.alpha(beta, np.pi - tiny), profile.alpha(beta, -np.pi + tiny)
     assert_allclose(front, behind, atol=1e-7)
-
-
-def test_missing_cell_is_nan_around_itself_with_a_reason():
-    alpha = np.array(reference.alpha_grid("poppy_LP"))
-    alpha[:, 4, 9] = np.nan
-    profile = TableProfile(*alpha, reasons={(30.0, 45.0): "p7: no tare"})
-    assert profile.reason.startswith("measured table: ")
-    assert profile.reason.endswith(" (30, 45): p7: no tare")
-    beta, gamma = np.radians(RANDOM.uniform(-90, 90, 4000)), RANDOM.uniform(-np.pi, np.pi, 4000)
-    interpolated, expected = np.array(
-        [profile.alpha(beta, gamma) for profile in (profile, table())]
-    )
-    inside = np.zeros(4000, dtype=bool)
-    for b, g in ((beta, gamma), mirror(beta, gamma)):
-        inside |= (b > 0) & (b < BETA[5]) & (g > GAMMA[8]) & (g < GAMMA[10])
-    assert 0 < inside.sum() < 400
-    assert (np.isnan(interpolated) == inside).all()
-    assert_allclose(interpolated[:, ~inside], expected[:, ~inside], atol=1e-15)
-    # its neighbours in the table are measured and stay known
-    assert np.isfinite(profile.alpha(BETA[[3, 5]], GAMMA[[9, 8]])).all()
-    assert_array_equal(np.isnan(Profile.alpha(profile, beta, gamma)), np.isnan(interpolated))
 
 
 def test_nothing_is_said_in_a_wide_gap_of_a_grid_and_all_is_said_beside_it():

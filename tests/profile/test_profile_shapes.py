@@ -322,12 +322,13 @@ def test_a_rougher_medium_widens_its_own_intervals():
     assert widths[2] > 1.2 * widths[1]
 
 
+@pytest.mark.statistics
 @few_draws()
 def test_a_medium_that_does_not_belong_is_told_so():
     directions_deg = [(-30, 56), (-60, -45), (60, 72), (30, 18), (0, 45), (60, -18)]
     places = [*FEW, *(node(*direction) for direction in directions_deg), *range(2, COUNT, 10)]
     beta, gamma = NODES
-    for medium in MEDIA:
+    for medium in seeds(MEDIA, MEDIA[:2]):
         alpha = truth(medium)
         depth_only = rftfit.DepthOnlyProfile.of(TableProfile.published(medium)).alpha(beta, gamma)
         isotropic = alpha[0, node(0, 90)] * np.stack([np.sin(gamma), np.cos(gamma)])

@@ -105,7 +105,7 @@ def wheel_file(folder):
     return wheel
 
 
-WHEEL = "--mesh wheel.stl --unit mm --alpha 0.5 --model-error 0"
+WHEEL = "--mesh wheel.stl --unit mm --medium poppy_LP --model-error 0"
 
 
 def test_press_lets_the_lowest_point_reach_the_depth(command, tmp_path):
@@ -128,9 +128,7 @@ def test_a_wheel_rolls_as_the_path_of_its_pose_says(command, tmp_path):
     code, out, _ = command(f"{WHEEL} --roll 2,0.2")
     assert code == 0
     forces = pd.read_csv(tmp_path / "forces.csv", comment="#")
-    medium = rftfit.estimate_map(
-        pd.DataFrame({"beta_deg": [0], "gamma_deg": [90], "alpha_z_N_per_cm3": [0.5]})
-    )
+    medium = rftfit.published_medium("poppy_LP")
     for row, angle in enumerate(np.radians(forces["wheel_turn_deg"][:4])):
         turned = [[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]
         motion = Motion3D([0, 0, 4.25], [0.8, 0, 0], [0, 1 / 6.25, 0], turned)
@@ -143,7 +141,7 @@ def test_a_wheel_rolls_as_the_path_of_its_pose_says(command, tmp_path):
 
 def test_a_driven_wheel_pulls_more_the_more_it_slips():
     wheel = Mesh.cylinder(radius_cm=6.25, width_cm=6, facets=48)
-    medium = rftfit.scale(0.5)
+    medium = rftfit.published_medium("poppy_LP")
     drawbars = [
         rftfit.predict(medium, wheel, Motion3D.roll(wheel, 2, slip, poses=1), model_error=0)[
             "force_x_N"

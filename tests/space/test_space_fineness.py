@@ -88,11 +88,10 @@ def test_an_outline_of_one_element_has_the_peaks_of_many(travel):
 
 def wedge():
     """A foot, 7 mm lower at its heel, of 12 triangles: its sole is two of them."""
-    sole = np.array([[-2.5, -1.5, 0], [2.5, -1.5, 0.7], [2.5, 1.5, 0.7], [-2.5, 1.5, 0]])
-    top = sole * [1, 1, 0] + [0, 0, 1.7]
-    sides = [[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7], [0, 3, 2, 1], [4, 5, 6, 7]]
-    faces = [three for a, b, c, d in sides for three in ([a, b, c], [a, c, d])]
-    return rftfit.Mesh(np.vstack([sole, top]), faces, "wedge")
+    corners, faces = box(np.array([5, 3, 1.7]), np.array([0, 0, 0.85]))
+    is_toe = (corners[:, 0] > 0) & (corners[:, 2] < 0.1)
+    corners[is_toe, 2] = 0.7
+    return rftfit.Mesh(corners, faces, "wedge")
 
 
 def test_a_slanted_sole_of_two_triangles_has_its_moments_where_it_does_not_turn():
@@ -127,7 +126,9 @@ def test_the_command_says_how_many_triangles_were_made_of_how_many(command, tmp_
     head = "t_s,x_cm,y_cm,z_cm,turn_x_deg,turn_y_deg,turn_z_deg\n"
     rows = "".join(f"{t},{t},0,-2,0,{90 * t},0\n" for t in range(4))
     (tmp_path / "path.csv").write_text(head + rows)
-    code, out, _ = command("predict --mesh ball.stl --unit mm --path path.csv --alpha 0.35 --json")
+    code, out, _ = command(
+        "predict --mesh ball.stl --unit mm --path path.csv --medium poppy_LP --json"
+    )
     answer = json.loads(out)
     assert (code, answer["triangles_given"]) == (0, 12)
     assert answer["triangles"] > 100

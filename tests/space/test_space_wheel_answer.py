@@ -68,7 +68,7 @@ def command(tmp_path, monkeypatch, capfd, paddles):
     return lambda *words: (main(["wheel", *words]), *capfd.readouterr())
 
 
-WHEEL = ("--mesh", "ball.stl", "--unit", "mm", "--alpha", "0.9")
+WHEEL = ("--mesh", "ball.stl", "--unit", "mm", "--medium", "poppy_LP")
 
 
 def test_the_command_names_no_rule_and_draws(command, tmp_path):
