@@ -4,8 +4,6 @@ Contact: forces on a body of known shape along a known motion. Also tested: what
 wrong on a body is learned and removed.
 """
 
-from functools import partial
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -73,10 +71,8 @@ def test_a_contact_that_tells_nothing_is_refused_with_its_reason(changes, words)
 
 
 def test_a_contact_refuses_the_motion_of_another_kind_of_body_as_predict_does():
-    motion = rftfit.Motion3D([0, 0, -1], [0, 0, -1])
-    for use in (partial(rftfit.predict, SAND), partial(Contact, force={}, errors=0.1)):
-        with pytest.raises(TypeError):
-            use(LEG, motion=motion)
+    with pytest.raises(TypeError):
+        Contact(LEG, rftfit.Motion3D([0, 0, -1], [0, 0, -1]), {}, 0.1)
 
 
 def test_a_map_needs_something_and_a_medium_that_resists():
@@ -120,7 +116,5 @@ def test_poses_of_one_body_share_the_models_error_so_a_repeat_narrows_nothing():
 
 def test_from_one_medium_the_share_of_the_body_is_stated_and_from_none_refused():
     assert learn_body_error([(turned(), SAND)]).stated
-    with pytest.raises(ValueError, match="at least one"):
-        learn_body_error([])
     with pytest.raises(ValueError, match="one of them"):
         rftfit.predict(SAND, LEG, MOTION, model_error=0.1, body_error=rftfit.BodyError())

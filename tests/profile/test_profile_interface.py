@@ -66,22 +66,6 @@ def test_missing_plate_at_90_degrees_is_the_one_at_minus_90():
     assert_allclose(profile.alpha(ANY_BETA, ANY_GAMMA), whole, atol=1e-14)
 
 
-# rises of 5 on 12: 22.62 degrees, which a reason names by one decimal
-@pytest.mark.parametrize(
-    ("angle", "angle_text"), [(22.5, "22.5"), (math.degrees(math.atan(5 / 12)), "22.6")]
-)
-def test_a_grid_of_ones_own_names_its_own_cells(angle, angle_text):
-    beta, gamma = np.radians([-90, -angle, 0, angle, 90]), np.radians([-90, -67.5, 0, 67.5, 90])
-    alpha = fourier.evaluate(M0, beta[:, None], gamma[None, :])
-    alpha[0][3, 3] = np.nan
-    reasons = {(float(angle_text), 67.5): "log missing"}
-    profile = TableProfile(*alpha, beta[:, None], gamma, "own", reasons)
-    assert profile.reason.startswith("own: ")
-    assert profile.reason.endswith(f" ({angle_text}, 67.5): log missing")
-    assert (profile.beta.size, profile.gamma.size) == (5, 9)
-    assert_allclose(profile.alpha(beta[1], gamma), [component[1] for component in alpha])
-
-
 PATCH = np.random.default_rng(2).uniform([[5], [0]], [[65], [60]], (2, 60))
 """Scattered directions in a part of the plane, beta and gamma, degrees."""
 

@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from makers import MadePush, config_of_push, row_of_push, run_command, write_campaign
-from paper import few_draws
 from scipy.stats import binom
 from seeds import seeds
 
@@ -57,7 +56,6 @@ def test_the_next_bed_differs_as_the_pushes_do():
 
 
 @pytest.mark.statistics
-@few_draws()
 def test_means_of_pushes_hold_the_medium():
     """Beds of 15 %, three pushes each: the medium lies inside about as often as stated."""
     random = np.random.default_rng(11)

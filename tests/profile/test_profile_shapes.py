@@ -372,8 +372,6 @@ POPPY = TableProfile.published("poppy_LP")
 @pytest.mark.parametrize(
     ("make", "match"),
     [
-        (lambda: estimate(Pushes.of([0], [90], [[-0.3], [0.0]])), "no resistance"),
-        (lambda: estimate(Pushes.of([0], [90], [[np.nan], [0.3]])), "no push has a number"),
         (lambda: Shapes({"one": POPPY}), "at least two known media"),
         (lambda: Shapes({"one": POPPY, "holed": TableProfile(HOLED, HOLED)}), "holed has"),
         (lambda: estimate(upside_down()), "would push the plate along .*: check the signs"),

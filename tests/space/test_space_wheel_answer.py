@@ -46,7 +46,6 @@ def test_the_error_of_the_model_is_that_of_rigs():
 
 def test_what_cannot_be_is_refused(paddles):
     for words, match in (
-        ({}, "neither sinkage nor load"),
         ({"load_N": -1}, "positive"),
         ({"load_N": [1, 2]}, "one for each"),
         ({"sinkage_cm": 1, "friction": -0.1}, "friction"),
