@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from paper import few_draws
 from seeds import seeds
 
 import rftfit
@@ -88,6 +89,7 @@ def test_a_rig_that_measures_on_the_way_back():
     assert plan.table()["half_width_percent"].is_monotonic_decreasing
 
 
+@few_draws()
 def test_what_a_rig_cannot_push_is_not_planned():
     rig = rftfit.Rig(((0.0, 90.0), (30.0, 45.0)))
     steps = rftfit.plan("map", rig=rig, count=4).steps[1:]
