@@ -589,6 +589,10 @@ def test_whose_trend_counts():
         fits = tables["fits"].copy()
         fits.loc[0, name] = value
         assert judge("steadiness", measured(**tables | {"fits": fits})).verdict == "not checked"
+    # a path without length, and no force
+    for samples in ({"path_cm": 5.0}, {"force_z_N": 0.0, "force_x_N": 0.0}):
+        tared = tables["tared"].assign(**samples)
+        assert judge("steadiness", measured(**tables | {"tared": tared})).verdict == "not checked"
 
 
 def test_marks_name_what_fails_and_why_it_is_accepted():

@@ -4,8 +4,6 @@ A warning is an error in the tests.
 """
 
 import math
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,12 +11,10 @@ import pytest
 
 import rftfit
 from rftfit.checks.channels import _find_other_gain
-from rftfit.checks.declared import CHECKS
 from rftfit.compare.sands import bend_of
 from rftfit.measure.alpha import alpha_table, column
 from rftfit.measure.errors import REPEATS, gradient, spread_of_beds
 from rftfit.measure.laws import LINE_THROUGH_ZERO, DepthLaw, other_laws
-from rftfit.measure.ledger import RowStatus
 from rftfit.measure.levels import shifted_runs
 from rftfit.measure.slopes import fit_few, fit_slope, weighted_sum_variance
 from rftfit.measure.surface import find_surface
@@ -40,17 +36,6 @@ def alpha_at_one_depth(depth_cm, law=LINE_THROUGH_ZERO):
     )
     (row,) = alpha_table(runs, "m", 0.95, 1, law=law).to_dict("records")
     return [row[column("z")], row["reason_code"]]
-
-
-def steadiness(path, force):
-    """Verdict on three level runs of 40 samples."""
-    names = np.repeat([*"abc"], 40)
-    tared = pd.DataFrame({"run_id": names, "path_cm": path, "force_z_N": force, "force_x_N": force})
-    fits = pd.DataFrame({"run_id": [*"abc"], "direction": "horizontal", "n_points": 40})
-    windows = pd.DataFrame({"run_id": names, "why": int(RowStatus.GOOD)})
-    tables = {"fits": fits, "tared": tared, "windows": windows}
-    measured: Any = SimpleNamespace(tables=tables)
-    return CHECKS["steadiness"].check(measured).verdict
 
 
 def power_at_5_cm(depth_cm):
@@ -114,8 +99,6 @@ NO_BED = (0.0, REPEATS)
         # identical values, or none
         (lambda: (spread(0.0).error_at(np.full(2, 0.2), 0).sd, spread(0.0).source), NO_BED),
         (lambda: (spread(0.3).error_at(np.full(2, 0.2), 0).sd, spread(0.3).source), NO_BED),
-        (lambda: steadiness(5.0, -1.0), "not checked"),
-        (lambda: steadiness(np.tile(np.linspace(2, 8, 40), 3), 0.0), "not checked"),
         (gain_without_force, None),
     ],
 )
