@@ -11,7 +11,6 @@ import pytest
 from paper import PAPER
 
 from rftfit.measure.alpha import alpha_table, column, flags_of_cells
-from rftfit.measure.errors import REPEATS
 from rftfit.measure.flags import Flags, codes_of
 
 BIG = 1e9
@@ -115,7 +114,7 @@ def test_a_depth_is_reached_to_some_tenths_of_a_millimetre(nominal):
     cell_row = cell(table(*near, run("c", 60, 0, 0.1, depth=2 * nominal)), 60, 0)
     assert cell_row[column("z")] == pytest.approx(0.1)
     assert cell_row["n_depths"] == 2
-    assert set(table(*in_six_cells(near))["spread"]) == {REPEATS}
+    assert set(table(*in_six_cells(near))["spread"]) == {"repeats"}
 
 
 @pytest.mark.parametrize("confidence", [0.8, 0.95])

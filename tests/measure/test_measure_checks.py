@@ -22,7 +22,7 @@ from scipy.stats import chi2, norm
 
 import rftfit
 from rftfit import reference, rft3d_profile
-from rftfit.campaign.config import ForceLog, Grid, MediumSettings
+from rftfit.campaign.config import ForceLog, Grid
 from rftfit.checks import medium as checks
 from rftfit.checks.axes import Cells
 from rftfit.checks.channels import compare_with_known
@@ -35,7 +35,7 @@ from rftfit.measure.alpha import column
 from rftfit.measure.flags import Flags, format_remarks, remark
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.levels import two_clusters
-from rftfit.measure.verdict_words import PULLS, is_usable
+from rftfit.model.scaling import fit_terms
 from rftfit.outputs.dictionary import describe_file
 from rftfit.results import open_results
 
@@ -60,6 +60,8 @@ def on_grid(medium, grid):
     return pd.DataFrame(columns | {"medium": medium, "spread": "scatter between beds not included"})
 
 
+PULLS = "beta-of-pulls"
+"""Axes by which beta of pulls would have the other sign."""
 AXES = SimpleNamespace(x="+F1", y="-F2", z="-F3")
 """Channels of a transducer along the axes of the lab."""
 
@@ -595,7 +597,7 @@ def test_whose_trend_counts():
         assert judge("steadiness", measured(**tables | {"tared": tared})).verdict == "not checked"
 
 
-def test_marks_name_what_fails_and_why_it_is_accepted():
+def test_marks_name_what_fails_and_why_it_is_accepted(paper_config):
     rows = [
         ("a", "work", "failed", "unusable"),
         ("a", "surface", "failed", "doubtful"),
@@ -605,8 +607,8 @@ def test_marks_name_what_fails_and_why_it_is_accepted():
     table = pd.DataFrame(rows, columns=COLUMNS[:4]).assign(
         found="", code=[check for _, check, *_ in rows]
     )
-    media = {name: MediumSettings(title=name) for name in "ac"}
-    media["b"] = MediumSettings(title="b", accept={"size": "pumice"})
+    plain = paper_config.media["poppy_LP"]
+    media = {"a": plain, "b": plain.model_copy(update={"accept": {"size": "pumice"}}), "c": plain}
     assert checks.marks_of(table, media) == {
         "a": [
             remark("unusable", faults=CHECKS["work"].fault),
@@ -615,9 +617,12 @@ def test_marks_name_what_fails_and_why_it_is_accepted():
         "b": [remark("accepted", fault=CHECKS["size"].fault, why="pumice")],
     }
     frame = alpha_frame("poppy_LP", reference.alpha_grid("poppy_LP"))
-    assert is_usable(frame)
-    assert not is_usable(frame.assign(checks_code="unusable doubtful"))
-    assert is_usable(frame.assign(checks="accepted: unusable: I know", checks_code="accepted"))
+    for marks, counts in (
+        ({}, True),
+        ({"checks_code": "unusable doubtful"}, False),
+        ({"checks": "accepted: unusable: I know", "checks_code": "accepted"}, True),
+    ):
+        assert fit_terms(frame.assign(**marks), paper_config, "lsq").counts == counts
 
 
 def test_without_a_medium_that_passes_its_checks_there_is_no_generic_profile(tmp_path):
