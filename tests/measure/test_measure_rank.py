@@ -13,7 +13,7 @@ import rftfit
 from rftfit.checks.channels import _find_other_gain
 from rftfit.compare.sands import bend_of
 from rftfit.measure.alpha import alpha_table, column
-from rftfit.measure.errors import REPEATS, gradient, spread_of_beds
+from rftfit.measure.errors import gradient, spread_of_beds
 from rftfit.measure.laws import LINE_THROUGH_ZERO, DepthLaw, other_laws
 from rftfit.measure.levels import shifted_runs
 from rftfit.measure.slopes import fit_few, fit_slope, weighted_sum_variance
@@ -66,7 +66,7 @@ def gain_without_force():
     return _find_other_gain(noise, np.zeros(16), np.ones(16), np.ones(16, dtype=bool))
 
 
-NO_BED = (0.0, REPEATS)
+NO_BED = (0.0, "repeats")
 
 
 @pytest.mark.parametrize(
