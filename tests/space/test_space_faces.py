@@ -16,7 +16,6 @@ from rftfit.forces import faces, reference_kernel
 from rftfit.forces.faces import face_alpha, submerged_parts
 from rftfit.forces.plane import forces_on
 from rftfit.forces.space import CLOSURE, compiled_mesh_forces
-from rftfit.model import rft3d
 from rftfit.model.kernel import pose_forces
 
 from .test_space_mesh import box
@@ -199,7 +198,7 @@ def test_the_closure_errs_as_stated_where_3d_rft_is_the_truth():
     motion = np.stack([-np.cos(g), 0 * g, -np.sin(g)], axis=-1)
     plate = np.stack([np.sin(b), 0 * b, np.cos(b)], axis=-1)
     plate *= np.where((plate * motion).sum(axis=-1) < 0, -1, 1)[..., None]
-    alpha = rft3d.law(plate, motion)
+    alpha = face_alpha(UNIT, plate, motion, "3d-rft")
     plane = rftfit.TableProfile.of_nodes(beta, gamma, (alpha[..., 2], alpha[..., 0]))
     truth = face_alpha(UNIT, normal, velocity, "3d-rft")
     off = face_alpha(plane, normal, velocity) - truth
