@@ -1,7 +1,4 @@
-"""Every kind of profile is periodic and symmetric in its angles and is NaN where it has no data.
-
-Kinds: measured table, nine terms, depth-only, scaled generic.
-"""
+"""A profile of measured directions has no step in its angles and is NaN where it has no data."""
 
 import math
 import re
@@ -11,12 +8,9 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from rftfit import TableProfile, reference
-from rftfit.model import fourier
 
-BETA, GAMMA = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
 RANDOM = np.random.default_rng(3)
 ANY_BETA, ANY_GAMMA = RANDOM.uniform(-9, 9, (2, 2000))
-M0 = fourier.as_array(reference.coefficients("generic"))
 
 
 def table(medium="poppy_LP"):
