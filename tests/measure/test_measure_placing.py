@@ -156,11 +156,11 @@ def test_the_yielding_machine(folder):
         ),
     )
     rigid_contact = {"force_log": "rigid_force.csv", "motion_log": "rigid_motion.csv"}
-    without, corrected = (
+    uncorrected, corrected = (
         measured(campaign(folder, **sections))
         for sections in ({}, {"rigid_contact": rigid_contact})
     )
-    wrong, right = (results.fit("a")["alpha_z_N_per_cm3"] for results in (without, corrected))
+    wrong, right = (results.fit("a")["alpha_z_N_per_cm3"] for results in (uncorrected, corrected))
     truth = STIFFNESS / (np.pi * 6.25)
     assert wrong == pytest.approx(truth / (1 + STIFFNESS * YIELD_CM_PER_N), rel=0.01)
     assert right == pytest.approx(truth, rel=0.01)

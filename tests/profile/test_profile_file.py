@@ -456,7 +456,8 @@ def test_the_schema_is_in_step(pytestconfig, content, tmp_path):
     kept = json.loads(stored.read_text("utf-8"))
     assert kept == json.loads(schema_text), "run python -m rftfit.model.profile_schema"
     objects = [kept, *kept["$defs"].values()]
-    assert all("description" in key for part in objects for key in part["properties"].values())
+    keys = [key for described in objects for key in described["properties"].values()]
+    assert all("description" in key for key in keys)
     check = pytest.importorskip("jsonschema").Draft202012Validator(json.loads(schema_text))
     assert check.is_valid(content)
     content["directions"][Z][0] = "0.1"
