@@ -935,6 +935,8 @@ HALF = [1.0] * 6 + [3.0] * 6
         # another noise alone, or another force alone, is no other gain
         ({"F1_noise_N": HALF}, "", 0),
         ({X: HALF}, "", 0),
+        # a channel without force has no gain, where its silence is explained
+        ({X: 0.0, "F1_noise_N": HALF}, "channel-silent", 12),
     ],
 )
 def test_channels_against_what_every_medium_feels(seen, code, count):

@@ -10,7 +10,6 @@ import pandas as pd
 import pytest
 
 import rftfit
-from rftfit.checks.channels import _find_other_gain
 from rftfit.compare.sands import bend_of
 from rftfit.measure.alpha import alpha_table, column
 from rftfit.measure.errors import gradient, spread_of_beds
@@ -61,11 +60,6 @@ def surface_after_a_rest():
     return round(10 * find_surface(depth, force, 0.5, 0.05).depth_cm)
 
 
-def gain_without_force():
-    noise = np.repeat([1.0, 5.0], 8)
-    return _find_other_gain(noise, np.zeros(16), np.ones(16), np.ones(16, dtype=bool))
-
-
 NO_BED = (0.0, "repeats")
 
 
@@ -99,7 +93,6 @@ NO_BED = (0.0, "repeats")
         # identical values, or none
         (lambda: (spread(0.0).error_at(np.full(2, 0.2), 0).sd, spread(0.0).source), NO_BED),
         (lambda: (spread(0.3).error_at(np.full(2, 0.2), 0).sd, spread(0.3).source), NO_BED),
-        (gain_without_force, None),
     ],
 )
 def test_what_data_do_not_determine(fitted, expected):
