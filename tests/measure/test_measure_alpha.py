@@ -10,9 +10,7 @@ import pandas as pd
 import pytest
 from paper import PAPER
 
-from rftfit.campaign.config import Grid
 from rftfit.measure.alpha import alpha_table, column, flags_of_cells
-from rftfit.measure.errors import AS_PREPARED, REPEATS
 from rftfit.measure.flags import Flags, codes_of
 
 BIG = 1e9
@@ -97,18 +95,6 @@ def test_horizontal_runs_at_too_few_depths(depths, planned, code):
         assert numbers[0] == pytest.approx(0.1)
 
 
-GAMMAS = (18.43, 33.69, 45, 56.31, 71.57, 90)
-
-
-def pairs(beta, gamma, depth=(5, 5)):
-    """Six pairs of runs whose alphas are 0.02 apart, at either beta and depth."""
-    return [
-        run(f"{side}{g}", beta[side], g, 0.3 + 0.02 * side, depth=depth[side])
-        for g in gamma
-        for side in (0, 1)
-    ]
-
-
 def in_six_cells(rows):
     """The same runs with each plate."""
     return [
@@ -116,27 +102,6 @@ def in_six_cells(rows):
         for beta in (-60, -30, 0, 30, 60, 90)
         for row in rows
     ]
-
-
-def test_what_counts_as_a_repeat():
-    # a pair 0.02 apart varies by 0.02^2 / 2 about its mean, less the 0.001^2 of a run's own error
-    spread = math.sqrt(0.02**2 / 2 - 0.001**2)
-    for beta in ((30.0, 30.0), (90.0, -90.0)):
-        cells = table(*pairs(beta, GAMMAS))
-        assert set(cells["spread"]) == {REPEATS}
-        cells_with_runs = cells[cells["n_runs"] > 0]
-        np.testing.assert_allclose(cells_with_runs["run_to_run_z_N_per_cm3"], spread, rtol=1e-3)
-        assert (cells_with_runs["run_to_run_x_N_per_cm3"] == 0).all()
-    # other plates are no repeats of one another, nor are other depths of a horizontal cell
-    for second_beta in (-30.0, 31.0):
-        assert set(table(*pairs((30.0, second_beta), GAMMAS))["spread"]) == {AS_PREPARED}
-    level = in_six_cells(pairs((0, 0), (0.0,), (2.54, 5.08)))
-    assert set(table(*level)["spread"]) == {AS_PREPARED}
-    same = [{**row, "depth_from_cm": 5.08, "depth_to_cm": 5.08} for row in level]
-    assert set(table(*same)["spread"]) == {REPEATS}
-    # a slight slant begins where the log lets it: that is no depth of preparation
-    slight = pairs((30.0, 30.0), (-0.4, -0.3, -0.2, 0.2, 0.3, 0.4), (2.54, 5.08))
-    assert set(table(*slight)["spread"]) == {REPEATS}
 
 
 @pytest.mark.parametrize("nominal", [2.54, 2.55, 2.5])
@@ -149,22 +114,7 @@ def test_a_depth_is_reached_to_some_tenths_of_a_millimetre(nominal):
     cell_row = cell(table(*near, run("c", 60, 0, 0.1, depth=2 * nominal)), 60, 0)
     assert cell_row[column("z")] == pytest.approx(0.1)
     assert cell_row["n_depths"] == 2
-    assert set(table(*in_six_cells(near))["spread"]) == {REPEATS}
-
-
-def test_directions_near_one_another_are_one_cell_and_no_run_is_without():
-    runs = [run("a", 45, 45, 0.3), run("b", 44.98, 45, 0.32), run("c", 45, 45, 0.31),
-            run("d", 45, 18.36, 0.1), run("e", -11.5, 11.5, 0.2)]  # fmt: skip
-    cells = alpha_table(pd.DataFrame(runs), "m", 0.95, 3)
-    assert list(zip(cells["beta_deg"], cells["gamma_deg"], strict=True)) == [
-        (-11.5, 11.5),
-        (45, 18.36),
-        (45, 45),
-    ]
-    assert [ids.split() for ids in cells["run_ids"]] == [["e"], ["d"], ["a", "b", "c"]]
-    narrow = alpha_table(pd.DataFrame(runs), "m", 0.95, 3, grid=Grid(angle_tolerance_deg=0.01))
-    assert cells["n_runs"].sum() == narrow["n_runs"].sum() == len(runs)
-    assert len(narrow) == 4
+    assert set(table(*in_six_cells(near))["spread"]) == {"repeats"}
 
 
 @pytest.mark.parametrize("confidence", [0.8, 0.95])

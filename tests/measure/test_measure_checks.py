@@ -4,13 +4,14 @@ Also tested: rods, drift, size of alpha, steadiness, linearity, and copies of lo
 """
 
 import itertools
+import json
 import math
 import re
 from dataclasses import replace
 from graphlib import CycleError
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -21,12 +22,11 @@ from scipy.stats import chi2, norm
 
 import rftfit
 from rftfit import reference, rft3d_profile
-from rftfit.campaign.config import CheckName, ForceLog, Grid, MediumSettings
+from rftfit.campaign.config import ForceLog, Grid
 from rftfit.checks import medium as checks
 from rftfit.checks.axes import Cells
 from rftfit.checks.channels import compare_with_known
-from rftfit.checks.declared import CHECKS, COLUMNS, Check, MediumMeasurements
-from rftfit.compare.misplaced import MISPLACED_COLUMNS
+from rftfit.checks.declared import CHECKS, COLUMNS, MediumMeasurements
 from rftfit.compare.peers import compare_runs
 from rftfit.directions import TOLERANCE_DEG
 from rftfit.lab.plan import parse_directions
@@ -35,10 +35,14 @@ from rftfit.measure.alpha import column
 from rftfit.measure.flags import Flags, format_remarks, remark
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.levels import two_clusters
-from rftfit.measure.verdict_words import FAILED, NOT_CHECKED, PASSED, PULLS, is_usable
+from rftfit.model.scaling import fit_terms
 from rftfit.outputs.dictionary import describe_file
 from rftfit.results import open_results
 
+SCHEMA = Path(__file__).parents[2] / "config" / "config.schema.json"
+SETTINGS_OF_MEDIUM = json.loads(SCHEMA.read_text("utf-8"))["$defs"]["MediumSettings"]["properties"]
+CHECK_NAMES = SETTINGS_OF_MEDIUM["accept"]["propertyNames"]["enum"]
+"""Checks whose failure a config may accept, in the order of the table."""
 GRID_NAMES = ["few", *(name for name in GRIDS if name != "one-push")]
 """Grids of directions; `few` is the published table as it is."""
 
@@ -56,6 +60,8 @@ def on_grid(medium, grid):
     return pd.DataFrame(columns | {"medium": medium, "spread": "scatter between beds not included"})
 
 
+PULLS = "beta-of-pulls"
+"""Axes by which beta of pulls would have the other sign."""
 AXES = SimpleNamespace(x="+F1", y="-F2", z="-F3")
 """Channels of a transducer along the axes of the lab."""
 
@@ -63,7 +69,7 @@ AXES = SimpleNamespace(x="+F1", y="-F2", z="-F3")
 ZERO_NAMES = [f"zero_{what}_{c}_N" for what in ("trend", "change") for c in "zx"]
 ALPHA_NAMES = [f"alpha_{c}_N_per_cm3" for c in "zx"]
 NO_RUNS_OF_NOTE = {
-    "misplaced": pd.DataFrame(columns=MISPLACED_COLUMNS),
+    "misplaced": pd.DataFrame(),
     "fits": pd.DataFrame(
         columns=["run_id", "direction", "tare_run", "beta_deg", "gamma_deg", *ALPHA_NAMES]
     ),
@@ -108,19 +114,19 @@ def axes(table, config=None, evidence=None):
 @pytest.mark.parametrize(
     ("evidence", "verdict", "code"),
     [
-        ({"z-reversed": -9.0}, PASSED, "axes"),
-        ({"z-reversed": -9.0, PULLS: -9.0}, PASSED, "axes"),
-        ({"z-reversed": -9.0, PULLS: 1.0}, PASSED, "axes-pulls-open"),
-        ({"z-reversed": -9.0, PULLS: 9.0}, FAILED, "axes-pulls"),
-        ({"z-reversed": -9.0, "beta-reversed": -9.0}, PASSED, "axes"),
-        ({"z-reversed": -9.0, "beta-reversed": -3.0}, PASSED, "axes-beta-open"),
-        ({"z-reversed": -9.0, "beta-and-x-reversed": -3.0, PULLS: 1.0}, PASSED, "axes-beta-open"),
-        ({"z-reversed": -3.0, "beta-reversed": -3.0}, NOT_CHECKED, "axes-open"),
+        ({"z-reversed": -9.0}, "passed", "axes"),
+        ({"z-reversed": -9.0, PULLS: -9.0}, "passed", "axes"),
+        ({"z-reversed": -9.0, PULLS: 1.0}, "passed", "axes-pulls-open"),
+        ({"z-reversed": -9.0, PULLS: 9.0}, "failed", "axes-pulls"),
+        ({"z-reversed": -9.0, "beta-reversed": -9.0}, "passed", "axes"),
+        ({"z-reversed": -9.0, "beta-reversed": -3.0}, "passed", "axes-beta-open"),
+        ({"z-reversed": -9.0, "beta-and-x-reversed": -3.0, PULLS: 1.0}, "passed", "axes-beta-open"),
+        ({"z-reversed": -3.0, "beta-reversed": -3.0}, "not checked", "axes-open"),
         # what is told comes before what is open
-        ({"z-reversed": 1.0, PULLS: 9.0}, FAILED, "axes-pulls"),
-        ({"z-reversed": 1.0, PULLS: 1.0}, NOT_CHECKED, "axes-open"),
-        ({"z-reversed": 9.0, PULLS: 9.0}, FAILED, "axes-others"),
-        ({}, NOT_CHECKED, "axes-no-runs"),
+        ({"z-reversed": 1.0, PULLS: 9.0}, "failed", "axes-pulls"),
+        ({"z-reversed": 1.0, PULLS: 1.0}, "not checked", "axes-open"),
+        ({"z-reversed": 9.0, PULLS: 9.0}, "failed", "axes-others"),
+        ({}, "not checked", "axes-no-runs"),
     ],
 )
 def test_what_the_evidence_says_of_axes_and_of_pulls(evidence, verdict, code):
@@ -249,20 +255,16 @@ def test_a_pair_that_contradicts_its_mirror_image_is_no_symmetry():
     assert (check.values["size_deg"], check.values["gamma_deg"]) == (60, 90)
 
 
+def peers_of(count, **columns):
+    """Runs r2, r3 and so on beside their repeats, none of which stands apart but for these columns."""
+    usual = {"times_spread": 1.0, "apart": False, "beside": "repeats", "seen_from_ratio": 0.2}
+    usual |= {"off_z_ratio": 0.0, "off_x_ratio": 0.0}
+    return pd.DataFrame({"run_id": [f"r{n}" for n in range(2, 2 + count)], **usual, **columns})
+
+
 @pytest.mark.parametrize(("least", "verdict"), [(0.3, "passed"), (0.5, "not checked")])
 def test_a_difference_that_would_not_be_seen_is_not_checked(least, verdict):
-    runs = [f"r{n}" for n in range(2, 8)]
-    peers = pd.DataFrame(
-        {
-            "run_id": runs,
-            "times_spread": 1.0,
-            "apart": False,
-            "seen_from_ratio": least,
-            "beside": "map",
-            "off_z_ratio": 0.0,
-            "off_x_ratio": 0.0,
-        }
-    )
+    peers = peers_of(6, seen_from_ratio=least, beside="map")
     check = judge("repeats", measured(sheet_of("p" * 6), peers=peers))
     assert (check.verdict, check.values["median"]) == (verdict, least)
     assert (check.code == "repeats-blind") == (verdict == "not checked")
@@ -270,10 +272,7 @@ def test_a_difference_that_would_not_be_seen_is_not_checked(least, verdict):
 
 @pytest.mark.parametrize(("off_z", "off_x", "component"), [(0.1, -0.4, "x"), (0.4, 0.1, "z")])
 def test_a_run_apart_is_told_by_the_component_that_is_farther_off(off_z, off_x, component):
-    peers = pd.DataFrame(
-        {"run_id": ["r2"], "times_spread": 8.1, "apart": True, "beside": "repeats"}
-    )
-    peers = peers.assign(seen_from_ratio=0.2, off_z_ratio=off_z, off_x_ratio=off_x)
+    peers = peers_of(1, times_spread=8.1, apart=True, off_z_ratio=off_z, off_x_ratio=off_x)
     for c, alpha in (("z", 0.35), ("x", -0.04)):
         peers[f"alpha_{c}_N_per_cm3"], peers[f"others_{c}_N_per_cm3"] = alpha, alpha + 0.2
     check = judge("repeats", measured(sheet_of("p"), peers=peers))
@@ -283,17 +282,8 @@ def test_a_run_apart_is_told_by_the_component_that_is_farther_off(off_z, off_x, 
 @pytest.mark.parametrize("apart", [1, 2])
 def test_a_run_that_is_next_is_named_where_a_single_one_is_apart(apart):
     # of two exchanged runs both are apart, and the next one is innocent
-    peers = pd.DataFrame(
-        {
-            "run_id": ["r2", "r3", "r4"],
-            "times_spread": [8.1, 7.5, 2.0],
-            "apart": [True, apart == 2, False],
-            "beside": "repeats",
-            "seen_from_ratio": 0.2,
-            "off_z_ratio": 0.1,
-            "off_x_ratio": 0.1,
-        }
-    )
+    is_apart = [True, apart == 2, False]
+    peers = peers_of(3, times_spread=[8.1, 7.5, 2.0], apart=is_apart, off_z_ratio=0.1)
     for c in "zx":
         peers[f"alpha_{c}_N_per_cm3"], peers[f"others_{c}_N_per_cm3"] = 0.35, 0.55
     check = judge("repeats", measured(sheet_of("ppp"), peers=peers))
@@ -314,11 +304,8 @@ def test_repeats_that_differ_more_than_ordinary_beds_do(scatter, pairs, code):
     """By more than 10.5 %, and at the lower end of that by more than 8 %: pairs of runs along one force."""
     alpha = 0.3 * (1 + scatter / math.sqrt(2) * np.tile([-1.0, 1.0], pairs))
     runs = few_cells([(place // 2, 90, z, 0, 1e-5, 1e-5) for place, z in enumerate(alpha)])
-    peers = pd.DataFrame(
-        {"run_id": ["r2"], "times_spread": 1.0, "apart": False, "seen_from_ratio": 0.1}
-    )
-    peers = peers.assign(beside="repeats", off_z_ratio=0.0, off_x_ratio=0.0)
-    check = judge("repeats", measured(sheet_of("p" * 2 * pairs), peers=peers, fits=runs))
+    tables = {"peers": peers_of(1), "fits": runs}
+    check = judge("repeats", measured(sheet_of("p" * 2 * pairs), **tables))
     assert (check.verdict, check.code) == ("failed" if "wide" in code else "passed", code)
     if code == "repeats-wide":
         spread, dof = check.values["spread"], check.values["dof"]
@@ -402,11 +389,6 @@ def test_energy_given_back_counts_by_its_size(cells, back, verdict):
     work = [*back, *[0.1] * (cells - len(back))]
     table = few_cells([(5 * place, 0, 0, x, 0.0, 0.0) for place, x in enumerate(work)])
     assert axes(table)["work"].verdict == verdict
-
-
-def runs(*names, **facts):
-    plate = {"kind": "plate", "tare_run": "rod", "direction": "intrusion", "intruder": ""}
-    return {name: SimpleNamespace(**plate | facts | {"force_log": name}) for name in names}
 
 
 RANGE_N = (100.0, 50.0, 200.0)
@@ -506,7 +488,8 @@ def test_whose_channels_are_looked_at():
     turning = {"kind": "leg", "direction": "rotation"}
     assert channels_of(*[(turning, DEAD_Z)] * 3, FINE).verdict == "failed"
     assert channels_of(*[({}, DEAD_Z)] * 3, constant=("F3",)).verdict == "passed"
-    assert channels_of() == Check.skip("channels", "channels-unread")
+    nothing = channels_of()
+    assert (nothing.verdict, nothing.code) == ("not checked", "channels-unread")
     # one push is all there is
     assert channels_of(({}, DEAD_Z)).verdict == "failed"
     check = channels_of(*[({}, DEAD_X | DEAD_Z)] * 3, constant=("F1",))
@@ -634,9 +617,13 @@ def test_whose_trend_counts():
         fits = tables["fits"].copy()
         fits.loc[0, name] = value
         assert judge("steadiness", measured(**tables | {"fits": fits})).verdict == "not checked"
+    # a path without length, and no force
+    for samples in ({"path_cm": 5.0}, {"force_z_N": 0.0, "force_x_N": 0.0}):
+        tared = tables["tared"].assign(**samples)
+        assert judge("steadiness", measured(**tables | {"tared": tared})).verdict == "not checked"
 
 
-def test_marks_name_what_fails_and_why_it_is_accepted():
+def test_marks_name_what_fails_and_why_it_is_accepted(paper_config):
     rows = [
         ("a", "work", "failed", "unusable"),
         ("a", "surface", "failed", "doubtful"),
@@ -646,8 +633,8 @@ def test_marks_name_what_fails_and_why_it_is_accepted():
     table = pd.DataFrame(rows, columns=COLUMNS[:4]).assign(
         found="", code=[check for _, check, *_ in rows]
     )
-    media = {name: MediumSettings(title=name) for name in "ac"}
-    media["b"] = MediumSettings(title="b", accept={"size": "pumice"})
+    plain = paper_config.media["poppy_LP"]
+    media = {"a": plain, "b": plain.model_copy(update={"accept": {"size": "pumice"}}), "c": plain}
     assert checks.marks_of(table, media) == {
         "a": [
             remark("unusable", faults=CHECKS["work"].fault),
@@ -656,9 +643,12 @@ def test_marks_name_what_fails_and_why_it_is_accepted():
         "b": [remark("accepted", fault=CHECKS["size"].fault, why="pumice")],
     }
     frame = alpha_frame("poppy_LP", reference.alpha_grid("poppy_LP"))
-    assert is_usable(frame)
-    assert not is_usable(frame.assign(checks_code="unusable doubtful"))
-    assert is_usable(frame.assign(checks="accepted: unusable: I know", checks_code="accepted"))
+    for marks, counts in (
+        ({}, True),
+        ({"checks_code": "unusable doubtful"}, False),
+        ({"checks": "accepted: unusable: I know", "checks_code": "accepted"}, True),
+    ):
+        assert fit_terms(frame.assign(**marks), paper_config, "lsq").counts == counts
 
 
 def test_without_a_medium_that_passes_its_checks_there_is_no_generic_profile(tmp_path):
@@ -971,6 +961,8 @@ HALF = [1.0] * 6 + [3.0] * 6
         # another noise alone, or another force alone, is no other gain
         ({"F1_noise_N": HALF}, "", 0),
         ({X: HALF}, "", 0),
+        # a channel without force has no gain, where its silence is explained
+        ({X: 0.0, "F1_noise_N": HALF}, "channel-silent", 12),
     ],
 )
 def test_channels_against_what_every_medium_feels(seen, code, count):
@@ -1296,11 +1288,13 @@ def test_later_checks_wait_until_a_first_is_put_right(failed, accepted, held, mo
     """All others would pass; a check that waits keeps its flags of single runs."""
     flag = remark("gives-back", run_id="a")
 
-    for name in get_args(CheckName):
-        outcome = Check.judge(name, name != failed, [flag])
+    passed = replace(judge("same_logs", measured(copies={})), verdict="passed", flags=(flag,))
+    for name in CHECK_NAMES:
+        verdict = "failed" if name == failed else "passed"
+        outcome = replace(passed, check=name, code=name, verdict=verdict)
         do_instead(monkeypatch, name, lambda _, outcome=outcome: outcome)
     outcomes = check_nothing({failed: "why"} if accepted else {})
-    assert [check.check for check in outcomes] == [*get_args(CheckName)]
+    assert [check.check for check in outcomes] == CHECK_NAMES
     verdicts = {str(check.check): check.verdict for check in outcomes}
     expected = dict.fromkeys(CHECKS, "passed") | dict.fromkeys(held, "not checked")
     assert verdicts == expected | {failed: "accepted" if accepted else "failed"}
@@ -1312,15 +1306,14 @@ def test_later_checks_wait_until_a_first_is_put_right(failed, accepted, held, mo
 
 
 def test_config_and_documentation_name_the_checks_that_are_declared(pytestconfig):
-    names = get_args(CheckName)
-    assert CHECKS.keys() == {*names}
+    assert CHECKS.keys() == {*CHECK_NAMES}
     page = (pytestconfig.rootpath / "docs" / "theory" / "checks.md").read_text("utf-8")
     table = page[page.index("| check |") : page.index("## Diagnosis")]
-    assert {*re.findall(r"(?m)^\| `(\w+)` \|", table)} == {*names}
+    assert {*re.findall(r"(?m)^\| `(\w+)` \|", table)} == {*CHECK_NAMES}
     # the dictionary of outputs takes them from the config
     described: Any = describe_file("results/checks/m.csv")
     column_of_checks = described.exact["check"]
-    assert re.findall(r"`(\w+)`", column_of_checks.meaning)[1:] == [*names]
+    assert re.findall(r"`(\w+)`", column_of_checks.meaning)[1:] == CHECK_NAMES
 
 
 def test_no_other_file_names_a_check():

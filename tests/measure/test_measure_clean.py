@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rftfit.logs.base import Log, LogError
-from rftfit.measure.flags import BACKWARDS, DUPLICATE
 from rftfit.measure.readings import clean, gaps
 
 
@@ -26,12 +25,12 @@ def test_good_log_is_left_alone():
 @pytest.mark.parametrize(
     ("time", "value", "kept", "dropped"),
     [
-        ([0, 1, 1, 1, 2], [5, 6, 6, 6, 7], [0, 1, 4], {DUPLICATE: 2}),
+        ([0, 1, 1, 1, 2], [5, 6, 6, 6, 7], [0, 1, 4], {"duplicated row": 2}),
         # the same time with other values is no duplicate, nor are equal values at other times
-        ([0, 1, 1, 2], [5, 6, 7, 8], [0, 1, 3], {BACKWARDS: 1}),
-        ([0, 1, 2, 2], [5, 5, 5, 5], [0, 1, 2], {DUPLICATE: 1}),
+        ([0, 1, 1, 2], [5, 6, 7, 8], [0, 1, 3], {"time runs backwards": 1}),
+        ([0, 1, 2, 2], [5, 5, 5, 5], [0, 1, 2], {"duplicated row": 1}),
         # a reversed block
-        ([0, 1, 2, 6, 5, 4, 3, 7, 8], None, [0, 1, 2, 3, 7, 8], {BACKWARDS: 3}),
+        ([0, 1, 2, 6, 5, 4, 3, 7, 8], None, [0, 1, 2, 3, 7, 8], {"time runs backwards": 3}),
     ],
 )
 def test_rows_that_go_are_counted(time, value, kept, dropped):

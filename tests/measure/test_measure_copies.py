@@ -6,8 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rftfit.directions import TOLERANCE_DEG
-from rftfit.measure.copies import counted_once, near_copies, same_readings
+from rftfit.measure.copies import near_copies, same_readings
 
 SIZE = 600
 """Samples of a run."""
@@ -109,48 +108,6 @@ def test_copies_are_found_among_many_repeats_of_any_length():
     logs |= {"copy": logs["074"][5:], "other": logs["073"][:300] + 0.1}
     copies = near_copies([list(logs)], tared(**logs))
     assert copies == {"074": ("copy",), "copy": ("074",), "073": ("other",), "other": ("073",)}
-
-
-def test_of_copies_of_one_direction_one_keeps_its_number():
-    """c is a copy in another direction, where either may be right: both count."""
-    table = pd.DataFrame(
-        {
-            "run_id": list("abcd"),
-            "beta_deg": 0.0,
-            "gamma_deg": [90.0, 90, 45, 90],
-            "direction": "intrusion",
-            "alpha_z_N_per_cm3": [0.3, 0.3, 0.2, 0.31],
-            "alpha_x_N_per_cm3": 0.0,
-            "n_points": 9,
-            "offset_cm": 0.1,
-            "depth_to_cm": 8.0,
-            "reason": "",
-            "reason_code": "",
-        }
-    )
-    before = table.copy()
-    copies = {"a": ("b", "c"), "b": ("a", "c"), "c": ("a", "b"), "d": ()}
-    counted_runs, left_out = counted_once(table, copies, TOLERANCE_DEG)
-    assert list(left_out) == ["b"]
-    pd.testing.assert_frame_equal(table, before)
-    # the surface is not told from copies either
-    for column in ("alpha_z_N_per_cm3", "offset_cm"):
-        assert counted_runs[column].isna().tolist() == [False, True, False, False]
-    assert (counted_runs["depth_to_cm"] == 8).all()
-    assert counted_runs["reason_code"].tolist() == ["", "same-readings", "", ""]
-    assert "a" in str(counted_runs.loc[1, "reason"])
-    assert (counted_runs["n_points"] == 9).all()
-    pd.testing.assert_frame_equal(counted_once(table, {}, TOLERANCE_DEG)[0], before)
-    # c is in the direction of a where the campaign counts 45 and 47 deg as one
-    oblique = table.assign(gamma_deg=[47.0, 90, 45, 90])
-    for tolerance_deg, names in ((TOLERANCE_DEG, []), (2.0, ["c"])):
-        assert list(counted_once(oblique, copies, tolerance_deg)[1]) == names
-    # one that has no number for another reason keeps its reason, and the other one its number
-    numbers = ["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]
-    table.loc[0, numbers], table.loc[0, "reason_code"] = np.nan, "tare-missing"
-    counted_runs, left_out = counted_once(table, copies, TOLERANCE_DEG)
-    assert not left_out
-    assert counted_runs["reason_code"].tolist() == ["tare-missing", "", "", ""]
 
 
 def sheet(*names, kind="plate"):

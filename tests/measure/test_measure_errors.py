@@ -18,17 +18,7 @@ from seeds import seeds
 
 from rftfit.campaign.config import ErrorSettings
 from rftfit.measure.alpha import alpha_table, column
-from rftfit.measure.errors import (
-    ASSUMED,
-    FEW_REPEATS,
-    REPEATS,
-    STATED,
-    Spread,
-    SurfaceError,
-    gradient,
-    spread_of_beds,
-    surface_error,
-)
+from rftfit.measure.errors import Spread, gradient, spread_of_beds, surface_error
 from rftfit.measure.repeats import FLOORS, RunScatter
 from rftfit.measure.slopes import fit_slope
 from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
@@ -88,7 +78,9 @@ def test_a_surface_moves_alpha_by_what_the_lever_says():
     assert late.offset[0] == pytest.approx(0.2, abs=1e-9)
     assert right.offset[0] == pytest.approx(0.0, abs=1e-9)
     # and the cell's error is that of 2 mm
-    cell = cell_table(surface=SurfaceError(run=0.2)).loc[(0, 90)]
+    stated = ErrorSettings(surface_run_mm=2, surface_session_mm=0)
+    surface = surface_error(np.zeros(3), np.zeros(3), stated)
+    cell = cell_table(surface=surface).loc[(0, 90)]
     assert cell["alpha_z_surface_N_per_cm3"] == pytest.approx(0.2 * 0.2 * cell[column("z")])
 
 
@@ -182,7 +174,7 @@ def test_the_scatter_of_repeats_is_the_most_likely_one():
     """Against the likelihood of the runs of each floor, by another optimiser."""
     groups = drawn_groups(4, 0.08, 0.03, 0.4, 60)
     spread = spread_of_beds(groups)
-    assert spread.source == REPEATS
+    assert spread.source == "repeats"
     assert spread.scatter is not None
     largest = max(np.hypot(*alpha.mean(axis=1)) for alpha, _ in groups)
     likelihoods = []
@@ -218,7 +210,7 @@ def test_the_error_of_a_component_by_hand():
     along, across, dof = 0.05, 0.02, 9.0
     one_floor = np.eye(FLOORS.size)[2]
     scatter = RunScatter(np.full(FLOORS.size, along), np.full(FLOORS.size, across), one_floor, dof)
-    spread = Spread(scatter=scatter, largest=0.25, source=REPEATS)
+    spread = Spread(scatter=scatter, largest=0.25, source="repeats")
     # the force lies at cos = 0.96 and sin = 0.28
     of_z = (0.25 * along * 0.96) ** 2, (0.25 * across * 0.28) ** 2
     error = spread.error_at(np.array([0.24, 0.07]), 0)
@@ -229,7 +221,7 @@ def test_the_error_of_a_component_by_hand():
     assert spread.error_at(np.array([0.25, math.nan]), 0).sd == pytest.approx(0.25 * along)
     # floors that repeats cannot tell apart leave less known of a weak direction
     floors = np.where(FLOORS < 1, 0.2, 0.0)
-    unknown = Spread(scatter=replace(scatter, weight=floors), largest=0.25, source=REPEATS)
+    unknown = Spread(scatter=replace(scatter, weight=floors), largest=0.25, source="repeats")
     weak = unknown.error_at(np.array([0.01, 0.0]), 0)
     assert weak.dof < dof
     assert weak.sd > 0.01 * along
@@ -240,12 +232,12 @@ def test_fewer_than_five_degrees_of_freedom_do_not_speak_for_all_cells():
         [(np.stack([np.linspace(0.2, 0.3, runs)] * 2), np.full((2, runs), 0.001))]
         for runs in (5, 6)
     )
-    assert spread_of_beds(five).source == FEW_REPEATS
-    assert spread_of_beds([]).source == ASSUMED
-    assert spread_of_beds(six).source == REPEATS
+    assert spread_of_beds(five).source == "few repeats"
+    assert spread_of_beds([]).source == "assumed"
+    assert spread_of_beds(six).source == "repeats"
     stated = spread_of_beds(five, (0.003, 0.1))
     alpha = np.array([0.4, 0.1])
-    assert stated.source == STATED
+    assert stated.source == "stated"
     assert stated.error_at(alpha, 0).sd == pytest.approx(math.hypot(0.003, 0.04))
     assert stated.error_at(alpha, 1).sd == pytest.approx(math.hypot(0.003, 0.01))
     assert spread_of_beds(five, (0.0, 0.0)).error_at(alpha, 0).sd == 0

@@ -51,6 +51,11 @@ def alpha(run_fit):
     return run_fit.slope.alpha
 
 
+def with_fit(config, **settings):
+    """The same config with other settings of the fit."""
+    return config.model_copy(update={"fit": config.fit.model_copy(update=settings)})
+
+
 def reasons(codes):
     why = np.zeros(DOWN.size, dtype=np.int8)
     for place, code in codes.items():
@@ -85,8 +90,7 @@ def test_how_much_of_a_tare_may_be_missing(paper_config):
 
 @pytest.mark.parametrize(("min_points", "least"), [(30, 30), (3, 8)])
 def test_too_few_points(paper_config, min_points, least):
-    fit = paper_config.fit.model_copy(update={"min_points": min_points})
-    config = paper_config.model_copy(update={"fit": fit})
+    config = with_fit(paper_config, min_points=min_points)
     enough = fit_run(run(), stroke(np.linspace(2, 7, least)), config)
     np.testing.assert_allclose(alpha(enough), [ALPHA_Z, ALPHA_X], rtol=1e-12)
     run_fit = fit_run(run(), stroke(np.linspace(2, 7, least - 1)), config)
@@ -111,8 +115,7 @@ def test_a_window_that_covers_too_little_depth_gives_no_alpha(paper_config):
         if not has_alpha:
             values = run_fit.reason[0].values
             assert (values["found"], values["wanted"]) == (pytest.approx(end - 2), 0.381)
-    fit = paper_config.fit.model_copy(update={"min_depth_cm": 0.3})
-    config = paper_config.model_copy(update={"fit": fit})
+    config = with_fit(paper_config, min_depth_cm=0.3)
     assert fit_run(run(), stroke(np.linspace(2.0, 2.37, 400)), config).reason == ()
     run_fit = fit_run(run(), stroke(np.linspace(2.0, 2.29, 400)), config)
     expected_values = {"found": 0.29, "wanted": 0.3, "least": "fit.min_depth_cm"}
@@ -127,8 +130,7 @@ def test_a_window_that_covers_too_little_depth_gives_no_alpha(paper_config):
     [({"max_depth_cm": 1.0}, "too-deep"), ({"submergence_cm": 8.8}, "too-shallow")],
 )
 def test_a_window_of_the_users_own_is_not_called_the_containers(paper_config, settings, cause):
-    fit = paper_config.fit.model_copy(update=settings)
-    run_fit = fit_run(run(), stroke(DOWN), paper_config.model_copy(update={"fit": fit}))
+    run_fit = fit_run(run(), stroke(DOWN), with_fit(paper_config, **settings))
     assert run_fit.reason[1].codes == ("most-samples", cause)
 
 
@@ -137,6 +139,7 @@ def test_a_window_of_the_users_own_is_not_called_the_containers(paper_config, se
     [
         ("intrusion", 0, 90, False),
         ("extraction", 90, 90, False),
+        ("intrusion", -90, 90, False),
         ("intrusion", 30, 90, True),
         ("intrusion", 0, 45, True),
         ("horizontal", 0, 0, True),

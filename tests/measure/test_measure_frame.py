@@ -8,7 +8,7 @@ from pushes import plate_run
 
 from rftfit.campaign.config import Arm, MotionLog
 from rftfit.logs.base import Log, LogError
-from rftfit.measure.lab_frame import is_symmetric, path_in_lab_frame
+from rftfit.measure.lab_frame import path_in_lab_frame
 from rftfit.measure.log_columns import complete_motion_log, map_columns
 
 
@@ -41,16 +41,6 @@ def test_the_surface_is_stated_in_readings_after_factor_and_offset():
     counted = complete_motion_log(map_columns(log, source, units, "motion_log"), run, units)
     path = path_in_lab_frame(counted, run, Arm(surface_z_mm=-60))
     np.testing.assert_allclose(path.z, [2.0, 0.0, -4.0])
-
-
-@pytest.mark.parametrize(
-    ("beta_deg", "gamma_deg", "is_without"),
-    [(0, 90, True), (90, -90, True), (-90, 90, True), (30, 90, False), (0, 0, False)],
-)
-def test_a_level_or_upright_plate_moved_up_or_down_feels_no_force_along_x(
-    beta_deg, gamma_deg, is_without
-):
-    assert is_symmetric(plate_run(beta_deg=beta_deg, gamma_deg=gamma_deg)) == is_without
 
 
 def test_an_offset_alone_says_that_the_unit_is_that_of_the_quantity():

@@ -13,12 +13,10 @@ from campaigns import chain
 from makers import bench_config, row_of_push, write_campaign
 from pushes import Push, make_push
 
+import rftfit
 from rftfit.campaign.load import load_campaign
 from rftfit.errors import InputError
-from rftfit.measure.flags import codes_of
-from rftfit.measure.ingest import ingest_traces
 from rftfit.measure.ledger import RowStatus, check_ledger
-from rftfit.measure.readable import measure_for_check
 
 YIELD_CM_PER_N = 1e-3
 """How far the machine bends under one newton."""
@@ -91,16 +89,14 @@ def measured(loaded):
 
 def test_repeated_rows_are_left_out_and_counted(folder):
     write(folder, "a", make_push(0, offset_s=7200.2, rate_Hz=25), repeats=4)
-    kept, _, _ = ingest_traces(campaign(folder), "sand")
-    assert [codes_of(trace.flags) for trace in kept] == ["readings-repeated", ""]
+    kept = measured(campaign(folder))
+    assert kept.flags.runs_with("readings-repeated").keys() == {"a"}
     transducer = CONFIG["transducer"] | {"repeats": "drop"}
-    loaded = campaign(folder, transducer=transducer)
-    alpha = measured(loaded).fit("a")["alpha_z_N_per_cm3"]
+    results = measured(campaign(folder, transducer=transducer))
+    alpha = results.fit("a")["alpha_z_N_per_cm3"]
     assert alpha == pytest.approx(STIFFNESS / (np.pi * 6.25), rel=0.05)
-    traces, _, book = ingest_traces(loaded, "sand")
-    assert traces[0].flags == ()
-    assert traces[0].time.size == 550
-    rows = book.table().query("run_id == 'a' and reason_code == 'repeated-rows'")["rows"]
+    assert not results.flags.runs_with("readings-repeated")
+    rows = results.book.query("run_id == 'a' and reason_code == 'repeated-rows'")["rows"]
     assert rows.sum() == 3 * 550
 
 
@@ -124,8 +120,8 @@ def test_runs_with_one_fault_are_one_group_whatever_they_are_called(folder):
     edit_sheet(folder, "\nb,plate,sand,odd,", "\nin,plate,sand,odd,")
     for name in ("a", "b"):
         write(folder, name, make_push(3, stiffness=0.0, medium_N=0.0))
-    (logs,) = measure_for_check(campaign(folder))
-    (problem,) = logs.problems
+    campaign(folder)
+    (problem,) = (problem for problem in rftfit.check(folder) if problem.severity == "error")
     assert problem.code == "logs.refused"
     assert re.fullmatch(r"sand, 2 of 2 .*: a \(row 2\), in \(row 3\)", problem.place.file)
 
@@ -160,16 +156,17 @@ def test_the_yielding_machine(folder):
         ),
     )
     rigid_contact = {"force_log": "rigid_force.csv", "motion_log": "rigid_motion.csv"}
-    wrong, right = (
-        measured(campaign(folder, **sections)).fit("a")["alpha_z_N_per_cm3"]
+    uncorrected, corrected = (
+        measured(campaign(folder, **sections))
         for sections in ({}, {"rigid_contact": rigid_contact})
     )
+    wrong, right = (results.fit("a")["alpha_z_N_per_cm3"] for results in (uncorrected, corrected))
     truth = STIFFNESS / (np.pi * 6.25)
     assert wrong == pytest.approx(truth / (1 + STIFFNESS * YIELD_CM_PER_N), rel=0.01)
     assert right == pytest.approx(truth, rel=0.01)
     # beyond the force of the rigid push the depth is not known
-    traces, _, _ = ingest_traces(campaign(folder, rigid_contact=rigid_contact), "sand")
-    assert not (traces[0].why == RowStatus.YIELDED).any()
+    traces = corrected.traces
+    assert not (traces.loc[traces["run_id"] == "a", "why"] == RowStatus.YIELDED).any()
 
 
 def test_a_rigid_contact_that_is_none(folder):

@@ -4,30 +4,18 @@ A warning is an error in the tests.
 """
 
 import math
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 
 import rftfit
-from rftfit.checks.channels import _find_other_gain
-from rftfit.checks.declared import CHECKS
 from rftfit.compare.sands import bend_of
-from rftfit.measure.alignment import search_lags
 from rftfit.measure.alpha import alpha_table, column
-from rftfit.measure.errors import REPEATS, gradient, spread_of_beds
-from rftfit.measure.laws import LINE_THROUGH_ZERO, DepthLaw, other_laws, power_fit
-from rftfit.measure.ledger import RowStatus
+from rftfit.measure.errors import gradient, spread_of_beds
+from rftfit.measure.laws import LINE_THROUGH_ZERO, DepthLaw, other_laws
 from rftfit.measure.levels import shifted_runs
-from rftfit.measure.slopes import (
-    fit_few,
-    fit_slope,
-    free_intercept,
-    stress_onset,
-    weighted_sum_variance,
-)
+from rftfit.measure.slopes import fit_few, fit_slope, weighted_sum_variance
 from rftfit.measure.surface import find_surface
 
 FLAT = np.ones((1, 60))
@@ -49,15 +37,10 @@ def alpha_at_one_depth(depth_cm, law=LINE_THROUGH_ZERO):
     return [row[column("z")], row["reason_code"]]
 
 
-def steadiness(path, force):
-    """Verdict on three level runs of 40 samples."""
-    names = np.repeat([*"abc"], 40)
-    tared = pd.DataFrame({"run_id": names, "path_cm": path, "force_z_N": force, "force_x_N": force})
-    fits = pd.DataFrame({"run_id": [*"abc"], "direction": "horizontal", "n_points": 40})
-    windows = pd.DataFrame({"run_id": names, "why": int(RowStatus.GOOD)})
-    tables = {"fits": fits, "tared": tared, "windows": windows}
-    measured: Any = SimpleNamespace(tables=tables)
-    return CHECKS["steadiness"].check(measured).verdict
+def power_at_5_cm(depth_cm):
+    """Power of depth that is fitted to the same stress at all depths."""
+    (power,) = DepthLaw("power", 5.0).fit(depth_cm, FLAT[:, : depth_cm.size])
+    return power
 
 
 def spread(alpha):
@@ -77,30 +60,20 @@ def surface_after_a_rest():
     return round(10 * find_surface(depth, force, 0.5, 0.05).depth_cm)
 
 
-def gain_without_force():
-    noise = np.repeat([1.0, 5.0], 8)
-    return _find_other_gain(noise, np.zeros(16), np.ones(16), np.ones(16, dtype=bool))
-
-
-def unexplained_by_a_constant_force():
-    time = np.arange(99.0)
-    return search_lags(time, np.ones(99), time, time, [0.0]).unexplained.min()
-
-
-NO_BED = (0.0, REPEATS)
+NO_BED = (0.0, "repeats")
 
 
 @pytest.mark.parametrize(
     ("fitted", "expected"),
     [
         # one depth, which may be the one that is looked for
-        (lambda: power_fit(np.full(60, 5.0), FLAT[0], 5.0).exponent, math.nan),
-        (lambda: power_fit(np.full(60, 2.0), FLAT[0], 5.0).alpha, math.nan),
-        (lambda: power_fit(np.zeros(60), FLAT[0], 5.0).alpha, math.nan),
-        (lambda: power_fit(np.full(1, 2.0), FLAT[0, :1], 2.0).gain, [math.nan]),
+        (lambda: power_at_5_cm(np.full(60, 5.0)).exponent, math.nan),
+        (lambda: power_at_5_cm(np.full(60, 2.0)).alpha, math.nan),
+        (lambda: power_at_5_cm(np.zeros(60)).alpha, math.nan),
+        (lambda: power_at_5_cm(np.full(1, 2.0)).gain, [math.nan]),
         (lambda: other_laws(np.zeros(60), FLAT, 5.0) is None, True),
-        (lambda: free_intercept(np.zeros(60), FLAT)[1], [math.nan]),
-        (lambda: stress_onset(np.zeros(60), FLAT), [math.nan]),
+        (lambda: fit_slope(np.full(60, 5.0), FLAT, *ZERO).free_slope, [math.nan]),
+        (lambda: fit_slope(np.full(60, 5.0), FLAT, *ZERO).start, [math.nan]),
         (lambda: fit_few(np.full(3, 2.0), FLAT[:, :3]).free_slope, [math.nan]),
         (lambda: fit_slope(np.full(60, 5.0), FLAT, *ZERO).nonlinear_p, [math.nan]),
         (lambda: fit_slope(AT_ZERO_AND_ONE, FLAT, *ZERO).alpha, [0.2]),
@@ -120,10 +93,6 @@ NO_BED = (0.0, REPEATS)
         # identical values, or none
         (lambda: (spread(0.0).error_at(np.full(2, 0.2), 0).sd, spread(0.0).source), NO_BED),
         (lambda: (spread(0.3).error_at(np.full(2, 0.2), 0).sd, spread(0.3).source), NO_BED),
-        (lambda: steadiness(5.0, -1.0), "not checked"),
-        (lambda: steadiness(np.tile(np.linspace(2, 8, 40), 3), 0.0), "not checked"),
-        (gain_without_force, None),
-        (unexplained_by_a_constant_force, 1.0),
     ],
 )
 def test_what_data_do_not_determine(fitted, expected):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from pushes import estimate, make_push, plate_run
 
-from rftfit.campaign.config import Arm, ClockSettings
+from rftfit.campaign.config import Arm
 from rftfit.logs.base import Log, LogError
 from rftfit.measure.alignment import estimate_clocks
 from rftfit.measure.flags import Refused, remark
@@ -92,6 +92,12 @@ def waves(push):
             lambda: estimate_clocks(TIME[:30], DEPTH[:30], TIME, DEPTH, 1e-3, 0.1),
             "few-readings",
             {"found": 30},
+        ),
+        # a channel that shows one value
+        (
+            lambda: estimate_clocks(TIME, np.ones(1000), TIME, DEPTH, 1e-3, 0.1),
+            "few-readings",
+            {"found": 1},
         ),
         (
             lambda: estimate_clocks(
@@ -194,12 +200,10 @@ def test_a_motion_up_toward_minus_x():
     assert end - start > 9
 
 
-def test_a_sync_line_is_needed():
+def test_a_sync_line_is_needed(paper_config):
     readings = ForceReadings(TIME, np.stack([TIME] * 2), None, TIME < 0, np.stack([TIME] * 3))
     with pytest.raises(Refused) as caught:
-        find_clock(
-            ClockSettings(method="sync_line"), PUSH, readings, path(DEPTH), np.empty((0, 2)), None
-        )
+        find_clock(paper_config.clock, PUSH, readings, path(DEPTH), np.empty((0, 2)), None)
     assert caught.value.remark.code == "no-sync-line"
 
 

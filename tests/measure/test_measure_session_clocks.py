@@ -10,35 +10,32 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from paper import paper_config
 
-from rftfit.campaign.config import ClockSettings
-from rftfit.measure.alignment import BUILD_UP_S
 from rftfit.measure.flags import Refused
-from rftfit.measure.session_clocks import (
-    CLOCK_COLUMNS,
-    SessionClocks,
-    find_session_clock,
-    flags_of_clock,
-)
+from rftfit.measure.session_clocks import SessionClocks, find_session_clock, flags_of_clock
 
-ESTIMATE = ClockSettings(method="estimate")
+ESTIMATE = paper_config().clock.model_copy(update={"method": "estimate"})
 """The clocks are to be found from the force."""
 START_S = 1.7e9
 """Beginning of the day, s since 1970."""
 TIME = np.array([0.0, 30.0])
+BUILD_UP_S = 0.02
+"""Error of an offset that all pushes have in common, since a force needs some travel to build up."""
 
 
 def push(name, time_s, offset_s, se_s=0.03, session="", **changes):
     """A push that was aligned by itself; what it says of the drift is the prior."""
-    numbers = (offset_s, START_S + time_s, se_s, 0.0, ESTIMATE.max_drift, 0.0, 0.999)
-    row = [name, "sand", session, *numbers, "", ""]
-    return dict(zip(CLOCK_COLUMNS, row, strict=True)) | changes
+    row = {"run_id": name, "medium": "sand", "session": session, "reason": "", "reason_code": ""}
+    row |= {"offset_s": offset_s, "reference_s": START_S + time_s, "se_s": se_s, "drift": 0.0}
+    row |= {"drift_se": ESTIMATE.max_drift, "offset_hours": 0.0, "explained": 0.999}
+    return row | changes
 
 
 def refused(name, session="", why="the force never rises"):
-    nothing = dict.fromkeys(CLOCK_COLUMNS, math.nan)
-    words = {"medium": "sand", "session": session, "reason": why, "reason_code": "no-rise"}
-    return nothing | words | {"run_id": name}
+    numbers = dict.fromkeys(("offset_s", "reference_s", "se_s", "drift", "drift_se"), math.nan)
+    nothing = push(name, 0.0, 0.0, session=session) | numbers
+    return nothing | {"reason": why, "reason_code": "no-rise"}
 
 
 def pushes(count, offset_s=-2.4, drift=8e-6, seed=0, every_s=300.0, se_s=0.03, **changes):
@@ -54,7 +51,7 @@ def pushes(count, offset_s=-2.4, drift=8e-6, seed=0, every_s=300.0, se_s=0.03, *
 
 
 def clocks(rows):
-    return SessionClocks.of_pushes([pd.DataFrame(rows, columns=CLOCK_COLUMNS)], ESTIMATE)
+    return SessionClocks.of_pushes([pd.DataFrame(rows)], ESTIMATE)
 
 
 def row(name, session=""):

@@ -11,9 +11,9 @@ from scipy.stats import t
 
 from rftfit import TableProfile
 from rftfit.campaign.problems import CampaignError
-from rftfit.checks.declared import CHECKS, MediumMeasurements
+from rftfit.checks.declared import CHECKS
 from rftfit.compare.joint import RunSlopes
-from rftfit.compare.misplaced import MISPLACED_COLUMNS, find_misplaced
+from rftfit.compare.misplaced import find_misplaced
 from rftfit.directions import TOLERANCE_DEG
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.rods import estimate_share_too_much
@@ -121,12 +121,12 @@ def check_refused(sheet, seen, size_of_alpha=20):
     ]
     tables = {
         "runs": pd.DataFrame(rows, columns=["run_id", "seen_beta_deg", "seen_gamma_deg"]),
-        "misplaced": pd.DataFrame(columns=MISPLACED_COLUMNS),
+        "misplaced": pd.DataFrame(),
         "peers": pd.DataFrame(index=range(size_of_alpha)),
     }
     config: Any = SimpleNamespace(arm=SimpleNamespace(angle_tolerance_deg=2.0))
-    medium: Any = SimpleNamespace()
-    return CHECKS["sheet"].check(MediumMeasurements(config, medium, sheet, tables, {}))
+    measured: Any = SimpleNamespace(config=config, sheet=sheet, tables=tables)
+    return CHECKS["sheet"].check(measured)
 
 
 @pytest.mark.parametrize("shift", [1, -1, 2, -2])
@@ -237,8 +237,8 @@ def test_other_rods_are_told_with_an_interval_of_the_confidence_of_the_campaign(
         grid=SimpleNamespace(angle_tolerance_deg=TOLERANCE_DEG),
         fit=SimpleNamespace(confidence=confidence),
     )
-    medium: Any = None
-    check = CHECKS["rods"].check(MediumMeasurements(config, medium, sheet, tables, {}))
+    measured: Any = SimpleNamespace(config=config, sheet=sheet, tables=tables)
+    check = CHECKS["rods"].check(measured)
     estimate = estimate_share_too_much(fits, tared, windows, TOLERANCE_DEG)
     assert estimate is not None
     assert check.code == "rods-other"

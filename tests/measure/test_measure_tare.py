@@ -11,11 +11,9 @@ import pandas as pd
 import pytest
 from pushes import plate_run
 
-from rftfit.measure.flags import attach_run, remark
-from rftfit.measure.lab_frame import is_symmetric
-from rftfit.measure.ledger import Ledger, RowStatus
-from rftfit.measure.samples import PHASES, SAMPLE_COLUMNS, samples_table
-from rftfit.measure.tare import Tare, _tare_of, tare_medium
+from rftfit.measure.flags import remark
+from rftfit.measure.ledger import RowStatus
+from rftfit.measure.tare import Tare, tare_medium
 
 DEPTH = np.linspace(0.5, 8.5, 801)
 
@@ -57,19 +55,6 @@ def test_uneven_sampling_is_no_hole():
     assert np.mean(tare.covers(np.linspace(depth[0], depth[-1], 5000))) > 0.99
 
 
-@pytest.mark.parametrize("samples", [0, 1])
-def test_too_few_samples(samples):
-    why = np.full(3, RowStatus.SATURATED)
-    why[:samples] = RowStatus.GOOD
-    ledger, place = Ledger(), np.arange(3.0)
-    stroke = dict.fromkeys(("depth_cm", "force_z_N", "force_x_N"), place) | {"why": why}
-    assert _tare_of(row("rod1", "rod"), stroke, ledger) == remark(
-        "tare-empty", tare="rod1", count=samples
-    )
-    counted = ledger.table()[["file", "fate", "reason_code", "rows"]]
-    assert counted.to_numpy().tolist() == [["rod1.csv", "dropped", "tare-empty", samples]]
-
-
 def test_two_samples_on_the_way_up_are_a_tare():
     tare = Tare.from_samples("depth_cm", np.array([2.0, 1.0]), np.array([[4.0, 3.0], [0.0, 1.0]]))
     np.testing.assert_allclose(tare.force_at(np.array([1.5])), [[3.5], [0.5]])
@@ -82,112 +67,56 @@ def row(run_id, kind, tare_run="", direction="intrusion"):
     return plate_run(run_id, kind=kind, tare_run=tare_run, direction=direction, medium="sand")
 
 
-def test_what_becomes_of_each_run_of_a_medium():
-    """Tared, without a tare in the sheet, with one that is none, that was refused, that was never read."""
+@pytest.mark.parametrize("good_samples", [0, 1])
+def test_what_becomes_of_each_leg(good_samples, paper_config):
+    """One at the angles of its leg in air, one at others, and one whose leg in air has too few samples."""
     runs = [
-        row("rod", "rod"),
-        row("short", "rod"),
-        row("gone", "rod"),
-        row("torn", "rod"),
         row("air", "leg_air", direction="rotation"),
-        row("tared", "plate", "rod"),
-        row("bare", "plate"),
-        row("on_short", "plate", "short"),
-        row("on_gone", "plate", "gone"),
-        row("on_torn", "plate", "torn"),
-        row("leg", "leg", "air", "rotation"),
         row("far", "leg", "air", "rotation"),
+        row("near", "leg", "air", "rotation"),
+        row("on_short", "leg", "short", "rotation"),
+        row("short", "leg_air", direction="rotation"),
     ]
-    place = np.linspace(1.0, 3.0, 21)
-    stroke = np.full(21, PHASES.index("stroke"))
-
-    def samples(force_z, angle=0.0, why=int(RowStatus.GOOD)):
-        values = {
-            "depth_cm": place,
-            "angle_deg": place + angle,
-            "force_z_N": force_z * place,
-            "force_x_N": -force_z * place,
-            "phase": stroke,
-            "why": np.full(21, why, dtype=np.int8),
+    position = np.linspace(1.0, 3.0, 21)
+    force = np.concatenate([position, *[5 * position] * 3, position])
+    why = np.full((5, 21), int(RowStatus.GOOD))
+    why[4, good_samples:] = RowStatus.SATURATED
+    samples = pd.DataFrame(
+        {
+            "run_id": pd.Categorical(np.repeat([run.run_id for run in runs], 21)),
+            "phase": "stroke",
+            "x_cm": 0.0,
+            "depth_cm": 1.0,
+            "angle_deg": np.concatenate([position, position + 100, *[position] * 3]),
+            "force_z_N": force,
+            "force_x_N": -2 * force,
+            "why": why.ravel(),
         }
-        return tuple(values.get(name, np.zeros(21)) for name in SAMPLE_COLUMNS)
-
-    logs = {
-        name: samples(5.0) for name in ("tared", "bare", "on_short", "on_gone", "on_torn", "leg")
-    }
-    logs |= {"rod": samples(2.0), "air": samples(1.0), "far": samples(5.0, angle=100.0)}
-    logs["short"] = samples(2.0, why=RowStatus.SATURATED)
-    read = samples_table({run.run_id: logs[run.run_id] for run in runs if run.run_id in logs})
-    why = {"gone": "", "torn": "its log is empty"}
-    status = pd.DataFrame(
-        [(run.run_id, why.get(run.run_id, ""), "empty") for run in runs],
-        columns=["run_id", "reason", "reason_code"],
     )
-    fit = SimpleNamespace(missing_tare="flag")
-    columns: dict[str, Any] = {}
-    transducer = SimpleNamespace(axes=SimpleNamespace(x="+F2"))
-    by_id = {run.run_id: run for run in runs}
     campaign: Any = SimpleNamespace(
-        runs_of=lambda _: runs,
-        numbers={},
-        config=SimpleNamespace(
-            fit=fit, transducer=transducer, force_log=SimpleNamespace(columns=columns)
-        ),
-        holds_tare=lambda run: run.run_id == "bare",
+        runs_of=lambda _: runs, numbers={}, config=paper_config, holds_tare=lambda _: False
     )
-    tared, tares, ledger = tare_medium(campaign, "sand", read, status)
-    assert ledger.flags == attach_run("bare", [remark("no-tare")])
-    tares_by_run: Any = tares.set_index("run_id")
-    assert dict(tares_by_run["reason_code"]) == {
-        "short": "tare-empty",
-        "tared": "",
-        "bare": "",
-        "leg": "",
-        "on_short": "tare-missing tare-empty",
-        "on_gone": "tare-missing tare-unusable no-stroke",
-        "on_torn": "tare-missing tare-unusable empty",
+    tared, tares, ledger = tare_medium(campaign, "sand", samples, pd.DataFrame())
+    assert dict(zip(tares["run_id"], tares["reason_code"], strict=True)) == {
+        "near": "",
         "far": "no-sample untared",
+        "on_short": "tare-missing tare-empty",
+        "short": "tare-empty",
     }
-    unusable = remark("tare-unusable", tare="torn", why="its log is empty")
-    assert tares_by_run.loc["on_torn", "reason"] == str(remark("tare-missing", why=unusable))
-    assert tares_by_run.loc["tared", ["abscissa", "valid_from", "valid_to"]].tolist() == [
-        "depth_cm",
-        1,
-        3,
-    ]
-    assert tares_by_run.loc["leg", "abscissa"] == "angle_deg"
-    assert tares_by_run.loc["short"].isna().sum() == 4
-    square = float(np.sqrt(np.mean(place**2)))
-    assert tares_by_run.loc["tared", ["force_rms_N", "tare_rms_N"]].tolist() == pytest.approx(
-        [5 * square, 2 * square]
-    )
-    rows_by_run = {str(name): rows for name, rows in tared.groupby("run_id", observed=True)}
-    assert sorted(rows_by_run) == ["bare", "far", "leg", "tared"]
-    for name, left, taken in (("tared", 3.0, 2.0), ("bare", 5.0, 0.0), ("leg", 4.0, 1.0)):
-        for c, sign in (("z", 1), ("x", -1)):
-            np.testing.assert_allclose(rows_by_run[name][f"force_{c}_N"], sign * left * place)
-            np.testing.assert_allclose(rows_by_run[name][f"tare_{c}_N"], sign * taken * place)
-    assert (rows_by_run["far"]["why"] == RowStatus.UNTARED).all()
+    too_few = remark("tare-empty", tare="short", count=good_samples)
+    assert tares.loc[tares["run_id"] == "short", "reason"].item() == str(too_few)
     counted = ledger.table().groupby(["file", "fate"])["rows"].sum()
     assert dict(counted) == {
-        ("rod.csv", "used"): 21,
         ("air.csv", "used"): 21,
-        ("short.csv", "dropped"): 0,
-        ("on_short.csv", "dropped"): 21,
-        ("on_gone.csv", "dropped"): 21,
-        ("on_torn.csv", "dropped"): 21,
         ("far.csv", "dropped"): 21,
+        ("on_short.csv", "dropped"): 21,
+        ("short.csv", "dropped"): good_samples,
     }
-    # a channel that nobody measured is said of each run with samples that would show it
-    columns["F2"] = SimpleNamespace(constant=0.0)
-    flags = tare_medium(campaign, "sand", read, status)[2].flags
-    unmeasured = {flag.run_id for flag in flags if flag.code == "no-force-x"}
-    assert unmeasured == {name for name in rows_by_run if not is_symmetric(by_id[name])}
-    # a campaign that refuses runs without a tare
-    fit.missing_tare = "refuse"
-    refused: Any = tare_medium(campaign, "sand", read, status)[1].set_index("run_id")
-    assert refused.loc["bare", "reason_code"] == "tare-missing tare-not-named"
-    assert refused.loc["tared", "reason_code"] == ""
+    assert (tared.loc[tared["run_id"] == "far", "why"] == RowStatus.UNTARED).all()
+    of_near = tared[tared["run_id"] == "near"]
+    for component, side in (("z", 1), ("x", -2)):
+        np.testing.assert_allclose(of_near[f"force_{component}_N"], 4 * side * position)
+        np.testing.assert_allclose(of_near[f"tare_{component}_N"], side * position)
 
 
 def test_only_a_step_wider_than_the_longest_is_a_hole():

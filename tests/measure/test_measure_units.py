@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rftfit.campaign.calibration import Calibration, read_calibration
+from rftfit.campaign.calibration import read_calibration
 from rftfit.campaign.config import ForceLog
 from rftfit.errors import InputError
 from rftfit.logs.base import Log, LogError
@@ -114,12 +114,13 @@ def test_a_calibration_tells_all_that_is_wrong(tmp_path, text, sentences):
     assert all(words in str(error.value) for words in sentences)
 
 
-def test_loads_are_sums_of_gauges():
-    calibration = Calibration(
-        ("time", "Fz"), (("F1", "mN", (0.0, 500.0)), ("T3", "N mm", (1.0, 0.0)))
-    )
-    log = log_columns.convert_gauges(log_of("V"), calibration, {"F1": "N", "T3": "N m"})
+def test_loads_are_sums_of_gauges(tmp_path):
+    path = tmp_path / "calibration.csv"
+    path.write_text("load,unit,time,Fz\nF1,mN,0,500\nF2,N,0,0\nF3,N,0,0\nT3,N mm,1,0\n")
+    units_of_loads = {"F1": "N", "F2": "N", "F3": "N", "T3": "N m"}
+    log = log_columns.convert_gauges(log_of("V"), read_calibration(path), units_of_loads)
     np.testing.assert_allclose(log.columns["F1"], [0.5, 1, 2])
     np.testing.assert_allclose(log.columns["T3"], [0, 1e-3, 2e-3])
+    path.write_text(path.read_text().replace("Fz", "G7"))
     with pytest.raises(LogError, match=r"column.*'G7'"):
-        log_columns.convert_gauges(log_of("V"), Calibration(("G7",), ()), {})
+        log_columns.convert_gauges(log_of("V"), read_calibration(path), units_of_loads)

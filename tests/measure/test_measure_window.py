@@ -5,17 +5,18 @@ from typing import Any
 
 import numpy as np
 import pytest
+from paper import paper_config
 
-from rftfit.campaign.config import Container, Fit, Plate
+from rftfit.campaign.config import Fit
 from rftfit.measure.fits import classify_samples
 from rftfit.measure.ledger import RowStatus
 
-PLATE = Plate(shape="plate", length_cm=3.81, width_cm=2.54, thickness_cm=0.64)
-BOX = Container(length_cm=24, width_cm=22, depth_cm=15)
+CONFIG = paper_config()
+PLATE, BOX = CONFIG.intruders["plate"], CONFIG.container
 EDGE = 1e-6
 """A little more or less than a limit, cm."""
 
-# by hand: half length 1.905, half thickness 0.32; bottom 15 - 6 = 9, wall 12 - 6 = 6
+# by hand, of a plate of 3.81 cm by 0.64 cm in a box of 24 cm by 15 cm: half length 1.905, half thickness 0.32; bottom 15 - 6 = 9, wall 12 - 6 = 6
 HAND = [
     (0, 0.32, 8.68, 4.095),
     (30, 1.229628, 7.770372, 4.190222),
@@ -85,7 +86,7 @@ def test_a_sand_keeps_to_the_stated_window():
 
 def test_the_clearance_is_kept_and_the_plate_submerged_at_the_very_ends():
     # numbers that binary fractions hold: half length 2, half thickness 0.25; wall 12 - 6 - 2
-    plate = Plate(shape="plate", length_cm=4.0, width_cm=2.5, thickness_cm=0.5)
+    plate = PLATE.model_copy(update={"length_cm": 4.0, "thickness_cm": 0.5})
     ends = [0.25, 8.75, 4.0, 4.0], [0.0, 0.0, -4.0, 4.0]
     assert whys(*ends, 0, Fit(), plate=plate) == ["GOOD", "GOOD", "GOOD", "GOOD"]
     level = whys([4.0, 4.0], [-4.0, 4.0], 0, Fit(), "horizontal", 2.0, plate=plate)

@@ -207,25 +207,17 @@ def test_angles_may_be_broadcast_read_only_and_not_finite(profile, stack):
     assert np.isnan(ours[:, 0, 0]).all()
 
 
-def test_few_elements_do_not_import_the_compiler():
+def test_few_elements_do_not_import_the_compiler_and_importing_compiles_nothing():
     code = (
-        "import sys, numpy as np, rftfit\n"
+        "import sys, numpy as np, rftfit, rftfit.forces.plane, rftfit.model.profiles\n"
         "table, leg = rftfit.published_medium('poppy_LP'), rftfit.model_leg('c_leg')\n"
         "table.alpha(0.1, np.linspace(-3, 3, 10_000))\n"
         "few = rftfit.predict(table, leg)\n"
         "assert 'numba' not in sys.modules\n"
+        "from rftfit.model import kernel\n"
+        "assert not kernel.advance.signatures and not kernel.pose_forces.signatures\n"
         "table.alpha(0.1, np.linspace(-3, 3, 1_000_000))\n"
         "assert 'numba' in sys.modules\n"
         "assert few.equals(rftfit.predict(table, leg))"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True)
-
-
-def test_importing_compiles_nothing():
-    code = (
-        "import sys, rftfit, rftfit.forces.plane, rftfit.forces.motion, rftfit.model.profiles\n"
-        "assert 'numba' not in sys.modules\n"
-        "from rftfit.model import kernel\n"
-        "assert not kernel.advance.signatures and not kernel.pose_forces.signatures"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from paper import few_draws
 
 import rftfit
 from rftfit.forces.limits import reach_below_measured
@@ -112,6 +113,7 @@ ONE_PUSH = {"beta_deg": [0.0], "gamma_deg": [90.0], "alpha_z_N_per_cm3": [0.5]}
         ({"depth_from_cm": [np.nan], "depth_to_cm": [np.nan]}, (0.0, np.inf)),
     ],
 )
+@few_draws()
 def test_pushes_state_how_deep_they_went(depths, window):
     sand = rftfit.estimate_map(pd.DataFrame(ONE_PUSH | depths))
     assert sand.profile.window == window

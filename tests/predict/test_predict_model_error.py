@@ -10,9 +10,7 @@ import pytest
 import rftfit
 from rftfit import find_peaks
 from rftfit.forces import model_error as errors
-from rftfit.forces.prediction import predict_with_peaks
 from rftfit.forces.reference_kernel import element_forces, place
-from rftfit.model.draws import model_end_names, next_end_names
 from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
 
 POPPY = rftfit.published_medium("poppy_LP")
@@ -20,6 +18,12 @@ LEG = rftfit.model_leg("reversed_c_leg")
 TURN = rftfit.rotation()
 ONE_PUSH = pd.DataFrame({"beta_deg": [0], "gamma_deg": [90], "alpha_z_N_per_cm3": [0.35]})
 """Straight down."""
+
+
+def ends_of(table, quantity, interval):
+    """Lower and upper end of an interval, ``model`` or ``next``, of a force or moment in each pose."""
+    what, unit = quantity.split("_N")
+    return [table[f"{what}_{interval}_{end}_N{unit}"].to_numpy() for end in ("lo", "hi")]
 
 
 def paths(progress, count=4000, step=10**6):
@@ -71,7 +75,7 @@ def test_the_error_is_eps_times_the_load_without_cancellation():
     loads = np.array([bare_load(POPPY, pose) for pose in TURN.poses])
     expected = 1.96 * 0.28 * np.hypot(loads, 0.2 * loads.max()) * (loads > 0)
     for name in ("force_z_N", "force_x_N"):
-        lo, hi = (table[end].to_numpy() for end in model_end_names(name))
+        lo, hi = ends_of(table, name, "model")
         np.testing.assert_allclose((hi - lo) / 2, expected, rtol=0.02, atol=1e-12)
         np.testing.assert_allclose((hi + lo) / 2, table[name], atol=1e-9)
 
@@ -79,13 +83,10 @@ def test_the_error_is_eps_times_the_load_without_cancellation():
 def test_the_next_bed_is_looser_or_denser_as_a_whole():
     profile = rftfit.estimate_map(ONE_PUSH).profile
     profile.bed_spread = 0.1
-    table, peaks = predict_with_peaks(profile, LEG)
+    table, peaks = rftfit.predict(profile, LEG), find_peaks(profile, LEG)
     for name in ("force_z_N", "force_x_N"):
-        value, (lo, hi), (low, high) = (
-            table[name].to_numpy(),
-            (table[end].to_numpy() for end in model_end_names(name)),
-            (table[end].to_numpy() for end in next_end_names(name)),
-        )
+        value, (lo, hi) = table[name].to_numpy(), ends_of(table, name, "model")
+        low, high = ends_of(table, name, "next")
         np.testing.assert_allclose(high, value + np.hypot(hi - value, 0.196 * value), rtol=1e-3)
         np.testing.assert_allclose(
             low, value - np.hypot(lo - value, 0.196 * value), rtol=1e-3, atol=1e-9
@@ -104,22 +105,20 @@ def test_a_moment_errs_as_the_forces_at_the_centre_of_the_load():
     blade = rftfit.polyline([(9.99, 0), (10.01, 0)], 2.0)
     down = rftfit.path([0, 1, 2], [0, 0, 0], [-1, -2, -3], [0, 0, 0])
     table = rftfit.predict(POPPY, blade, down)
-    for end, force_end in zip(
-        model_end_names("moment_N_cm"), model_end_names("force_z_N")[::-1], strict=True
-    ):
-        np.testing.assert_allclose(table[end], -10 * table[force_end], rtol=1e-3)
+    ends = ends_of(table, "moment_N_cm", "model")
+    force_ends = ends_of(table, "force_z_N", "model")
+    for end, force_end in zip(ends, force_ends[::-1], strict=True):
+        np.testing.assert_allclose(end, -10 * force_end, rtol=1e-3)
 
 
 def test_a_peak_is_the_top_of_the_best_curve_and_inside_its_intervals():
     profile = rftfit.estimate_map(ONE_PUSH).profile
-    table, peaks = predict_with_peaks(profile, rftfit.model_leg("c_leg"))
+    leg = rftfit.model_leg("c_leg")
+    table, peaks = rftfit.predict(profile, leg), find_peaks(profile, leg)
     lift = next(peak for peak in peaks if peak.name == "lift")
     row = int(table["force_z_N"].argmax())
     assert (lift.value, lift.position) == (table["force_z_N"][row], table["theta_deg"][row])
     assert lift.model_lo < lift.lo < lift.value < lift.hi < lift.model_hi
-    assert [peak.name for peak in find_peaks(profile, rftfit.model_leg("c_leg"))] == [
-        peak.name for peak in peaks
-    ]
 
 
 def test_the_interval_of_a_peak_does_not_grow_with_the_number_of_noisy_poses():
@@ -147,7 +146,8 @@ def test_no_peak_where_a_pose_without_a_number_may_hold_it():
     whole = {peak.name: peak for peak in find_peaks(POPPY, leg)}
     assert {*whole} == {"lift", "suction", "thrust", "moment_negative"}
     for hole, lost in (((30, -56), {"suction"}), ((0, 0), {*whole}), ((60, 34), set())):
-        table, peaks = predict_with_peaks(with_hole(*hole), leg)
+        holed = with_hole(*hole)
+        table, peaks = rftfit.predict(holed, leg), find_peaks(holed, leg)
         assert table["force_z_N"].isna().any()
         assert {*whole} - {peak.name for peak in peaks} == lost
         for peak in peaks:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from log_files import told
 
-from rftfit import Outline, arc, model_leg, polyline
+from rftfit import Outline, arc, model_leg
 from rftfit.campaign.problems import CampaignError
 from rftfit.forces.motion import rotation_poses
 from rftfit.forces.outlines import crossing_pieces, leg_outline, read_outline
@@ -80,21 +80,9 @@ def test_legs_of_the_configuration(paper_config):
         np.testing.assert_array_equal(body, model_leg(name).body)
 
 
-@pytest.mark.parametrize(
-    ("make", "match"),
-    [
-        (lambda: arc(1.1), "between -1 and 1"),
-        (lambda: arc(0.5, elements=0), "must be positive"),
-        (lambda: arc(0.5, width_cm=0), "width"),
-        (lambda: model_leg("leg"), "flat_leg"),
-        (lambda: polyline([(0, 0), (0, 0), (1, 1)], 1), "same"),
-        (lambda: polyline([(0, 0)], 1), "two points"),
-        (lambda: Outline(np.full((2, 5), np.nan), 1.0), "finite"),
-    ],
-)
-def test_bad_numbers_are_refused(make, match):
-    with pytest.raises((ValueError, KeyError), match=match):
-        make()
+def test_elements_that_are_no_numbers_are_refused():
+    with pytest.raises(ValueError, match="finite"):
+        Outline(np.full((2, 5), np.nan), 1.0)
 
 
 def test_read_outline(tmp_path):

@@ -10,8 +10,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from rftfit.campaign.config import ErrorSettings
 from rftfit.measure.alpha import alpha_table, column
-from rftfit.measure.errors import SurfaceError
-from rftfit.model.common_errors import COVARIANCE_INDEX, covariance_of
+from rftfit.measure.errors import surface_error
+from rftfit.model.common_errors import covariance_of
 
 NONE = ErrorSettings(
     surface_run_mm=0, surface_session_mm=0, angle_deg=0, turn_deg=0, tare_percent=0, bed_percent=0
@@ -32,6 +32,12 @@ CELLS = sorted({run[0] for run in RUNS})
 ALPHA, RODS = (np.array([run[k] for run in RUNS]) for k in (1, 2))
 # what points toward +x in the laboratory does so in a run that is filed as its mirror image with the other sign
 SIDE = np.where([run[3] for run in RUNS], -1.0, 1.0)
+
+
+def surface_of(run_mm, session_mm):
+    """Stated error of the surface from run to run, and that of all runs alike."""
+    stated = ErrorSettings(surface_run_mm=run_mm, surface_session_mm=session_mm)
+    return surface_error(np.zeros(3), np.zeros(3), stated)
 
 
 def table_of(errors=NONE, surface=None, tare=0.0, noise=0.0):
@@ -70,7 +76,7 @@ SIMULATED: dict[str, tuple[Any, dict[str, Any]]] = {
     ),
     "session": (
         lambda random, n: 0.3 * LEVER * random.standard_normal((n, 1, 1)) * ALPHA,
-        {"surface": SurfaceError(session=0.3)},
+        {"surface": surface_of(0, 3)},
     ),
     "rod": (
         lambda random, n: -0.1 * random.standard_normal((n, 1, 1)) * RODS,
@@ -101,7 +107,7 @@ def test_covariance_by_one_common_error(error):
 def whole_table():
     """Every kind of error, a plate that stands in the table twice, and a cell that has no number."""
     errors = ErrorSettings(bed_percent=3, tare_percent=20, turn_deg=1)
-    table = table_of(errors, SurfaceError(run=0.1, session=0.2), tare=TARE, noise=0.003)
+    table = table_of(errors, surface_of(1, 2), tare=TARE, noise=0.003)
     upright = table.iloc[[0, 0]].assign(beta_deg=[-90.0, 90.0])
     nothing = table.iloc[[0]].assign(gamma_deg=10.0, **{column(c, "_se"): np.nan for c in "zx"})
     return pd.concat([table, upright, nothing], ignore_index=True)
@@ -110,7 +116,8 @@ def whole_table():
 def test_covariance_is_that_of_the_standard_errors():
     table = whole_table()
     covariance = covariance_of(table)
-    assert list(covariance.index.names) == list(covariance.columns.names) == COVARIANCE_INDEX
+    names = ["beta_deg", "gamma_deg", "component"]
+    assert list(covariance.index.names) == list(covariance.columns.names) == names
     with_error = table.dropna(subset=[column("z", "_se")]).sort_values(["beta_deg", "gamma_deg"])
     assert len(covariance) == 2 * len(with_error) == 2 * (len(table) - 1)
     se = with_error[[column(c, "_se") for c in "xz"]].to_numpy(float).ravel()

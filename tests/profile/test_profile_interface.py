@@ -1,7 +1,4 @@
-"""Every kind of profile is periodic and symmetric in its angles and is NaN where it has no data.
-
-Kinds: measured table, nine terms, depth-only, scaled generic.
-"""
+"""A profile of measured directions has no step in its angles and is NaN where it has no data."""
 
 import math
 import re
@@ -10,14 +7,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from rftfit import Profile, TableProfile, reference
-from rftfit.conventions import mirror
-from rftfit.model import fourier
+from rftfit import TableProfile, reference
 
-BETA, GAMMA = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
 RANDOM = np.random.default_rng(3)
 ANY_BETA, ANY_GAMMA = RANDOM.uniform(-9, 9, (2, 2000))
-M0 = fourier.as_array(reference.coefficients("generic"))
 
 
 def table(medium="poppy_LP"):
@@ -44,27 +37,6 @@ def test_table_has_no_step_anywhere_along_the_wrap():
     assert_allclose(front, behind, atol=1e-7)
 
 
-def test_missing_cell_is_nan_around_itself_with_a_reason():
-    alpha = np.array(reference.alpha_grid("poppy_LP"))
-    alpha[:, 4, 9] = np.nan
-    profile = TableProfile(*alpha, reasons={(30.0, 45.0): "p7: no tare"})
-    assert profile.reason.startswith("measured table: ")
-    assert profile.reason.endswith(" (30, 45): p7: no tare")
-    beta, gamma = np.radians(RANDOM.uniform(-90, 90, 4000)), RANDOM.uniform(-np.pi, np.pi, 4000)
-    interpolated, expected = np.array(
-        [profile.alpha(beta, gamma) for profile in (profile, table())]
-    )
-    inside = np.zeros(4000, dtype=bool)
-    for b, g in ((beta, gamma), mirror(beta, gamma)):
-        inside |= (b > 0) & (b < BETA[5]) & (g > GAMMA[8]) & (g < GAMMA[10])
-    assert 0 < inside.sum() < 400
-    assert (np.isnan(interpolated) == inside).all()
-    assert_allclose(interpolated[:, ~inside], expected[:, ~inside], atol=1e-15)
-    # its neighbours in the table are measured and stay known
-    assert np.isfinite(profile.alpha(BETA[[3, 5]], GAMMA[[9, 8]])).all()
-    assert_array_equal(np.isnan(Profile.alpha(profile, beta, gamma)), np.isnan(interpolated))
-
-
 def test_nothing_is_said_in_a_wide_gap_of_a_grid_and_all_is_said_beside_it():
     """The middle of the gap from -90 to 0 deg is not that of the circle."""
     published = reference.load("table_s5")
@@ -86,22 +58,6 @@ def test_missing_plate_at_90_degrees_is_the_one_at_minus_90():
     profile, whole = TableProfile(*alpha), table().alpha(ANY_BETA, ANY_GAMMA)
     assert profile.reason == ""
     assert_allclose(profile.alpha(ANY_BETA, ANY_GAMMA), whole, atol=1e-14)
-
-
-# rises of 5 on 12: 22.62 degrees, which a reason names by one decimal
-@pytest.mark.parametrize(
-    ("angle", "angle_text"), [(22.5, "22.5"), (math.degrees(math.atan(5 / 12)), "22.6")]
-)
-def test_a_grid_of_ones_own_names_its_own_cells(angle, angle_text):
-    beta, gamma = np.radians([-90, -angle, 0, angle, 90]), np.radians([-90, -67.5, 0, 67.5, 90])
-    alpha = fourier.evaluate(M0, beta[:, None], gamma[None, :])
-    alpha[0][3, 3] = np.nan
-    reasons = {(float(angle_text), 67.5): "log missing"}
-    profile = TableProfile(*alpha, beta[:, None], gamma, "own", reasons)
-    assert profile.reason.startswith("own: ")
-    assert profile.reason.endswith(f" ({angle_text}, 67.5): log missing")
-    assert (profile.beta.size, profile.gamma.size) == (5, 9)
-    assert_allclose(profile.alpha(beta[1], gamma), [component[1] for component in alpha])
 
 
 PATCH = np.random.default_rng(2).uniform([[5], [0]], [[65], [60]], (2, 60))

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from makers import MadePush, config_of_push, row_of_push, run_command, write_campaign
+from paper import few_draws
 from scipy.stats import binom
 from seeds import seeds
 
@@ -47,6 +48,7 @@ def test_pushes_that_agree_are_no_better_than_their_errors():
     assert error == pytest.approx(0.03 / np.sqrt(3), rel=0.1)
 
 
+@few_draws()
 def test_the_next_bed_differs_as_the_pushes_do():
     assert map_of(0.5).bed_spread == 0.05
     assert map_of(0.5, 0.5).bed_spread == pytest.approx(0.05, rel=1e-4)
@@ -56,6 +58,7 @@ def test_the_next_bed_differs_as_the_pushes_do():
 
 
 @pytest.mark.statistics
+@few_draws()
 def test_means_of_pushes_hold_the_medium():
     """Beds of 15 %, three pushes each: the medium lies inside about as often as stated."""
     random = np.random.default_rng(11)

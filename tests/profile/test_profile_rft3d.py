@@ -82,13 +82,7 @@ def test_it_goes_where_a_profile_goes(tmp_path):
 
 @pytest.mark.parametrize(
     ("numbers", "message"),
-    [
-        ((0.0, 0.4), "0"),
-        ((math.nan, 0.4), "nan"),
-        ((0.5, -0.1), "-0.1"),
-        ((0.5, 0.4, 7), "7"),
-        ((0.5, 0.4, 0), "found 0"),
-    ],
+    [((0.0, 0.4), "0"), ((math.nan, 0.4), "nan"), ((0.5, 0.4, 0), "found 0")],
 )
 def test_refused(numbers, message):
     with pytest.raises(ValueError, match=message):

@@ -7,10 +7,10 @@ multiplied.
 import math
 
 import numpy as np
-import pandas as pd
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from paper import BETA, GAMMA
+from result_tables import SE, alpha_frame
 
 from rftfit import reference
 from rftfit.compare.coefficients import penetration_row
@@ -20,31 +20,7 @@ from rftfit.model import fourier
 from rftfit.model.draws import alpha_draws, interval
 from rftfit.model.scaling import fit_terms, scale_new_medium
 
-Z95 = 1.959963985
-"""Factor of the normal distribution for an interval of 95 %."""
 CHI = np.array([1.37, 1.19, 1.27, 1.05, 1.33])
-
-
-def alpha_frame(medium, alpha, se):
-    beta, gamma = np.meshgrid(reference.BETA_DEG, reference.GAMMA_DEG, indexing="ij")
-    data: dict[str, object] = {
-        "medium": medium,
-        "beta_deg": beta.ravel(),
-        "gamma_deg": gamma.ravel(),
-    }
-    for component, values in zip("zx", alpha, strict=True):
-        flat = values.ravel()
-        data |= {
-            column(component): flat,
-            column(component, "_se"): se,
-            column(component, "_lo"): flat - Z95 * se,
-            column(component, "_hi"): flat + Z95 * se,
-        }
-    return pd.DataFrame(data)
-
-
-def published(medium, se=0.002):
-    return alpha_frame(medium, reference.alpha_grid(medium), se)
 
 
 NUMBERS = [column(c, q) for c in "zx" for q in ("", "_se", "_lo", "_hi")]
@@ -52,7 +28,7 @@ NUMBERS = [column(c, q) for c in "zx" for q in ("", "_se", "_lo", "_hi")]
 
 @pytest.mark.parametrize("empty", [[], [40]])
 def test_draws_do_not_depend_on_the_order_of_the_rows(empty):
-    table = published("poppy_LP")
+    table = alpha_frame("poppy_LP", reference.alpha_grid("poppy_LP"))
     table.loc[empty, NUMBERS] = np.nan
     shuffled = table.sample(frac=1, random_state=3)
     both = (alpha_draws(table, 20, 7, 0.95) for table in (table, shuffled))
@@ -66,11 +42,11 @@ def test_intervals_of_coefficients_cover():
     random = np.random.default_rng(17)
     true = fourier.as_array(reference.coefficients("poppy_CP"))
     alpha = fourier.evaluate(true, BETA, GAMMA)
-    se, inside = 0.003, np.zeros(9)
+    inside = np.zeros(9)
     for seed in range(300):
-        noise = random.normal(0, se, (2, 91))
+        noise = random.normal(0, SE, (2, 91))
         noise[:, :13] = noise[:, -13:]
-        table = alpha_frame("m", (alpha[0] + noise[0], alpha[1] + noise[1]), se)
+        table = alpha_frame("m", alpha + noise)
         draws = fourier.fit_lsq(BETA, GAMMA, *alpha_draws(table, 250, seed, 0.95))
         lo, hi = interval(draws, 0.95)
         inside += (lo <= true) & (hi >= true)
@@ -123,7 +99,7 @@ def test_joined_half_widths_cover_at_least_as_stated(media, ratio):
 
 def test_a_medium_without_resistance_has_a_reason(paper_config):
     z, x = reference.alpha_grid("poppy_LP")
-    fit = fit_terms(alpha_frame("poppy_LP", (0 * z, x), 0.002), paper_config, "lsq")
+    fit = fit_terms(alpha_frame("poppy_LP", (0 * z, x)), paper_config, "lsq")
     assert codes_of(fit.why) == "zero-push"
     assert not fit.counts
     assert math.isnan(penetration_row(fit)["chi"])  # type: ignore[arg-type]
@@ -132,7 +108,7 @@ def test_a_medium_without_resistance_has_a_reason(paper_config):
 def nine_terms(medium, off):
     """Alpha of nine known terms; two cells are flagged, and their alpha_z and alpha_x are `off`."""
     true = fourier.as_array(reference.coefficients("poppy_CP"))
-    table = alpha_frame(medium, fourier.evaluate(true, BETA, GAMMA), 0.002)
+    table = alpha_frame(medium, fourier.evaluate(true, BETA, GAMMA))
     values = [column(c, end) for c in "zx" for end in ("", "_lo", "_hi")]
     table.loc[[44, 60], values] += off
     return table.assign(flagged=table.index.isin([44, 60]))

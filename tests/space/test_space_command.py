@@ -1,5 +1,6 @@
 """`rftfit predict --mesh` gives the library's forces on a moving mesh or names what is wrong."""
 
+import json
 import re
 import sys
 from dataclasses import replace
@@ -12,9 +13,7 @@ import rftfit
 from rftfit import Mesh, Motion3D
 from rftfit.cli.main import main
 from rftfit.figures.space import choose_bands
-from rftfit.forces.fineness import fine_enough
 from rftfit.forces.force_answer import answer_with_forces
-from rftfit.model.draws import next_end_names
 
 from .test_space_mesh import BALL, stl
 
@@ -56,11 +55,10 @@ def test_what_is_said_beside_the_numbers(command, tmp_path, monkeypatch):
 def test_long_work_is_announced(command, monkeypatch):
     monkeypatch.setattr("rftfit.cli.predict._TRIANGLE_S", 1e-3)
     rftfit.write_profile("sand.json", rftfit.estimate_map(rftfit.published_table("table_s5")[:4]))
-    code, _, err = command(f"{MESH} --profile-file sand.json")
-    cut = fine_enough(BALL, Motion3D.read("path.csv"))
+    code, out, err = command(f"{MESH} --profile-file sand.json --json")
     # draws, poses, triangles and minutes
     numbers = re.findall(r"\b\d+\b", err)
-    assert (code, numbers[:3]) == (0, ["1000", "5", str(len(cut.faces))])
+    assert (code, numbers[:3]) == (0, ["1000", "5", str(json.loads(out)["triangles"])])
 
 
 def test_every_fault_is_told_at_once(command, tmp_path):
@@ -107,7 +105,7 @@ def wheel_file(folder):
     return wheel
 
 
-WHEEL = "--mesh wheel.stl --unit mm --alpha 0.5 --model-error 0"
+WHEEL = "--mesh wheel.stl --unit mm --medium poppy_LP --model-error 0"
 
 
 def test_press_lets_the_lowest_point_reach_the_depth(command, tmp_path):
@@ -130,9 +128,7 @@ def test_a_wheel_rolls_as_the_path_of_its_pose_says(command, tmp_path):
     code, out, _ = command(f"{WHEEL} --roll 2,0.2")
     assert code == 0
     forces = pd.read_csv(tmp_path / "forces.csv", comment="#")
-    medium = rftfit.estimate_map(
-        pd.DataFrame({"beta_deg": [0], "gamma_deg": [90], "alpha_z_N_per_cm3": [0.5]})
-    )
+    medium = rftfit.published_medium("poppy_LP")
     for row, angle in enumerate(np.radians(forces["wheel_turn_deg"][:4])):
         turned = [[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]
         motion = Motion3D([0, 0, 4.25], [0.8, 0, 0], [0, 1 / 6.25, 0], turned)
@@ -145,7 +141,7 @@ def test_a_wheel_rolls_as_the_path_of_its_pose_says(command, tmp_path):
 
 def test_a_driven_wheel_pulls_more_the_more_it_slips():
     wheel = Mesh.cylinder(radius_cm=6.25, width_cm=6, facets=48)
-    medium = rftfit.scale(0.5)
+    medium = rftfit.published_medium("poppy_LP")
     drawbars = [
         rftfit.predict(medium, wheel, Motion3D.roll(wheel, 2, slip, poses=1), model_error=0)[
             "force_x_N"
@@ -183,7 +179,8 @@ def test_the_figure_has_the_widest_interval_that_is_printed():
     motion = Motion3D.press(BALL, 1.0, poses=5)
     answer = answer_with_forces(rftfit.published_medium("poppy_LP"), BALL, motion)
     [band] = choose_bands(answer)
-    assert (band.meaning, band.name_ends) == (answer.interval_of_bed, next_end_names)
+    assert band.meaning == answer.interval_of_bed
+    assert band.name_ends("force_z_N") == ("force_z_next_lo_N", "force_z_next_hi_N")
     assert not choose_bands(replace(answer, forces=predict_without_error(motion)))
 
 
@@ -199,7 +196,7 @@ def test_an_interval_that_holds_0_reaches_to_both_signs_in_python_and_at_the_com
     found = {peak.quantity: peak for peak in rftfit.find_peaks(sand, BALL, motion)}
     for name in ("force_x", "force_y"):
         column = f"{name}_N"
-        low, high = (answer.forces[end].to_numpy() for end in next_end_names(column))
+        low, high = (answer.forces[f"{name}_next_{end}_N"].to_numpy() for end in ("lo", "hi"))
         if column in found:
             peak = found[column]
             assert peak.next_lo < 0 < peak.next_hi

@@ -1,11 +1,9 @@
 """Forces on faces and meshes in space agree with published vectors, plain numpy and symmetry."""
 
 from io import StringIO
-from itertools import product
 
 import numpy as np
 import pytest
-import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
@@ -15,11 +13,12 @@ from seeds import seeds
 import rftfit
 from rftfit import FourierProfile, Mesh, Motion3D
 from rftfit.forces import faces, reference_kernel
-from rftfit.forces.faces import LAWS, face_alpha, submerged_parts
+from rftfit.forces.faces import face_alpha, submerged_parts
 from rftfit.forces.plane import forces_on
 from rftfit.forces.space import CLOSURE, compiled_mesh_forces
-from rftfit.model import rft3d
 from rftfit.model.kernel import pose_forces
+
+from .test_space_mesh import box
 
 POPPY = rftfit.TableProfile.published("poppy_LP")
 UNIT = rftfit.rft3d_profile(0.87504, friction=0.4)  # xi = 1
@@ -126,7 +125,7 @@ PROFILES = {
 
 
 @pytest.mark.parametrize("profile", PROFILES)
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", ["measured", "3d-rft"])
 @pytest.mark.parametrize("friction", [None, 0.3])
 def test_compiled_and_plain_agree(profile, law, friction):
     wheel = Mesh.cylinder(6.25, 6, 24)
@@ -164,7 +163,7 @@ def test_the_law_is_continuous_at_level_faces_and_vertical_motion(
 
 def test_an_error_is_as_large_as_what_faces_bear_in_its_direction():
     """A slab that is pressed straight down bears nothing aside: there its error is the floor alone."""
-    slab = Mesh(*box(4.0, 4.0, 1.0))
+    slab = block(4, 4, 1)
     down = Motion3D.press(slab, 3, 5)
     table = rftfit.predict(POPPY, slab, down)
     half = {
@@ -178,14 +177,6 @@ def test_an_error_is_as_large_as_what_faces_bear_in_its_direction():
     assert_allclose(half["z"], expected, rtol=1e-2)
     for axis in "xy":
         assert_allclose(half[axis], 1.959964 * 0.39 * floor, rtol=1e-2)
-
-
-def box(length, width, height):
-    """Corners and faces of a box about the origin."""
-    corners = np.array(list(product((-0.5, 0.5), repeat=3))) * [length, width, height]
-    faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
-             [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]  # fmt: skip
-    return corners, faces
 
 
 def test_missing_numbers_say_why():
@@ -207,7 +198,7 @@ def test_the_closure_errs_as_stated_where_3d_rft_is_the_truth():
     motion = np.stack([-np.cos(g), 0 * g, -np.sin(g)], axis=-1)
     plate = np.stack([np.sin(b), 0 * b, np.cos(b)], axis=-1)
     plate *= np.where((plate * motion).sum(axis=-1) < 0, -1, 1)[..., None]
-    alpha = rft3d.law(plate, motion)
+    alpha = face_alpha(UNIT, plate, motion, "3d-rft")
     plane = rftfit.TableProfile.of_nodes(beta, gamma, (alpha[..., 2], alpha[..., 0]))
     truth = face_alpha(UNIT, normal, velocity, "3d-rft")
     off = face_alpha(plane, normal, velocity) - truth
@@ -228,8 +219,7 @@ def test_the_closure_errs_as_stated_where_3d_rft_is_the_truth():
 
 def block(*lengths_cm):
     """A solid block about (0, 0, 0)."""
-    box = trimesh.creation.box(extents=lengths_cm)
-    return Mesh(np.asarray(box.vertices), np.asarray(box.faces), "block")
+    return Mesh(*box(np.array(lengths_cm), np.zeros(3)), "block")
 
 
 def force_on(mesh, velocity, turned_deg=0.0):

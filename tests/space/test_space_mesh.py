@@ -117,7 +117,3 @@ def test_wrong_motions():
     ):
         with pytest.raises(ValueError, match=r"wanted|differ|mirrors"):
             Motion3D(**wrong)
-    with pytest.raises(TypeError, match="Motion3D"):
-        rftfit.predict(POPPY, BALL, rftfit.rotation())
-    with pytest.raises(TypeError, match="plane"):
-        rftfit.predict(POPPY, rftfit.model_leg("c_leg"), MOTION)

@@ -13,6 +13,8 @@ import rftfit
 from rftfit.errors import InputError
 from rftfit.robot.mujoco import attach
 
+from .test_space_mesh import box
+
 mujoco = pytest.importorskip("mujoco")
 POPPY = rftfit.TableProfile.published("poppy_LP")
 
@@ -98,10 +100,7 @@ def paddle_wheel():
         turn = np.array(
             [[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]
         )
-        x, y, z = np.meshgrid([-0.2, 0.2], [-1.5, 1.5], [3.0, 4.0], indexing="ij")
-        corners = np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)
-        faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
-                 [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]  # fmt: skip
+        corners, faces = box(np.array([0.4, 3, 1]), np.array([0, 0, 3.5]))
         parts.append(rftfit.Mesh(corners @ turn.T, faces))
     vertices = np.concatenate([part.vertices_cm for part in parts])
     starts = np.cumsum([0, *(len(part.vertices_cm) for part in parts)])

@@ -46,7 +46,6 @@ def test_the_error_of_the_model_is_that_of_rigs():
 
 def test_what_cannot_be_is_refused(paddles):
     for words, match in (
-        ({}, "neither sinkage nor load"),
         ({"load_N": -1}, "positive"),
         ({"load_N": [1, 2]}, "one for each"),
         ({"sinkage_cm": 1, "friction": -0.1}, "friction"),
@@ -68,7 +67,7 @@ def command(tmp_path, monkeypatch, capfd, paddles):
     return lambda *words: (main(["wheel", *words]), *capfd.readouterr())
 
 
-WHEEL = ("--mesh", "ball.stl", "--unit", "mm", "--alpha", "0.9")
+WHEEL = ("--mesh", "ball.stl", "--unit", "mm", "--medium", "poppy_LP")
 
 
 def test_the_command_names_no_rule_and_draws(command, tmp_path):
