@@ -1,7 +1,4 @@
-"""A marker track gives the robot's speed or a reason, and each row of it is accounted for.
-
-Also tested: the sheet that lists the tracks.
-"""
+"""A marker track gives the robot's speed or a reason, and each row of it is accounted for."""
 
 import math
 from types import SimpleNamespace
@@ -11,7 +8,6 @@ import numpy as np
 import pytest
 
 from rftfit import RftfitError
-from rftfit.campaign.problems import Place
 from rftfit.measure.flags import codes_of, remark
 from rftfit.robot import tracks
 from rftfit.robot.speeds import trial_row
@@ -20,7 +16,6 @@ from rftfit.robot.tracks import (
     TrackError,
     mean_stride_speed,
     read_track,
-    read_trials,
     stride_frequency,
 )
 
@@ -174,84 +169,6 @@ def test_files_that_are_none(tmp_path):
         with pytest.raises(TrackError) as error:
             read_track(tmp_path / name)
         assert error.value.reason.code == UNREADABLE
-
-
-HEADER = "run_id,condition,medium,curvature_times_R,frequency_Hz,track,note"
-GOOD = "a1,c1,poppy_LP,1,,tracks/a1.csv,"
-
-
-def sheet(tmp_path, *rows, header=HEADER):
-    path = tmp_path / "runs.csv"
-    path.write_text("\n".join([header, *rows]) + "\n", "utf-8")
-    trials, problems = read_trials(path, "runs.csv", "poppy_LP", {"plate_1"})
-    return [trial.run_id for trial in trials], problems
-
-
-def test_a_good_sheet(tmp_path):
-    names, problems = sheet(tmp_path, GOOD, "a2,c1,poppy_LP,1.0,2.5,a2.csv,again")
-    assert (names, problems) == (["a1", "a2"], [])
-    trials, _ = read_trials(tmp_path / "runs.csv", "runs.csv", "poppy_LP")
-    assert math.isnan(trials[0].frequency_Hz)
-    assert trials[1].frequency_Hz == 2.5
-
-
-def test_all_faults_of_a_sheet_at_once(tmp_path):
-    names, problems = sheet(
-        tmp_path,
-        GOOD,
-        "A1,c2,poppy_LP,0,,tracks/b.csv,",
-        "b1,c1,poppy_LP,0.5,,tracks/c.csv,",
-        "b2,c2,poppy_CP,2,fast,tracks/d.csv,",
-        "b3,,poppy_LP,0,-1,../e.csv,",
-        "plate_1,c4,poppy_LP,0,,tracks/a1.csv,",
-        "b5,c5,poppy_LP,0,,,",
-    )
-    assert names == ["a1"]
-    assert [
-        (
-            problem.place.row,
-            problem.place.column,
-            problem.code.removeprefix("robot-sheet."),
-            problem.found,
-        )
-        for problem in problems
-    ] == [
-        (3, "run_id", "repeated", "A1"),
-        (4, "curvature_times_R", "condition", "0.5"),
-        (5, "medium", "unknown-word", "poppy_CP"),
-        (5, "curvature_times_R", "out-of-range", "2"),
-        (5, "frequency_Hz", "not-a-number", "fast"),
-        (6, "condition", "required", None),
-        (6, "frequency_Hz", "out-of-range", "-1"),
-        (6, "track", "path-outside", "../e.csv"),
-        (7, "track", "repeated", "tracks/a1.csv"),
-        (7, "run_id", "taken", "plate_1"),
-        (8, "track", "required", None),
-    ]
-    assert "row 2" in problems[0].allowed
-    assert "row 2" in problems[1].allowed
-    assert problems[2].nearest == "poppy_LP"
-
-
-def test_columns_of_a_sheet(tmp_path):
-    _, problems = sheet(
-        tmp_path, GOOD, header=HEADER.replace("curvature_times_R", "curvature_tmes_R")
-    )
-    assert {(problem.code, problem.place.column, problem.nearest) for problem in problems} == {
-        ("robot-sheet.unknown-column", "curvature_tmes_R", "curvature_times_R"),
-        ("robot-sheet.missing-column", "curvature_times_R", None),
-    }
-    assert [problem.code for problem in sheet(tmp_path)[1]] == ["robot-sheet.empty"]
-
-
-def test_a_column_that_stands_twice(tmp_path):
-    path = tmp_path / "runs.csv"
-    path.write_text(
-        "run_id,condition,medium,curvature_times_R,track,track\na,c,sand,1,a.csv,b.csv\n"
-    )
-    _, problems = read_trials(path, "runs.csv", "sand")
-    assert [problem.code for problem in problems] == ["robot-sheet.duplicate-column"]
-    assert problems[0].place == Place("runs.csv", 1, "track")
 
 
 def test_rows_of_a_track_that_do_not_add_up(tmp_path, monkeypatch):
