@@ -18,9 +18,7 @@ HEAVY = ("pandas", "matplotlib", "snakemake", "pyarrow", "pydantic", "scipy.stat
 CODES = (0, 1, 2, 3, 4, 5, 130, 141)
 """Exit codes that the help lists."""
 UNEXPECTED, INTERRUPTED, PIPE_CLOSED = 1, 130, 141
-STOPPED = (
-    "Stopped. Files are written whole or not at all; to go on, give the same command again."
-)
+STOPPED = "Stopped. Files are written whole or not at all; to go on, give the same command again."
 
 
 def test_help_lists_exit_codes_and_an_example(rftfit):

@@ -11,13 +11,7 @@ from rftfit import RftfitError
 from rftfit.measure.flags import codes_of, remark
 from rftfit.robot import tracks
 from rftfit.robot.speeds import trial_row
-from rftfit.robot.tracks import (
-    Track,
-    TrackError,
-    mean_stride_speed,
-    read_track,
-    stride_frequency,
-)
+from rftfit.robot.tracks import Track, TrackError, mean_stride_speed, read_track, stride_frequency
 
 GOOD_HEAD = "time_s,x_cm,z_cm"
 

@@ -1,9 +1,7 @@
 """Hostile or broken input does no harm: it is refused with a message or shown as plain text."""
 
 import csv
-import html
 import io
-import json
 import os
 import re
 import subprocess
@@ -20,7 +18,7 @@ import result_tables as chain
 import yaml
 from campaigns import FEW, Room, make_campaign, run_rules
 from makers import write_yaml
-from result_tables import NASTY, Memory, memory, page_results, read_result, run
+from result_tables import Memory, memory, read_result, run
 from waiting import LONGEST_S, run_commands
 
 from rftfit.campaign import rows
@@ -28,7 +26,6 @@ from rftfit.campaign.load import check_campaign
 from rftfit.campaign.problems import Place
 from rftfit.figures.registry import figures
 from rftfit.figures.style import content
-from rftfit.page.page import page as write
 
 needs_links = pytest.mark.skipif(os.name != "posix", reason="links and pipes of a POSIX system")
 
@@ -293,18 +290,6 @@ def test_no_cell_of_a_csv_is_a_formula(room, name):
 
 
 # --- what is drawn and shown ------------------------------------------------------------------------
-
-
-def test_script_in_names_and_notes_is_text_in_the_page(tmp_path):
-    page = write(page_results(tmp_path, nasty=True))
-    assert NASTY not in page
-    policy = re.search(r'http-equiv="Content-Security-Policy"\s+content="([^"]*)"', page)
-    rules = html.unescape(policy[1] if policy else "")
-    assert "default-src 'none'" in rules
-    assert "unsafe-inline" not in rules
-    assert len(re.findall(r"<script[^>]*>", page)) == 2
-    (data,) = re.findall(r'<script type="application/json"[^>]*>(.*?)</script>', page, re.DOTALL)
-    assert NASTY in {medium["title"] for medium in json.loads(data)["media"]}
 
 
 TITLES = (
