@@ -289,7 +289,9 @@ def test_medium_without_a_map_says_why_on_the_page(tmp_path):
     assert results.map_table("yuma").empty
     reason = results.map_reason("yuma")
     assert reason.startswith("yuma: the pushes meet no resistance")
-    told = "could not be estimated in directions without a push: yuma: the pushes meet no resistance"
+    told = (
+        "could not be estimated in directions without a push: yuma: the pushes meet no resistance"
+    )
     assert told in make_page(results)
 
 
