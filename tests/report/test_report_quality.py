@@ -127,17 +127,6 @@ def test_horizontal_runs_stand_by_depth(medium):
     assert any("depth not known" in label for page in pages for label in page.column_labels)
 
 
-def test_extractions_are_turned_as_filed(medium):
-    traces, fits = medium
-    turned = stress_of(of_runs(traces, fits), "poppy_LP")
-    pulled = traces["run_id"].isin(fits.loc[fits["direction"] == "extraction", "run_id"])
-    assert pulled.any()
-    for name in ("stress_x_N_per_cm2", "tare_x_N_per_cm2"):
-        assert_allclose(turned.loc[pulled, name], -traces.loc[pulled, name])
-        assert_allclose(turned.loc[~pulled, name], traces.loc[~pulled, name])
-    assert_allclose(turned["stress_z_N_per_cm2"], traces["stress_z_N_per_cm2"])
-
-
 def test_thinning_keeps_spikes_ends_and_gaps():
     x = np.linspace(0, 8, 1000)
     y = np.sin(x)
