@@ -16,7 +16,6 @@ from rftfit.errors import InputError
 from rftfit.store import digests, read_csv, write_csv
 from rftfit.store.digests import digests_of_files, read_sums, sha256_of, sums_text
 from rftfit.workflow.provenance import changes_between, present_provenance
-from rftfit.workflow.records import Record, maker_of, read_record
 from rftfit.workflow.stages import STAGES
 from rftfit.workflow.state import States, read_states
 
@@ -88,39 +87,6 @@ def test_which_jobs_a_changed_file_of_the_program_touches(monkeypatch, file, cha
     monkeypatch.undo()
     digests.source_digests.cache_clear()
     assert {rule for rule in rules if codes_before[rule] != codes_after[rule]} == changed
-
-
-# --- records of jobs ----------------------------------------------------------------------------------
-
-
-RECORD = Record(
-    "slopes", "sand", {"code": "c1"}, {"results/a.csv": "1"}, {"results/fits/sand.csv": "2"}
-)
-
-
-def test_records_come_back(tmp_path):
-    path = tmp_path / "results" / "records" / "slopes" / "sand.json"
-    assert read_record(path) is None
-    RECORD.save(tmp_path)
-    assert read_record(path) == RECORD
-    assert maker_of(tmp_path, "results/fits/sand.csv") == RECORD
-    assert maker_of(tmp_path, "results/fits/other.csv") is None
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "",
-        "{",
-        "[]",
-        '{"rule": 1}',
-        '{"rule": "slopes", "key": "sand"}',
-        '{"rule": "slopes", "key": "sand", "state": {"code": 1}, "reads": {}, "writes": {}}',
-    ],
-)
-def test_a_damaged_record_counts_as_none(tmp_path, text):
-    (tmp_path / "record.json").write_text(text, encoding="utf-8")
-    assert read_record(tmp_path / "record.json") is None
 
 
 # --- the robot ---------------------------------------------------------------------------------------
