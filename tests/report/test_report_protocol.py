@@ -14,9 +14,8 @@ from pages import words
 from result_tables import memory, of_runs
 
 from rftfit.campaign.config import Fit
-from rftfit.directions import TOLERANCE_DEG
 from rftfit.figures import protocol, style
-from rftfit.figures.plates import CELLS, runs_of_cells
+from rftfit.figures.plates import CELLS
 from rftfit.figures.protocol import PanelColumn
 from rftfit.figures.registry import figures
 from rftfit.figures.traces import by_run
@@ -167,12 +166,3 @@ def test_linearity_draws_slopes_points_and_gaps():
         np.asarray(line.get_ydata())[-1] for line in slanted.lines if line.get_marker() == marker
     ]
     assert ends == pytest.approx([0.35 * 6.5])
-
-
-def test_runs_of_cells_are_those_of_the_alpha_table():
-    alpha = small().joined("alpha/{medium}.csv")
-    assert runs_of_cells(alpha, CELLS[:1], TOLERANCE_DEG) == {
-        "poppy_LP_0_90_0.0",
-        "glass3mm_CP_0_90_0.0",
-    }
-    assert runs_of_cells(alpha, [(60.0, 45.0)], TOLERANCE_DEG) == set()

@@ -15,7 +15,6 @@ from result_tables import memory, of_runs
 
 from rftfit.compare.peers import compare_runs
 from rftfit.figures import style
-from rftfit.figures.labels import alpha_half_width
 from rftfit.figures.maps import along_motion, edges, pivot, refine
 from rftfit.figures.quality import draw_quality, runs_on_pages
 from rftfit.figures.registry import figures
@@ -167,7 +166,6 @@ def test_grids_of_the_alpha_table():
     assert borders[0] == -90
     assert borders[-1] == 90
     assert ((borders[:-1] <= gamma) & (gamma <= borders[1:])).all()
-    assert_allclose(alpha_half_width(first, "z"), first["alpha_z_se_N_per_cm3"] * 2)
     with pytest.raises(ValueError, match="twice"):
         pivot(pd.concat([table, table.iloc[:1]]), "alpha_z_N_per_cm3")
     fine = refine(beta, gamma, values)
