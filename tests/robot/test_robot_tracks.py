@@ -9,7 +9,6 @@ import pytest
 
 from rftfit import RftfitError
 from rftfit.measure.flags import codes_of, remark
-from rftfit.robot import tracks
 from rftfit.robot.speeds import trial_row
 from rftfit.robot.tracks import Track, TrackError, mean_stride_speed, read_track, stride_frequency
 
@@ -175,7 +174,8 @@ def test_rows_of_a_track_that_do_not_add_up(tmp_path, monkeypatch):
         track="a.csv",
     )
     track = SimpleNamespace(rows=10, dropped={"no number for x": 1}, time_s=np.arange(8.0))
-    monkeypatch.setattr(tracks, "read_track", lambda _: track)
-    monkeypatch.setattr(tracks, "mean_stride_speed", lambda *_: SimpleNamespace(flags=()))
+    monkeypatch.setattr("rftfit.robot.tracks.read_track", lambda _: track)
+    without_flags = SimpleNamespace(flags=())
+    monkeypatch.setattr("rftfit.robot.tracks.mean_stride_speed", lambda *_: without_flags)
     with pytest.raises(RftfitError, match=r" a\.csv .* 9 .* 10 "):
         trial_row(trial, tmp_path, 2)

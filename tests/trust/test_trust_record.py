@@ -11,13 +11,12 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from rftfit.campaign.load import read_layout
 from rftfit.errors import InputError
 from rftfit.store import digests, read_csv, write_csv
 from rftfit.store.digests import digests_of_files, read_sums, sha256_of, sums_text
 from rftfit.workflow.provenance import changes_between, present_provenance
 from rftfit.workflow.stages import STAGES
-from rftfit.workflow.state import States, read_states
+from rftfit.workflow.state import read_states
 
 PACKAGE = Path(digests.__file__).parents[1]
 SIGNS = "=+-@\t\r\n\N{FULLWIDTH EQUALS SIGN}\N{FULLWIDTH COMMERCIAL AT}"
@@ -56,9 +55,9 @@ def test_sums_come_back_and_are_those_of_sha256sum(tmp_path):
 # --- digests of code ---------------------------------------------------------------------------------
 
 
-def code_of(rules):
+def code_of(config, rules):
     digests.source_digests.cache_clear()
-    states = States(read_layout(PACKAGE.parents[1] / "config" / "config.yaml"))
+    states = read_states(config)[0]
     return {rule: states.code(STAGES[rule]) for rule in rules}
 
 
@@ -75,15 +74,18 @@ def code_of(rules):
         ("cli/run.py", set()),
     ],
 )
-def test_which_jobs_a_changed_file_of_the_program_touches(monkeypatch, file, changed):
+def test_which_jobs_a_changed_file_of_the_program_touches(
+    robot_campaign, monkeypatch, file, changed
+):
     rules = ("ingest", "tare", "fourier", "robot_runs", "page")
-    codes_before, plain = code_of(rules), digests.sha256_of
+    config = robot_campaign / "config" / "config.yaml"
+    codes_before, plain = code_of(config, rules), digests.sha256_of
 
     def sha256_changed(path):
         return "0" * 64 if str(path).endswith(f"/{file}") else plain(path)
 
     monkeypatch.setattr(digests, "sha256_of", sha256_changed)
-    codes_after = code_of(rules)
+    codes_after = code_of(config, rules)
     monkeypatch.undo()
     digests.source_digests.cache_clear()
     assert {rule for rule in rules if codes_before[rule] != codes_after[rule]} == changed
