@@ -12,6 +12,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from forked import snakemake_forked
 from waiting import ASLEEP_S, LONGEST_S, wait_for
 
 from rftfit import RftfitError
@@ -54,8 +55,10 @@ rule all:
 
 @pytest.fixture
 def fake(campaign):
+    """Words that run the tiny workflow by forks of a Snakemake that is started once."""
     (campaign / "fake.smk").write_text(WORKFLOW, "utf-8")
-    return "run --snakefile fake.smk"
+    with snakemake_forked():
+        yield "run --snakefile fake.smk"
 
 
 def test_whole_run_and_nothing_to_do(rftfit, campaign, fake):
