@@ -37,9 +37,12 @@ def told(refusal, campaign, snakefile):
 @pytest.mark.usefixtures("installed", "campaign")
 def test_the_projects_profile_and_an_own_one(rftfit, snakefile, tmp_path, monkeypatch):
     commands = []
-    monkeypatch.setattr(
-        "rftfit.workflow.run.listen", lambda words, *_, **__: commands.append(words) or 0
-    )
+
+    def listen(words, *_, **__):
+        commands.append(words)
+        return 0
+
+    monkeypatch.setattr("rftfit.workflow.run.listen", listen)
     site_profile = tmp_path / "my site"
     site_profile.mkdir()
     (site_profile / "config.yaml").write_text("executor: local\n", "utf-8")
