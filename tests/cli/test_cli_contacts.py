@@ -5,13 +5,12 @@ on a body that was measured before.
 """
 
 import json
+from typing import Any
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
 
 import rftfit as program
-from rftfit.forces.contact_file import read_contacts
 
 pytestmark = pytest.mark.usefixtures("work_folder")
 
@@ -51,22 +50,26 @@ def test_options_of_a_body_need_a_file(refusal):
     assert "--contacts" in refusal("scale --alpha 0.3 --leg c_leg")
 
 
-def test_a_path_and_a_mesh_are_read_too(work_folder):
+def test_a_path_and_a_mesh_are_read_too(rftfit, work_folder):
+    """A foot of 4 cm^2 that bears 2 N for each cm of depth: alpha straight down is 0.5 N/cm^3."""
+    trimesh: Any = pytest.importorskip("trimesh")
     z = np.linspace(0, -3, 7)
     force = -2.0 * z
     lines = ["contact,t_s,x_cm,z_cm,angle_deg,force_z_N"]
     lines += [f"{name},{t},0,{z[t]:.3f},0,{force[t]:.3f}" for name in "ab" for t in range(7)]
     (work_folder / "press.csv").write_text("\n".join(lines))
-    foot = program.polyline([(-1, 0), (1, 0)], 2)
-    contacts, warnings = read_contacts(work_folder / "press.csv", foot)
-    assert [len(contact.frames) for contact in contacts] == [7, 7]
-    assert "no error_N" in warnings[0]
-    assert_allclose(contacts[0].frames[:, 4], -0.5)
+    (work_folder / "foot.csv").write_text("x_cm,z_cm\n-1,0\n1,0\n")
+    of_path = rftfit("scale --contacts press.csv --outline foot.csv --width 2 --json")
+    assert "no error_N" in of_path.err
     lines = ["t_s,x_cm,y_cm,z_cm,turn_x_deg,turn_y_deg,turn_z_deg,force_z_N,error_N"]
     lines += [f"{t},0,0,{z[t]:.3f},0,0,0,{force[t]:.3f},0.1" for t in range(7)]
     (work_folder / "mesh.csv").write_text("\n".join(lines))
-    (pressed,), _ = read_contacts(work_folder / "mesh.csv", program.Mesh.extrude(foot))
-    assert_allclose(pressed.measured[2], force, atol=1e-3)
+    trimesh.creation.box(extents=(2, 2, 0.02)).export(work_folder / "foot.obj")
+    of_mesh = rftfit("scale --contacts mesh.csv --mesh foot.obj --unit cm --json --force")
+    for output, count in ((of_path, 2), (of_mesh, 1)):
+        answer = json.loads(output.out)
+        assert answer["contacts"] == count
+        assert answer["alpha_z_of_contacts"]["value"] == pytest.approx(0.5, rel=0.03)
 
 
 def test_a_leg_of_the_paper_is_predicted_with_what_the_model_gets_wrong_on_it(rftfit):

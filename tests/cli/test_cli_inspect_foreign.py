@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from rftfit import read_log
 from rftfit.campaign.config import ForceLog, MotionLog
-from rftfit.logs.inspect import survey, survey_file, together
+from rftfit.logs.inspect import survey, survey_file
 from rftfit.logs.registry import dialect, source_reader
 from rftfit.measure.log_columns import columns_asked, map_columns
 
@@ -97,29 +97,6 @@ def test_mixed_clocks_are_shown_clock_by_clock(rftfit, tmp_path):
         log = source_reader(source, "rig", key).only(columns_asked(source)).load(path)
         times.append(map_columns(log, source, UNITS, key).columns["time"])
     assert_allclose(times[1] - times[0], 0.5)
-
-
-def test_channels_on_three_clocks(tmp_path):
-    nptdms = pytest.importorskip("nptdms")
-    path = tmp_path / "log.tdms"
-    starts = {"Fx": 0.0, "Fz": 0.0, "x": 0.5, "z": 0.5, "angle": 0.7}
-    with nptdms.TdmsWriter(path) as writer:
-        channels = [
-            nptdms.ChannelObject(
-                "rig", name, np.arange(5.0), {"wf_increment": 0.01, "wf_start_offset": start}
-            )
-            for name, start in starts.items()
-        ]
-        writer.write_segment([*channels, nptdms.ChannelObject("rig", "note", np.arange(5.0))])
-    surveys, refused = survey_file(dialect("tdms"), path)
-    assert refused is not None
-    assert [[column.name for column in survey.columns] for survey in surveys] == [
-        ["time", "Fx", "Fz"],
-        ["time", "x", "z"],
-        ["time", "angle"],
-        ["note"],
-    ]
-    assert set(together(surveys).quantities) == {"time", "F1", "F3", "x", "z", "angle"}
 
 
 def test_a_survey_in_blocks_is_that_of_the_whole(tmp_path, monkeypatch):

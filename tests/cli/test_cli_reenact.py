@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 from makers import run_command
 
-from rftfit.errors import InputError, OutputError
-from rftfit.lab.marker import MARKER, clear, find_earlier
+from rftfit.lab.marker import MARKER
 from rftfit.lab.rig import FAULTS
 
 QUICK = "reenact --media yuma"
@@ -205,22 +204,20 @@ def test_raw_that_is_a_file(refusal, campaign):
     refused(refusal, campaign, "this is no folder")
 
 
+DENIED = PermissionError(errno.EACCES, "Permission denied", "raw/yuma")
+
+
 def refuse(*_, **__):
-    raise PermissionError(errno.EACCES, "Permission denied", "raw/yuma")
+    raise DENIED
 
 
-def test_earlier_logs_that_cannot_be_touched(work_folder, monkeypatch):
-    (work_folder / "raw").mkdir()
-    (work_folder / "raw" / MARKER).write_bytes(b"\xff\xfe")
-    with pytest.raises(InputError, match=f"{MARKER}: cannot be read: "):
-        find_earlier(work_folder / "raw", work_folder / "runs.csv")
-    monkeypatch.setattr(Path, "unlink", refuse)
-    with pytest.raises(OutputError, match=r"a.csv: .*: Permission denied"):
-        clear([work_folder / "raw" / "a.csv"])
-    monkeypatch.setattr(
-        os,
-        "walk",
-        lambda *_, onerror, **__: onerror(PermissionError(13, "Permission denied", "raw/yuma")),
-    )
-    with pytest.raises(InputError, match=r"raw/yuma: .*: Permission denied"):
-        find_earlier(work_folder / "raw", work_folder / "runs.csv")
+def test_earlier_logs_that_cannot_be_touched(rftfit, refusal, campaign, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "unlink", refuse)
+        told = rftfit(QUICK, "--seed 7", code=3).err
+        assert re.search(r"runs\.csv: .*: Permission denied", told)
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "walk", lambda *_, onerror, **__: onerror(DENIED))
+        assert re.search(r"raw/yuma: .*: Permission denied", refusal(QUICK))
+    (campaign / "raw" / "paper" / MARKER).write_bytes(b"\xff\xfe")
+    refused(refusal, campaign, f"{MARKER}: cannot be read: ")

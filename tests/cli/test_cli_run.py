@@ -9,13 +9,16 @@ import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
+from forked import snakemake_forked
 from waiting import ASLEEP_S, LONGEST_S, wait_for
 
-from rftfit.errors import InputError, WorkflowError
+from rftfit import RftfitError
+from rftfit.errors import InputError
 from rftfit.workflow.closing import ledger_line
-from rftfit.workflow.run import JobsFailedError, Workflow
+from rftfit.workflow.run import Workflow
 from rftfit.workflow.snakemake import _signals_as_interrupts, find_snakefile, working_in
 
 WORKFLOW = """
@@ -52,8 +55,10 @@ rule all:
 
 @pytest.fixture
 def fake(campaign):
+    """Words that run the tiny workflow by forks of a Snakemake that is started once."""
     (campaign / "fake.smk").write_text(WORKFLOW, "utf-8")
-    return "run --snakefile fake.smk"
+    with snakemake_forked():
+        yield "run --snakefile fake.smk"
 
 
 def test_whole_run_and_nothing_to_do(rftfit, campaign, fake):
@@ -92,8 +97,10 @@ def test_dry_run_targets_and_words_for_snakemake(rftfit, campaign, fake):
 
 def test_a_stage_that_fails(rftfit, campaign, fake, monkeypatch):
     monkeypatch.setenv("BAD", "b")
-    with pytest.raises(JobsFailedError) as stopped:
+    stopped: Any
+    with pytest.raises(RftfitError) as stopped:
         Workflow(Path("config/config.yaml"), cores=1, snakefile=Path("fake.smk")).run()
+    assert stopped.value.exit_code == 4
     assert stopped.value.report.made == ["ingest a"]
     assert stopped.value.report.failed == {"ingest b": "raw/b.csv: no good\n  and so on"}
     output = rftfit(fake, "--cores 1", code=4)
@@ -227,8 +234,9 @@ def test_locks(monkeypatch, work_folder):
     process_ids: list[int] = [12, 34]
     monkeypatch.setattr("rftfit.workflow.run.working_in", lambda _: process_ids)
     flow = workflow(monkeypatch, work_folder)
-    with pytest.raises(WorkflowError, match=r"\(process 12, 34\)"):
+    with pytest.raises(RftfitError, match=r"\(process 12, 34\)") as locked:
         flow.unlock()
+    assert locked.value.exit_code == 4
     assert "12, 34" in flow._describe_lock()
     process_ids.clear()
     assert "rftfit run --unlock" in flow._describe_lock()
@@ -238,8 +246,9 @@ def test_locks(monkeypatch, work_folder):
         return 1
 
     monkeypatch.setattr("rftfit.workflow.run.listen", refused)
-    with pytest.raises(WorkflowError, match="no room left"):
+    with pytest.raises(RftfitError, match="no room left") as full:
         flow.unlock()
+    assert full.value.exit_code == 4
 
 
 def test_a_lock_of_a_killed_run(monkeypatch, work_folder, capsys):

@@ -6,7 +6,9 @@ from makers import json_of, refused
 
 import rftfit
 
-WORDS = ["wheel", "--slip", "0.2,0.5", "--sinkage", "1", "--load", "20", "--alpha", "0.9"]
+ROLLING = ["wheel", "--slip", "0.2,0.5", "--sinkage", "1", "--load", "20"]
+"""A wheel that rolls on no medium yet."""
+WORDS = [*ROLLING, "--alpha", "0.9"]
 DRAWING = "6,4,1,8"
 
 
@@ -63,5 +65,5 @@ def test_a_laboratory_is_left_out(tmp_path):
     ],
 )
 def test_what_is_no_wheel(words, tmp_path):
-    refused(*WORDS, *words.split(), folder=tmp_path)
+    refused(*ROLLING, "--medium", "poppy_LP", *words.split(), folder=tmp_path)
     assert [*tmp_path.iterdir()] == []

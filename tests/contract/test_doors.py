@@ -77,15 +77,27 @@ def lift(medium, body=FOOT, motion=DOWN):
     return float(rftfit.predict(medium, body, motion, model_error=0)["force_z_N"].max())
 
 
+@pytest.fixture(scope="module")
+def lifts(media):
+    """Largest force on the foot, by the form in which its medium is known."""
+    return {form: lift(medium) for form, medium in media.items()}
+
+
+@pytest.fixture(scope="module")
+def twice():
+    """A medium of twice the resistance."""
+    return rftfit.scale(2 * ALPHA, 0.02)
+
+
 def test_every_form_but_a_path_is_a_known_medium(media):
     are_known = {form: isinstance(medium, rftfit.KnownMedium) for form, medium in media.items()}
     assert are_known == {form: form != "path" for form in MEDIA}
 
 
 @pytest.mark.parametrize("form", MEDIA)
-def test_predict(media, form):
+def test_predict(media, lifts, form):
     expected = 110.0 if form in OF_PUSH else 40 * 5 * 0.35093
-    assert lift(media[form]) == pytest.approx(expected, rel=1e-3)
+    assert lifts[form] == pytest.approx(expected, rel=1e-3)
     assert rftfit.beyond_measured(media[form], FOOT, DOWN) is not None
 
 
@@ -117,41 +129,40 @@ def test_attach(media, form):
 
 
 @pytest.mark.parametrize("form", MEDIA)
-def test_export(media, form, tmp_path):
+def test_export(media, lifts, form, tmp_path):
     rftfit.write_profile(tmp_path / "out.json", media[form])
     again = rftfit.read_profile(tmp_path / "out.json")
-    assert lift(again) == pytest.approx(lift(media[form]), rel=1e-6)
+    assert lift(again) == pytest.approx(lifts[form], rel=1e-6)
 
 
 @pytest.mark.parametrize("form", MEDIA)
-def test_compare(media, form):
-    other = rftfit.scale(2 * ALPHA, 0.02)
+def test_compare(media, twice, form):
     if form == "published":
         # printed without errors: no draws
         with pytest.raises(rftfit.RftfitError, match="no errors"):
-            rftfit.compare_media(media[form], other)
+            rftfit.compare_media(media[form], twice)
         return
-    comparison = rftfit.compare_media(media[form], other)
+    comparison = rftfit.compare_media(media[form], twice)
     expected = 2.0 if form in OF_PUSH else 2 * ALPHA / 0.35093
     assert comparison.ratio_lo < expected < comparison.ratio_hi
     assert comparison.ratio == pytest.approx(expected, rel=0.15)
 
 
-def test_the_paper_routine_has_no_table_and_no_draws(tmp_path):
+def test_the_paper_routine_has_no_table_and_no_draws(media, tmp_path):
     routine = rftfit.scale_by_paper(ALPHA)
     assert lift(routine) < 0.95 * 110
     with pytest.raises(rftfit.RftfitError, match="allowed: a map or a table"):
         rftfit.write_profile(tmp_path / "out.json", routine)
     with pytest.raises(rftfit.RftfitError, match="scatter between media"):
-        rftfit.compare_media(routine, rftfit.scale(ALPHA))
+        rftfit.compare_media(routine, media["scale"])
 
 
 @pytest.mark.parametrize("wrong", [0.55, None, np.zeros(3)])
-def test_what_is_no_medium_is_named_with_what_is_allowed(wrong):
+def test_what_is_no_medium_is_named_with_what_is_allowed(media, wrong):
     for door in (
         lambda: rftfit.predict(wrong, FOOT, DOWN),
         lambda: rftfit.Ground(wrong, [rftfit.Mesh.extrude(FOOT)]),
-        lambda: rftfit.compare_media(wrong, rftfit.scale(ALPHA)),
+        lambda: rftfit.compare_media(wrong, media["scale"]),
     ):
         with pytest.raises(TypeError, match=r"for a medium; allowed: .*rftfit\.scale"):
             door()
@@ -245,9 +256,9 @@ def test_a_steep_peak_of_few_pushes_has_no_interval_of_alpha():
 
 
 @pytest.mark.parametrize("tilt_deg", [0.0, 30.0, -40.0])
-def test_steepness_is_what_five_degrees_of_tilt_make_of_the_force(tilt_deg):
+def test_steepness_is_what_five_degrees_of_tilt_make_of_the_force(media, tilt_deg):
     """Of a flat foot straight down: half the difference of alpha_z on either side, relative to alpha_z."""
-    profile = rftfit.estimate_map(one_push(ALPHA)).profile
+    profile = media["map"].profile
     half_x, half_z = 4 * np.cos(np.radians(tilt_deg)), 4 * np.sin(np.radians(tilt_deg))
     foot = rftfit.polyline([(-half_x, half_z), (half_x, -half_z)], 5.0)
     lift = next(peak for peak in rftfit.find_peaks(profile, foot, DOWN) if peak.name == "lift")

@@ -21,7 +21,7 @@ from rftfit import FourierProfile, reference
 from rftfit.campaign.config import Figures, Fit, Fourier
 from rftfit.errors import InputError, OutputError
 from rftfit.figures import style
-from rftfit.figures.maps import add_surface, kept_coefficients
+from rftfit.figures.maps import add_surface
 from rftfit.figures.plates import nearest_cells, stress_runs
 from rftfit.figures.registry import figures
 from rftfit.measure.flags import attach_run, flag_table, remark
@@ -152,8 +152,10 @@ def test_fit_maps_show_measured_minus_fit():
     assert "measured minus fit\n$\\alpha_x$ (N/cm$^3$)" in text
     # the axes come in order of drawing: map, its colour bar, residual, its colour bar, ...
     residual = figure.axes[4 * 8 + 6].collections[0].get_array()
-    coefficients = kept_coefficients(results, "glass3mm_CP")
-    assert coefficients[TERMS.index("Cm1")] == 0.0
+    terms = chain.coefficient_table().query("method == 'dft-index' and medium == 'glass3mm_CP'")
+    kept = terms.set_index("coefficient").query("kept")["value_N_per_cm3"]
+    assert "Cm1" not in kept
+    coefficients = kept.reindex(list(TERMS), fill_value=0.0).to_numpy(float)
     grid = np.meshgrid(
         np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG), indexing="ij"
     )

@@ -14,13 +14,9 @@ from pages import words
 from result_tables import memory, of_runs
 
 from rftfit.campaign.config import Fit
-from rftfit.directions import TOLERANCE_DEG
-from rftfit.figures import protocol, style
-from rftfit.figures.plates import CELLS, runs_of_cells
+from rftfit.figures import style
 from rftfit.figures.protocol import PanelColumn
 from rftfit.figures.registry import figures
-from rftfit.figures.traces import by_run
-from rftfit.measure import ingest, session_clocks
 
 
 def recording(kind):
@@ -37,7 +33,7 @@ ENDS = {"": 0.0, "lo_": -0.04, "hi_": 0.04}
 
 def column(kind, tare=True):
     trace, fit = chain.one_run("r", kind, 5.08, 0.35, 0.1, np.random.default_rng(2), 400)
-    result = by_run(trace)["r"]
+    result = {name: trace[name].to_numpy(float) for name in trace.columns.drop("run_id")}
     if kind == "rotation":
         theta = np.arange(-135.0, 136.0)
         result = {
@@ -65,9 +61,13 @@ MEAN_OF_3: dict[Hashable, Any] = {
 """Row of a table of alpha with several runs in a direction."""
 
 
+def draw(name, results, *medium):
+    return next(figure for figure in figures() if figure.name == name).draw(results, *medium)
+
+
 def drawn(monkeypatch, *columns):
-    monkeypatch.setattr(protocol, "columns_of", lambda *_: list(columns))
-    return protocol.plot_protocol(memory({}, fit=Fit(confidence=0.9)), "poppy_LP")
+    monkeypatch.setattr("rftfit.figures.protocol.columns_of", lambda *_: list(columns))
+    return draw("protocol", memory({}, fit=Fit(confidence=0.9)), "poppy_LP")
 
 
 def test_protocol_has_a_column_for_each_kind_with_units(monkeypatch):
@@ -113,10 +113,14 @@ def test_protocol_draws_slopes_of_depth_and_means_of_horizontal_runs(monkeypatch
 def test_protocol_says_what_is_missing(monkeypatch):
     assert "no tare" in words(drawn(monkeypatch, column("intrusion", tare=False)))
     assert any("no run of which" in line for line in words(drawn(monkeypatch)))
-    for module in (ingest, session_clocks):
-        monkeypatch.setattr(module, "read_logs", lambda *_: iter(()))
-    (told,) = words(protocol.plot_clocks(memory({}), "poppy_LP"))
+    for module in ("ingest", "session_clocks"):
+        monkeypatch.setattr(f"rftfit.measure.{module}.read_logs", lambda *_: iter(()))
+    (told,) = words(draw("clocks", memory({}), "poppy_LP"))
     assert told == "poppy seeds, loose: no run whose clocks were estimated"
+
+
+CELLS = ((0.0, 90.0), (30.0, 45.0), (90.0, 0.0), (-30.0, -45.0), (0.0, -90.0))
+"""Directions of the paper's figure, beta and gamma in degrees; gamma 0 is a horizontal run."""
 
 
 def small(poppy=0.35):
@@ -146,8 +150,7 @@ def small(poppy=0.35):
 
 
 def test_linearity_draws_slopes_points_and_gaps():
-    (linearity,) = (figure for figure in figures() if figure.name == "linearity")
-    figure = linearity.draw(small())
+    figure = draw("linearity", small())
     text = words(figure)
     assert "depth (cm)" in text
     assert "vertical stress\n$\\sigma_z$ (N/cm$^2$)" in text
@@ -167,12 +170,3 @@ def test_linearity_draws_slopes_points_and_gaps():
         np.asarray(line.get_ydata())[-1] for line in slanted.lines if line.get_marker() == marker
     ]
     assert ends == pytest.approx([0.35 * 6.5])
-
-
-def test_runs_of_cells_are_those_of_the_alpha_table():
-    alpha = small().joined("alpha/{medium}.csv")
-    assert runs_of_cells(alpha, CELLS[:1], TOLERANCE_DEG) == {
-        "poppy_LP_0_90_0.0",
-        "glass3mm_CP_0_90_0.0",
-    }
-    assert runs_of_cells(alpha, [(60.0, 45.0)], TOLERANCE_DEG) == set()

@@ -15,12 +15,11 @@ from result_tables import memory, of_runs
 
 from rftfit.compare.peers import compare_runs
 from rftfit.figures import style
-from rftfit.figures.labels import alpha_half_width
 from rftfit.figures.maps import along_motion, edges, pivot, refine
-from rftfit.figures.quality import draw_quality, runs_on_pages
+from rftfit.figures.quality import runs_on_pages
 from rftfit.figures.registry import figures
 from rftfit.figures.traces import panel_limits, round_up_125, stress_of, thin
-from rftfit.measure.flags import Flags, attach_run, flag_table, remark
+from rftfit.measure.flags import attach_run, flag_table, remark
 
 
 @pytest.fixture(scope="module")
@@ -39,13 +38,19 @@ def marked(figure):
     return sum(len(c.get_paths()) for c in red)
 
 
+def sheets(traces, fits, flags=()):
+    """Quality sheets of a medium whose runs have these flags."""
+    results = of_runs(traces, fits)
+    results.tables["flags/{medium}.csv"] = flag_table("poppy_LP", "tare", [*flags])
+    return draw("{medium}", chain.Memory(results.campaign, results.tables), "poppy_LP")
+
+
 def test_without_a_tare_only_runs_with_a_fault_of_their_own_are_red(medium):
-    traces, fits = medium[0], medium[1].copy()
+    traces, fits = medium
     bare, cut = remark("no-tare"), remark("motion-log-cut")
     flags = [*attach_run(fits.loc[50, "run_id"], [cut])]
     flags += [flag for run_id in fits["run_id"] for flag in attach_run(run_id, [bare])]
-    of_medium = Flags(flag_table("poppy_LP", "tare", flags))
-    (figure,) = draw_quality(traces, fits, of_medium, "poppy seeds, loose")
+    (figure,) = sheets(traces, fits, flags)
     text = words(figure)
     assert any(line.endswith(": 105 plate runs, 1 marked") for line in text)
     assert marked(figure) == 1
@@ -56,8 +61,7 @@ def test_without_a_tare_only_runs_with_a_fault_of_their_own_are_red(medium):
 def test_a_run_that_a_check_flags_is_red(medium):
     traces, fits = medium
     beside = remark("apart", beside="repeats", times=8.1)
-    flags = Flags(flag_table("poppy_LP", "checks", attach_run(fits["run_id"].iloc[50], [beside])))
-    (figure,) = draw_quality(traces, fits, flags, "poppy seeds, loose")
+    (figure,) = sheets(traces, fits, attach_run(fits["run_id"].iloc[50], [beside]))
     assert any(line.endswith(": 105 plate runs, 1 marked") for line in words(figure))
     assert marked(figure) == 1
 
@@ -67,9 +71,8 @@ def test_a_sheet_has_every_run_and_marks_the_bad_ones(medium):
     fits.loc[20, [name for name in fits if name.startswith("alpha_")]] = np.nan
     fits.loc[20, "reason"] = "tare too short"
     cut = remark("motion-log-cut")
-    flags = Flags(flag_table("poppy_LP", "ingest", attach_run(fits.loc[50, "run_id"], [cut])))
     traces = traces[traces["run_id"] != fits.loc[20, "run_id"]]
-    (figure,) = draw_quality(traces, fits, flags, "poppy seeds, loose")
+    (figure,) = sheets(traces, fits, attach_run(fits.loc[50, "run_id"], [cut]))
     text = words(figure)
     assert any(line.endswith(": 105 plate runs, 2 marked") for line in text)
     assert marked(figure) == 2
@@ -102,7 +105,7 @@ def test_the_sheet_of_a_campaign_is_drawn_from_its_tables(medium):
 def test_repeats_and_gaps_of_the_grid(medium):
     traces, fits = medium
     again = fits.iloc[[3]].assign(run_id="z_again")
-    pages = draw_quality(traces, pd.concat([fits.drop(index=7), again]), Flags(), "poppy")
+    pages = sheets(traces, pd.concat([fits.drop(index=7), again]))
     assert len(pages) == 2
     assert words(pages[0]).count("not measured") == 1
     assert any(line.startswith("z_again\n") for line in words(pages[1]))
@@ -125,17 +128,6 @@ def test_horizontal_runs_stand_by_depth(medium):
     pages = runs_on_pages(fits, depth)
     assert sum(len(page.places) for page in pages) == len(fits)
     assert any("depth not known" in label for page in pages for label in page.column_labels)
-
-
-def test_extractions_are_turned_as_filed(medium):
-    traces, fits = medium
-    turned = stress_of(of_runs(traces, fits), "poppy_LP")
-    pulled = traces["run_id"].isin(fits.loc[fits["direction"] == "extraction", "run_id"])
-    assert pulled.any()
-    for name in ("stress_x_N_per_cm2", "tare_x_N_per_cm2"):
-        assert_allclose(turned.loc[pulled, name], -traces.loc[pulled, name])
-        assert_allclose(turned.loc[~pulled, name], traces.loc[~pulled, name])
-    assert_allclose(turned["stress_z_N_per_cm2"], traces["stress_z_N_per_cm2"])
 
 
 def test_thinning_keeps_spikes_ends_and_gaps():
@@ -178,7 +170,6 @@ def test_grids_of_the_alpha_table():
     assert borders[0] == -90
     assert borders[-1] == 90
     assert ((borders[:-1] <= gamma) & (gamma <= borders[1:])).all()
-    assert_allclose(alpha_half_width(first, "z"), first["alpha_z_se_N_per_cm3"] * 2)
     with pytest.raises(ValueError, match="twice"):
         pivot(pd.concat([table, table.iloc[:1]]), "alpha_z_N_per_cm3")
     fine = refine(beta, gamma, values)

@@ -13,7 +13,6 @@ from result_tables import bare_campaign, write
 
 import rftfit
 from rftfit import reference
-from rftfit.figures.labels import alpha_half_width
 from rftfit.model.fourier import TERMS
 from rftfit.page.workbooks import Book, workbooks
 
@@ -81,8 +80,11 @@ def test_alpha_workbook_holds_the_tables(results, books):
             same(numbers(values), expected)
             for of, what in (("", ""), ("_next", "the next push, ")):
                 head = f"half width of the 95 % interval of {what}alpha_{c} (N/cm^3)"
-                half = alpha_half_width(table, c, of).to_numpy(float).reshape(7, 13)
-                same(numbers(block(sheet, head)[2]), half)
+                low, high = (
+                    table[f"alpha_{c}_{end}{of}_N_per_cm3"].to_numpy(float).reshape(7, 13)
+                    for end in ("lo", "hi")
+                )
+                same(numbers(block(sheet, head)[2]), (high - low) / 2)
 
 
 def test_missing_cells_say_so_and_why(books):

@@ -9,6 +9,8 @@ import pytest
 import yaml
 from makers import run_command
 
+import rftfit
+
 PROJECT = Path(__file__).parents[2]
 RUNS = (
     "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,force_log,motion_log\n"
@@ -17,6 +19,7 @@ RUNS = (
 ROBOT_SHEET = "raw/paper/robot/runs.csv"
 HEAD = "run_id,condition,medium,curvature_times_R,frequency_Hz,track\n"
 """Header of the robot's trial sheet."""
+TRACK = "raw/paper/robot/tracks/a1.csv"
 GOOD = "a1,a,poppy_LP,1,2,tracks/a1.csv\na2,a,poppy_LP,1,,tracks/a2.csv\n"
 """Two rows without a fault."""
 
@@ -59,12 +62,18 @@ def test_a_good_robot_is_counted(root):
 
 def test_every_problem_of_sheet_file_and_tracks_at_once(root):
     rows = (
-        "p1,a,poppy_LP,1,2,tracks/a1.csv\n"
-        "b1,b,poppy,2,,tracks/b1.csv\n"
-        "c1,c,poppy_LP,0.5,200,../a1.csv\n"
-        "a2,d,poppy_LP,0,,tracks/a_2.csv\n"
+        "a1,a,poppy_LP,1,,tracks/a1.csv\n"
+        "A1,b,poppy_LP,0,,tracks/b.csv\n"
+        "b1,a,poppy_LP,0.5,,tracks/c.csv\n"
+        "b2,b,poppy,2,fast,tracks/d.csv\n"
+        "b3,,poppy_LP,0,-1,../a1.csv\n"
+        "p1,d,poppy_LP,0,,tracks/a1.csv\n"
+        "b5,e,poppy_LP,0,,\n"
+        "a2,f,poppy_LP,0,200,tracks/a_2.csv\n"
     )
-    (root / "raw" / "paper" / "robot" / "runs.csv").write_text(HEAD + rows, "utf-8")
+    (root / ROBOT_SHEET).write_text(HEAD + rows, "utf-8")
+    for name in "bcd":
+        shutil.copy(root / TRACK, (root / TRACK).with_name(f"{name}.csv"))
     text = (PROJECT / "config" / "robot.yaml").read_text("utf-8")
     robot_text = text.replace("mass_g: 150", "mass_g: 0")
     (root / "config" / "mine.yaml").write_text(robot_text, "utf-8")
@@ -76,16 +85,51 @@ def test_every_problem_of_sheet_file_and_tracks_at_once(root):
     code, problems = problems_of(root)
     assert code == 2
     assert problems[ROBOT_SHEET] == [
-        ("robot-sheet.taken", 2, "run_id", None),
-        ("robot-sheet.unknown-word", 3, "medium", "poppy_LP"),
-        ("robot-sheet.out-of-range", 3, "curvature_times_R", None),
-        ("robot-sheet.track-missing", 3, "track", "tracks/a1.csv"),
-        ("robot-sheet.out-of-range", 4, "frequency_Hz", None),
-        ("robot-sheet.path-outside", 4, "track", None),
-        ("robot-sheet.track-missing", 5, "track", "tracks/a2.csv"),
+        ("robot-sheet.repeated", 3, "run_id", None),
+        ("robot-sheet.condition", 4, "curvature_times_R", None),
+        ("robot-sheet.unknown-word", 5, "medium", "poppy_LP"),
+        ("robot-sheet.out-of-range", 5, "curvature_times_R", None),
+        ("robot-sheet.not-a-number", 5, "frequency_Hz", None),
+        ("robot-sheet.required", 6, "condition", None),
+        ("robot-sheet.out-of-range", 6, "frequency_Hz", None),
+        ("robot-sheet.path-outside", 6, "track", None),
+        ("robot-sheet.repeated", 7, "track", None),
+        ("robot-sheet.taken", 7, "run_id", None),
+        ("robot-sheet.required", 8, "track", None),
+        ("robot-sheet.out-of-range", 9, "frequency_Hz", None),
+        ("robot-sheet.track-missing", 9, "track", "tracks/a2.csv"),
     ]
+    of_sheet = [problem for problem in rftfit.check(root) if problem.place.file == ROBOT_SHEET]
+    assert [problem.found for problem in of_sheet[:5]] == ["A1", "0.5", "poppy", "2", "fast"]
+    # where the first one stands
+    assert all("row 2" in problem.allowed for problem in of_sheet[:2])
     assert problems["config/mine.yaml"] == [("config.out-of-range", 13, "body.mass_g", None)]
     assert ("sheet.unknown-word", 2, "intruder", "plate") in problems["raw/paper/runs.csv"]
+
+
+@pytest.mark.parametrize(
+    ("head", "rows", "faults"),
+    [
+        (
+            HEAD.replace("curvature_times_R", "curvature_tmes_R"),
+            GOOD,
+            [
+                ("unknown-column", 1, "curvature_tmes_R", "curvature_times_R"),
+                ("missing-column", 1, "curvature_times_R", None),
+            ],
+        ),
+        (HEAD, "", [("empty", None, None, None)]),
+        (
+            HEAD.replace("frequency_Hz", "track"),
+            "a1,a,poppy_LP,1,tracks/a1.csv,tracks/a1.csv\n",
+            [("duplicate-column", 1, "track", None)],
+        ),
+    ],
+)
+def test_columns_of_the_sheet(root, head, rows, faults):
+    (root / ROBOT_SHEET).write_text(head + rows, "utf-8")
+    problems = problems_of(root)[1][ROBOT_SHEET]
+    assert problems == [(f"robot-sheet.{code}", *place) for code, *place in faults]
 
 
 def test_a_missing_track_is_a_warning_and_a_link_out_of_raw_an_error(root, tmp_path):

@@ -3,11 +3,14 @@
 import re
 
 import pytest
+import yaml
+from paper import PROJECT
 
+import rftfit
 from rftfit.campaign.problems import CampaignError
 from rftfit.campaign.schema import json_schema
 from rftfit.robot.body import assemble
-from rftfit.robot.config import Robot, main, paper_robot_path, read_robot
+from rftfit.robot.config import Robot, main
 
 GOOD = """\
 title: small
@@ -27,20 +30,24 @@ numerics: {method: rk4, step_s: 0.0002}
 """
 
 
-def read(folder, text):
-    path = folder / "robot.yaml"
-    path.write_text(text, "utf-8")
-    return read_robot(path)
+def simulate(robot):
+    """Run a robot, or that of a file."""
+    return rftfit.simulate(rftfit.published_medium("poppy_LP"), 2.0, 1.0, robot)
 
 
 def wrong(folder, text):
+    path = folder / "robot.yaml"
+    path.write_text(text, "utf-8")
     with pytest.raises(CampaignError) as caught:
-        read(folder, text)
+        simulate(path)
     return list(caught.value.problems)
 
 
 def test_any_robot(tmp_path):
-    robot = read(tmp_path, GOOD)
+    (tmp_path / "robot.yaml").write_text(GOOD, "utf-8")
+    robot = Robot.model_validate(yaml.safe_load(GOOD))
+    of_file, of_values = (simulate(source) for source in (tmp_path / "robot.yaml", robot))
+    assert of_file.stride_speeds_cm_per_s == pytest.approx(of_values.stride_speeds_cm_per_s)
     assert robot.numerics.method == "rk4"
     assert assemble(robot, 0.0).names == ("belly", "front", "tripod_1", "tripod_2")
     assert assemble(robot, 0.0).reach_cm == pytest.approx(3)
@@ -108,15 +115,15 @@ def test_single_problems(tmp_path, old, new, place, code, words):
 def test_no_robot_at_all(tmp_path, text):
     assert wrong(tmp_path, text)
     with pytest.raises(CampaignError) as error:
-        read_robot(tmp_path / "none.yaml")
+        simulate(tmp_path / "none.yaml")
     assert [problem.code for problem in error.value.problems] == ["config.missing"]
 
 
 def test_schema_in_step(tmp_path):
     main(tmp_path)
     written = (tmp_path / "robot.schema.json").read_text("utf-8")
-    beside = paper_robot_path().with_name("robot.schema.json")
-    assert written == json_schema(Robot) == beside.read_text("utf-8"), (
+    kept = PROJECT / "config" / "robot.schema.json"
+    assert written == json_schema(Robot) == kept.read_text("utf-8"), (
         "the models have changed: run python -m rftfit.robot.config"
     )
-    assert "robot.schema.json" in paper_robot_path().read_text("utf-8").splitlines()[0]
+    assert kept.name in kept.with_name("robot.yaml").read_text("utf-8").splitlines()[0]

@@ -13,7 +13,6 @@ from rftfit.compare.robot import optima
 from rftfit.figures import style
 from rftfit.figures.animation import animation_frames
 from rftfit.figures.registry import figures
-from rftfit.figures.robot import draw_motion, group_names
 from rftfit.robot.config import paper_robot
 from rftfit.robot.motion import ElementSeries, stance_of, tail_of
 from rftfit.robot.run import simulate
@@ -160,8 +159,18 @@ def test_forces_are_means_over_ten_milliseconds(motion):
     first = motion[motion["curvature_times_R"] == 1.0].reset_index(drop=True)
     fine = first.assign(time_s=np.arange(len(first)) / 1000, force_z_belly_N=0.0)
     fine.loc[50, "force_z_belly_N"] = 11.0
-    axes = draw_motion(fine).axes[3]
-    belly = xy(axes.lines[group_names(fine).index("belly")])[1]
+    strides = pd.DataFrame(columns=["run_id", "curvature_times_R", "frequency_Hz"])
+    tables = {"robot/motion.csv": fine, "robot/strides.csv": strides}
+    figure = draw("robot_motion", memory(tables))
+    legend = figure.legends[0]
+    names = [text.get_text() for text in legend.get_texts()]
+    handle = legend.legend_handles[names.index("belly")]
+    (line,) = [
+        line
+        for line in figure.axes[3].lines
+        if (line.get_color(), line.get_linestyle()) == (handle.get_color(), handle.get_linestyle())
+    ]
+    belly = xy(line)[1]
     assert_allclose(belly[45:56], 1.0)
     assert belly.sum() == pytest.approx(11)
 

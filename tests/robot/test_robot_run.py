@@ -4,13 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose, assert_array_equal
+from numpy.testing import assert_allclose
 
 from rftfit import FourierProfile
 from rftfit.measure.flags import codes_of
 from rftfit.robot.body import assemble
 from rftfit.robot.config import Numerics, Robot
-from rftfit.robot.motion import element_series
 from rftfit.robot.run import simulate, start_state
 
 
@@ -110,30 +109,6 @@ def test_series(robot, table):
     # samples change nothing but the number of steps to a stride
     bare = simulate(robot, table, 2.0, 1.0, 1 / 6)
     assert_allclose(bare.speed_cm_per_s, run.speed_cm_per_s, rtol=1e-9)
-
-
-def test_elements_over_time(robot, table):
-    run = simulate(robot, table, 2.0, 1.0, samples_per_stride=20, strides=2)
-    assert run.series is not None
-    groups = element_series(robot, table, run.condition, run.series, every=4)
-    every = element_series(robot, table, run.condition, run.series)["belly"]
-    assert_array_equal(every.at_x_cm[::4], groups["belly"].at_x_cm)
-    legs, belly = groups["tripod_1"], groups["belly"]
-    assert legs.ends_x_cm.shape == (10, 3, 30, 2)
-    assert belly.force_z_N.shape == (10, 1, 30)
-    for name, group in groups.items():
-        whole = run.series.force_z_N[name][::4]
-        assert_allclose(group.force_z_N.sum(axis=(1, 2)), whole, atol=1e-9)
-    # one element begins where the one before ends, and the leg begins at its hip
-    assert_allclose(legs.ends_x_cm[:, :, :-1, 1], legs.ends_x_cm[:, :, 1:, 0], atol=0.02)
-    front = run.series.x_cm[::4] + 5.5 * np.cos(np.radians(run.series.pitch_deg[::4]))
-    assert np.abs(legs.ends_x_cm[:, 0, 0, 0] - front).max() < 0.75
-    # nose up is positive: the belly rises forward
-    x, z = (np.ptp(ends[:, 0], axis=(1, 2)) for ends in (belly.ends_x_cm, belly.ends_z_cm))
-    rising = belly.ends_z_cm[:, 0, -1, 1] > belly.ends_z_cm[:, 0, 0, 0]
-    assert (belly.ends_x_cm[:, 0, -1, 1] > belly.ends_x_cm[:, 0, 0, 0]).all()
-    pitch = np.degrees(np.arctan2(np.where(rising, z, -z), x))
-    assert_allclose(pitch, run.series.pitch_deg[::4], atol=1e-6)
 
 
 @pytest.mark.parametrize("condition", [(2.0, 1.0), (4.0, 0.0)])

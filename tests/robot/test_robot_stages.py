@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 import yaml
 from campaigns import planned_jobs, run_rules
+from makers import read_rows, write_rows
 from numpy.testing import assert_allclose
 
 from rftfit import reference
@@ -83,8 +84,17 @@ def test_bad_tracks_are_refused_and_accounted_for(root):
     for name, lines in zip(names, texts, strict=True):
         (folder / f"{name}.csv").write_text("\n".join(lines) + "\n", "utf-8")
     (folder / "robot_kp100_4_a.csv").unlink()
+    rows = read_rows(folder.parent / "runs.csv")
+    stated = next(row for row in rows if row["run_id"] == "robot_kp100_4_b")
+    stated["frequency_Hz"] = "2.5"
+    write_rows(folder.parent / "runs.csv", rows)
     trials, speeds, ledger = measured(root)
     table = trials.set_index("run_id")
+    assert table.loc["robot_kp100_4_b", ["frequency_Hz", "frequency_from"]].tolist() == [
+        2.5,
+        "sheet",
+    ]
+    assert table.loc["robot_kp100_4_c", "frequency_from"] == "track"
     assert table.loc[names[0], "reason_code"] in ("few-strides", "no-stride")
     assert table.loc[names[1], "reason_code"] == "time-backwards"
     assert table.loc[names[2], "status"] == "used"

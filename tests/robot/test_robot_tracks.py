@@ -1,29 +1,25 @@
-"""A marker track gives the robot's speed or a reason, and each row of it is accounted for.
+"""A marker track gives the robot's speed or a reason, and each row of it is accounted for."""
 
-Also tested: the sheet that lists the tracks.
-"""
-
-import math
+import re
+import shutil
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
+from campaigns import run_rules
+from makers import write_rows
+from numpy.testing import assert_allclose
+from paper import PROJECT
 
 from rftfit import RftfitError
-from rftfit.campaign.problems import Place
-from rftfit.measure.flags import codes_of, remark
-from rftfit.robot import tracks
-from rftfit.robot.speeds import trial_row
-from rftfit.robot.tracks import (
-    Track,
-    TrackError,
-    mean_stride_speed,
-    read_track,
-    read_trials,
-    stride_frequency,
-)
+from rftfit.results import open_results
 
+RUNS = (
+    "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,force_log,motion_log\n"
+    "p1,plate,poppy_LP,plate,intrusion,0,90,p1_f.csv,p1_m.csv\n"
+)
+"""Sheet of the campaign's own runs."""
 GOOD_HEAD = "time_s,x_cm,z_cm"
 
 
@@ -34,237 +30,204 @@ def running(frequency=2.0, speed=25.0, strides=6.4, uneven=0.03, noise=0.02, rat
     turn = 2 * np.pi * frequency * time + 0.7
     x = speed * time + 1.1 * np.sin(2 * turn) + rng.normal(0, noise, time.size)
     z = 2 + 0.3 * np.cos(2 * turn) + uneven * np.cos(turn) + rng.normal(0, noise, time.size)
-    return Track(time, x, z, time.size)
+    return pd.DataFrame({"time_s": time, "x_cm": x, "z_cm": z})
 
 
-def written(folder, rows, header=GOOD_HEAD):
-    path = folder / "track.csv"
-    path.write_text("# a comment\n" + "\n".join([header, *rows]) + "\n", "utf-8")
-    return path
+def changed(**columns):
+    """A track whose columns are calculated from those of a robot that runs."""
+    return running().assign(**columns)
 
 
-@pytest.mark.parametrize("frequency", [0.343, 1.2, 2.0, 4.9])
-@pytest.mark.parametrize("strides", [3.2, 3.35, 3.6, 3.85, 5.3, 11.7])
-def test_frequency_and_speed_come_back(frequency, strides):
-    stride_speed = mean_stride_speed(running(frequency, strides=strides))
-    assert (stride_speed.frequency_from, stride_speed.flags) == ("track", ())
-    assert stride_speed.frequency_Hz == pytest.approx(frequency, rel=0.01)
-    # a plain end-to-end slope would be off by up to 10 %: the surge is 1.1 cm
-    assert stride_speed.speed_cm_per_s == pytest.approx(25.0, rel=0.01)
+def cut(start_s, length_s):
+    track = running()
+    return track[(track["time_s"] < start_s) | (track["time_s"] >= start_s + length_s)]
 
 
-def test_a_given_frequency_is_taken():
-    stride_speed = mean_stride_speed(running(2.0), frequency_Hz=1.9)
-    assert (stride_speed.frequency_Hz, stride_speed.frequency_from) == (1.9, "sheet")
+def damaged():
+    """Text of a track of which five rows cannot be used."""
+    lines = running().to_csv(index=False).splitlines()
+    lines[20:26] = ["0.19,nan,1", "0.2,,1", "0.21,3,x", "0.22,2,1", "0.23,3", ",3,1"]
+    return "\n".join(lines)
 
 
-@pytest.mark.parametrize(
-    "change", [lambda z: z + 30.0 * (np.arange(z.size) % 37 == 0), lambda z: 0 * z + 2]
-)
-def test_outliers_do_not_change_the_frequency_and_x_serves_where_z_is_still(change):
-    track = running(2.0)
-    track.z_cm[:] = change(track.z_cm)
-    assert stride_frequency(track)[0] == pytest.approx(2.0, rel=0.01)
-
-
-def test_height_alone_tells_the_frequency_though_markers_are_lost():
-    """One row in 25, at random, is 30 cm off; the body does not surge, so that x tells nothing."""
-    track = running(2.0)
-    lost = np.random.default_rng(3).random(track.rows) < 0.04
-    track.z_cm[lost] += 30.0
-    track.x_cm[:] = 25.0 * track.time_s
-    assert stride_frequency(track)[0] == pytest.approx(2.0, rel=0.01)
-
-
-def test_an_uneven_gait_is_doubted():
-    frequency, doubt = stride_frequency(running(2.0, uneven=0.5))
-    assert frequency == pytest.approx(1.0, rel=0.02)
-    assert doubt is not None
-    assert doubt.code == "stride-doubled"
-    assert (doubt.values["bob"], doubt.values["stride"]) == pytest.approx((2.0, 1.0), rel=0.02)
-
-
-def test_a_robot_that_speeds_up_is_flagged():
-    track = running(2.0)
-    track.x_cm[:] += 6.0 * track.time_s**2
-    assert codes_of(mean_stride_speed(track).flags) == "speed-changes"
+def lost_markers(z):
+    lost = np.random.default_rng(3).random(z.size) < 0.04
+    return z + 30.0 * lost
 
 
 NOISE = np.random.default_rng(1).normal(0, 1, (2, 400))
-
-
-@pytest.mark.parametrize(
-    ("track", "frequency", "code", "values"),
-    [
-        (running(1.0, strides=2.5), 1.0, "few-strides", "2.49 .* 1 Hz .* 3 "),
-        (running(2.0, strides=0.7), 2.0, "few-strides", "0.68 .* 2 Hz .* 3 "),
-        (running(2.0, strides=0.1), 2.0, "few-rows", "5 .* 30"),
-        (Track(np.arange(400) / 100, *NOISE, 400), math.nan, "no-stride", "frequency_Hz"),
-    ],
-)
-def test_no_mean_speed(track, frequency, code, values):
-    with pytest.raises(TrackError, match=values) as error:
-        mean_stride_speed(track, frequency)
-    assert error.value.reason.code == code
-
-
-def cut(track, start_s, length_s):
-    keep = (track.time_s < start_s) | (track.time_s >= start_s + length_s)
-    return Track(track.time_s[keep], track.x_cm[keep], track.z_cm[keep], track.rows)
-
-
-def test_gaps():
-    small = mean_stride_speed(cut(running(2.0), 1.0, 0.1))
-    assert small.speed_cm_per_s == pytest.approx(25.0, rel=0.01)
-    assert small.flags == (remark("track-gaps", gaps="1 gap", seconds=0.11),)
-    with pytest.raises(TrackError, match=r"0\.62 .* 0\.25 ") as error:
-        mean_stride_speed(cut(running(2.0), 1.0, 0.3))
-    assert error.value.reason.code == "track-gaps"
-
-
-def test_units_of_the_header(tmp_path):
-    rows = [f"{10 * i};{i};{2 * i}" for i in range(3)]
-    track = read_track(written(tmp_path, rows, "Time [ms];X (mm);z_in"))
-    columns = [track.time_s, track.x_cm, track.z_cm]
-    np.testing.assert_allclose(columns, np.outer([0.01, 0.1, 5.08], range(3)))
-
-
-def test_every_row_is_accounted_for(tmp_path):
-    rows = ["0,0,1", "0.1,nan,1", "0.2,,1", "0.3,1,x", "0.4,2,1", "0.5,3", ",3,1", "0.7,4,1"]
-    track = read_track(written(tmp_path, rows))
-    assert track.rows == 8
-    lost = {why.values["column"]: count for why, count in track.dropped.items()}
-    assert lost == {"x_cm": 2, "z_cm": 2, "time_s": 1}
-    assert track.time_s.size + sum(track.dropped.values()) == track.rows
-
-
-ROW = ["0,0,0,0"]
-UNREADABLE = "track-unreadable"
-
-
-@pytest.mark.parametrize(
-    ("header", "rows", "code", "values"),
-    [
-        (GOOD_HEAD, ["0,0,0", "0.2,1,1", "0.1,2,1"], "time-backwards", "row 5: 0.1 after 0.2"),
-        (GOOD_HEAD, ["0,0,0", "0,1,1"], "time-backwards", "row 4: 0 after 0"),
-        (GOOD_HEAD, ["nan,0,0", ",1,1"], "track-empty", " 2 rows"),
-        (GOOD_HEAD, [], "track-unreadable", "no rows"),
-        ("time_s,x_cm", ROW, UNREADABLE, "row 2, column z_cm: "),
-        (
-            "time_s,x_furlong,z_cm",
-            ROW,
-            UNREADABLE,
-            "'x_furlong'; allowed: x_cm in um, mm, cm, m, in",
-        ),
-        ("t,x,z", ROW, UNREADABLE, "column time_s: .*column x_cm: .*column z_cm: "),
-        ("time_s,x_cm,x_mm,z_cm", ROW, UNREADABLE, "row 2, column x_mm: .*number 2"),
-    ],
-)
-def test_bad_tracks_are_refused(tmp_path, header, rows, code, values):
-    with pytest.raises(TrackError, match=values) as error:
-        read_track(written(tmp_path, rows, header))
-    assert error.value.reason.code == code
-    assert header != GOOD_HEAD or error.value.rows == len(rows)
-
-
-def test_files_that_are_none(tmp_path):
-    (tmp_path / "empty.csv").write_bytes(b"")
-    (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00\x01")
-    for name in ("empty.csv", "binary.csv", "none.csv"):
-        with pytest.raises(TrackError) as error:
-            read_track(tmp_path / name)
-        assert error.value.reason.code == UNREADABLE
-
-
-HEADER = "run_id,condition,medium,curvature_times_R,frequency_Hz,track,note"
-GOOD = "a1,c1,poppy_LP,1,,tracks/a1.csv,"
-
-
-def sheet(tmp_path, *rows, header=HEADER):
-    path = tmp_path / "runs.csv"
-    path.write_text("\n".join([header, *rows]) + "\n", "utf-8")
-    trials, problems = read_trials(path, "runs.csv", "poppy_LP", {"plate_1"})
-    return [trial.run_id for trial in trials], problems
-
-
-def test_a_good_sheet(tmp_path):
-    names, problems = sheet(tmp_path, GOOD, "a2,c1,poppy_LP,1.0,2.5,a2.csv,again")
-    assert (names, problems) == (["a1", "a2"], [])
-    trials, _ = read_trials(tmp_path / "runs.csv", "runs.csv", "poppy_LP")
-    assert math.isnan(trials[0].frequency_Hz)
-    assert trials[1].frequency_Hz == 2.5
-
-
-def test_all_faults_of_a_sheet_at_once(tmp_path):
-    names, problems = sheet(
-        tmp_path,
-        GOOD,
-        "A1,c2,poppy_LP,0,,tracks/b.csv,",
-        "b1,c1,poppy_LP,0.5,,tracks/c.csv,",
-        "b2,c2,poppy_CP,2,fast,tracks/d.csv,",
-        "b3,,poppy_LP,0,-1,../e.csv,",
-        "plate_1,c4,poppy_LP,0,,tracks/a1.csv,",
-        "b5,c5,poppy_LP,0,,,",
+LENGTHS = (3.2, 3.35, 3.6, 3.85, 5.3, 11.7)
+"""Of tracks, in strides."""
+FREQUENCIES_HZ = (0.343, 1.2, 2.0, 4.9)
+COMING_BACK = {
+    f"f{f}_{length}": (f, running(f, strides=length)) for f in FREQUENCIES_HZ for length in LENGTHS
+}
+TRACKS = {name: track for name, (_, track) in COMING_BACK.items()} | {
+    "plain": running(),
+    "outliers": changed(z_cm=lambda t: t["z_cm"] + 30.0 * (np.arange(len(t)) % 37 == 0)),
+    "still": changed(z_cm=2.0),
+    # one row in 25, at random, is 30 cm off; the body does not surge, so that x tells nothing
+    "height": changed(x_cm=lambda t: 25.0 * t["time_s"], z_cm=lambda t: lost_markers(t["z_cm"])),
+    "uneven": running(uneven=0.5),
+    "faster": changed(x_cm=lambda t: t["x_cm"] + 6.0 * t["time_s"] ** 2),
+    "small_gap": cut(1.0, 0.1),
+    "units": running()
+    .assign(time_s=lambda t: 1000 * t["time_s"], x_cm=lambda t: 10 * t["x_cm"])
+    .assign(z_cm=lambda t: t["z_cm"] / 2.54)
+    .set_axis(["Time [ms]", "X (mm)", "z_in"], axis="columns"),
+    "damaged": damaged(),
+}
+"""Tracks by run: tables, or texts."""
+REFUSED = {
+    "short": ((running(1.0, strides=2.5), "1"), "few-strides", "2.49 .* 1 Hz .* 3 "),
+    "shorter": ((running(2.0, strides=0.7), "2"), "few-strides", "0.68 .* 2 Hz .* 3 "),
+    "few": ((running(2.0, strides=0.1), "2"), "few-rows", "5 .* 30"),
+    "noise": (
+        (pd.DataFrame({"time_s": np.arange(400) / 100, "x_cm": NOISE[0], "z_cm": NOISE[1]}), ""),
+        "no-stride",
+        "frequency_Hz",
+    ),
+    "gap": ((cut(1.0, 0.3), ""), "track-gaps", r"0\.62 .* 0\.25 "),
+    "empty": (("", ""), "track-unreadable", ""),
+    "binary": ((b"\xff\xfe\x00\x01", ""), "track-unreadable", ""),
+    "absent": ((None, ""), "track-unreadable", ""),
+} | {
+    f"bad_{number}": (("\n".join(["# a comment", header, *rows, ""]), ""), code, values)
+    for number, (header, rows, code, values) in enumerate(
+        [
+            (GOOD_HEAD, ["0,0,0", "0.2,1,1", "0.1,2,1"], "time-backwards", "row 5: 0.1 after 0.2"),
+            (GOOD_HEAD, ["0,0,0", "0,1,1"], "time-backwards", "row 4: 0 after 0"),
+            (GOOD_HEAD, ["nan,0,0", ",1,1"], "track-empty", " 2 rows"),
+            (GOOD_HEAD, [], "track-unreadable", "no rows"),
+            ("time_s,x_cm", ["0,0,0,0"], "track-unreadable", "row 2, column z_cm: "),
+            (
+                "time_s,x_furlong,z_cm",
+                ["0,0,0,0"],
+                "track-unreadable",
+                "'x_furlong'; allowed: x_cm in um, mm, cm, m, in",
+            ),
+            (
+                "t,x,z",
+                ["0,0,0,0"],
+                "track-unreadable",
+                "column time_s: .*column x_cm: .*column z_cm: ",
+            ),
+            (
+                "time_s,x_cm,x_mm,z_cm",
+                ["0,0,0,0"],
+                "track-unreadable",
+                "row 2, column x_mm: .*number 2",
+            ),
+        ]
     )
-    assert names == ["a1"]
-    assert [
-        (
-            problem.place.row,
-            problem.place.column,
-            problem.code.removeprefix("robot-sheet."),
-            problem.found,
-        )
-        for problem in problems
-    ] == [
-        (3, "run_id", "repeated", "A1"),
-        (4, "curvature_times_R", "condition", "0.5"),
-        (5, "medium", "unknown-word", "poppy_CP"),
-        (5, "curvature_times_R", "out-of-range", "2"),
-        (5, "frequency_Hz", "not-a-number", "fast"),
-        (6, "condition", "required", None),
-        (6, "frequency_Hz", "out-of-range", "-1"),
-        (6, "track", "path-outside", "../e.csv"),
-        (7, "track", "repeated", "tracks/a1.csv"),
-        (7, "run_id", "taken", "plate_1"),
-        (8, "track", "required", None),
-    ]
-    assert "row 2" in problems[0].allowed
-    assert "row 2" in problems[1].allowed
-    assert problems[2].nearest == "poppy_LP"
+}
+"""Track and frequency in the sheet by run; code and words of the reason for which it gives no speed."""
 
 
-def test_columns_of_a_sheet(tmp_path):
-    _, problems = sheet(
-        tmp_path, GOOD, header=HEADER.replace("curvature_times_R", "curvature_tmes_R")
-    )
-    assert {(problem.code, problem.place.column, problem.nearest) for problem in problems} == {
-        ("robot-sheet.unknown-column", "curvature_tmes_R", "curvature_times_R"),
-        ("robot-sheet.missing-column", "curvature_times_R", None),
-    }
-    assert [problem.code for problem in sheet(tmp_path)[1]] == ["robot-sheet.empty"]
+def campaign_of(root, tracks):
+    """Write a campaign of these tracks and frequencies; the path of its config."""
+    (root / "config").mkdir(parents=True)
+    shutil.copy(PROJECT / "config" / "config.yaml", root / "config")
+    folder = root / "raw" / "paper" / "robot"
+    folder.mkdir(parents=True)
+    (folder.parent / "runs.csv").write_text(RUNS, "utf-8")
+    sheet = []
+    for name, (track, frequency) in tracks.items():
+        sheet.append({"run_id": name, "condition": name, "medium": "poppy_LP"})
+        sheet[-1] |= {"curvature_times_R": 1, "frequency_Hz": frequency, "track": f"{name}.csv"}
+        path = folder / f"{name}.csv"
+        if isinstance(track, pd.DataFrame):
+            path.write_text("# a comment\n" + track.to_csv(index=False, sep=";"), "utf-8")
+        elif track is not None:
+            path.write_bytes(track if isinstance(track, bytes) else track.encode())
+    write_rows(folder / "runs.csv", sheet)
+    return root / "config" / "config.yaml"
 
 
-def test_a_column_that_stands_twice(tmp_path):
-    path = tmp_path / "runs.csv"
-    path.write_text(
-        "run_id,condition,medium,curvature_times_R,track,track\na,c,sand,1,a.csv,b.csv\n"
-    )
-    _, problems = read_trials(path, "runs.csv", "sand")
-    assert [problem.code for problem in problems] == ["robot-sheet.duplicate-column"]
-    assert problems[0].place == Place("runs.csv", 1, "track")
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory):
+    """Trials by run, flags, and where the rows went."""
+    tracks = {name: (track, "") for name, track in TRACKS.items()}
+    tracks |= {name: track for name, (track, _, _) in REFUSED.items()}
+    config = campaign_of(tmp_path_factory.mktemp("tracks"), tracks)
+    run_rules(config, "robot_measured")
+    results = open_results(config)
+    flags = results.table("robot/flags.csv")
+    trials = results.table("robot/tracks.csv").set_index("run_id")
+    return SimpleNamespace(trials=trials, flags=flags, ledger=results.table("ledger/robot.csv"))
+
+
+def flags_of(measured, run_id):
+    """Sentences of the flags of a run by their codes."""
+    flags = measured.flags[measured.flags["run_id"] == run_id]
+    return dict(zip(flags["code"], flags["words"], strict=True))
+
+
+def test_frequency_and_speed_come_back(measured):
+    trials = measured.trials.loc[[*COMING_BACK]]
+    assert set(trials["frequency_from"]) == {"track"}
+    assert_allclose(trials["frequency_Hz"], [f for f, _ in COMING_BACK.values()], rtol=0.01)
+    # a plain end-to-end slope would be off by up to 10 %: the surge is 1.1 cm
+    assert_allclose(trials["speed_cm_per_s"], 25.0, rtol=0.01)
+    assert not any(flags_of(measured, name) for name in COMING_BACK)
+
+
+@pytest.mark.parametrize("name", ["outliers", "still", "height"])
+def test_outliers_do_not_change_the_frequency_and_x_serves_where_z_is_still(measured, name):
+    assert measured.trials.loc[name, "frequency_Hz"] == pytest.approx(2.0, rel=0.01)
+
+
+def test_an_uneven_gait_is_doubted(measured):
+    assert measured.trials.loc["uneven", "frequency_Hz"] == pytest.approx(1.0, rel=0.02)
+    words = flags_of(measured, "uneven")["stride-doubled"]
+    ((bob_Hz, stride_Hz),) = re.findall(r"is ([\d.]+) and not ([\d.]+) Hz", words)
+    assert (float(bob_Hz), float(stride_Hz)) == pytest.approx((2.0, 1.0), rel=0.02)
+
+
+def test_a_robot_that_speeds_up_is_flagged(measured):
+    assert [*flags_of(measured, "faster")] == ["speed-changes"]
+
+
+def test_a_small_gap_is_flagged(measured):
+    assert measured.trials.loc["small_gap", "speed_cm_per_s"] == pytest.approx(25.0, rel=0.01)
+    flags = flags_of(measured, "small_gap")
+    assert [*flags] == ["track-gaps"]
+    assert re.search(r"1 gap.* 0\.11 s", flags["track-gaps"])
+
+
+def test_units_of_the_header(measured):
+    columns = ["frequency_Hz", "speed_cm_per_s", "stride_sd_cm_per_s", "strides"]
+    plain, of_units = (measured.trials.loc[name, columns] for name in ("plain", "units"))
+    assert_allclose(of_units.astype(float), plain.astype(float), rtol=1e-4)
+
+
+def test_every_row_is_accounted_for(measured):
+    trial = measured.trials.loc["damaged"]
+    assert (trial["rows"], trial["rows_used"]) == (len(running()), len(running()) - 5)
+    ledger = measured.ledger[measured.ledger["run_id"] == "damaged"]
+    dropped = ledger[ledger["fate"] == "dropped"].set_index("reason")["rows"].to_dict()
+    by_column = {re.findall("x_cm|z_cm|time_s", why)[0]: rows for why, rows in dropped.items()}
+    assert by_column == {"x_cm": 2, "z_cm": 2, "time_s": 1}
+    assert ledger["rows"].sum() == trial["rows"]
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_tracks_that_give_no_speed_say_why(measured, name):
+    (track, _), code, words = REFUSED[name]
+    trial = measured.trials.loc[name]
+    assert (trial["status"], trial["reason_code"]) == ("refused", code)
+    assert re.search(words, trial["reason"])
+    rows = measured.ledger[measured.ledger["run_id"] == name]["rows"].sum()
+    assert rows == trial["rows"]
+    if code in ("time-backwards", "track-empty"):
+        assert rows == track.count("\n") - 2
 
 
 def test_rows_of_a_track_that_do_not_add_up(tmp_path, monkeypatch):
-    trial: Any = SimpleNamespace(
-        run_id="a",
-        condition="c",
-        medium="sand",
-        curvature_times_R=1.0,
-        frequency_Hz=2.0,
-        track="a.csv",
-    )
     track = SimpleNamespace(rows=10, dropped={"no number for x": 1}, time_s=np.arange(8.0))
-    monkeypatch.setattr(tracks, "read_track", lambda _: track)
-    monkeypatch.setattr(tracks, "mean_stride_speed", lambda *_: SimpleNamespace(flags=()))
+    monkeypatch.setattr("rftfit.robot.tracks.read_track", lambda _: track)
+    without_flags = SimpleNamespace(flags=())
+    monkeypatch.setattr("rftfit.robot.tracks.mean_stride_speed", lambda *_: without_flags)
+    config = campaign_of(tmp_path, {"a": (running(), "")})
     with pytest.raises(RftfitError, match=r" a\.csv .* 9 .* 10 "):
-        trial_row(trial, tmp_path, 2)
+        run_rules(config, "robot_measured")

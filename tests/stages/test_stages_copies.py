@@ -6,15 +6,11 @@ Also tested: a table without force along x.
 from __future__ import annotations
 
 import numpy as np
-import pandas as pd
 import pytest
+from campaigns import Folder, run_rules
+from makers import answer_of, json_of
 
-from rftfit import Results
-from rftfit.campaign.load import load_campaign
-from rftfit.cli.main import main
 from rftfit.measure.flags import remark
-from rftfit.measure.tables import fit_alpha_table
-from rftfit.workflow.measure import measure_and_check, measure_logs
 
 STRESS = "run_id,beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2"
 """Header of a table of stress."""
@@ -30,19 +26,23 @@ def stress(name, beta, gamma, depths=8, seed=0, digits=3):
 
 
 def campaign_of(folder, lines, holds="stress"):
-    """A campaign around a table of these lines."""
+    """Make a campaign around a table of these lines."""
     (folder / "table.csv").write_text("\n".join(lines))
-    words = ["init", str(folder / "c"), f"--{holds}-table", str(folder / "table.csv")]
-    assert main(words) == 0
-    return load_campaign(folder / "c" / "config" / "config.yaml")
+    assert answer_of("init", "c", f"--{holds}-table", "table.csv", folder=folder)[0] == 0
+    return Folder(folder / "c")
 
 
-def fitted(campaign):
-    """Table of fits and ledger of the only medium."""
-    results = Results(campaign)
-    (medium,) = results.media
-    measure_logs(results, medium)
-    return [results.table(f"{name}/{medium}.csv") for name in ("fits", "ledger/slopes")]
+def outcomes_of(campaign):
+    """Outcome of each check, as the command prints it."""
+    checks = json_of("check", "--diagnose", folder=campaign.root)["checks"]
+    return {outcome["check"]: outcome for outcome in checks}
+
+
+def tables_of(campaign, *names):
+    """Tables of the only medium, up to its checks."""
+    run_rules(campaign.config, "ingest", "tare", "slopes", "checks")
+    (fits,) = (campaign.root / "results" / "fits").glob("*.csv")
+    return [campaign.table(f"{name}/{fits.name}") for name in names]
 
 
 @pytest.mark.parametrize(
@@ -65,8 +65,7 @@ def test_a_run_that_stands_twice_in_a_table(tmp_path, rows, verdict, copies):
         if holds == "stress"
         else "run_id,beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3"
     )
-    campaign = campaign_of(tmp_path, [head, *rows], holds)
-    outcome = measure_and_check(campaign)[0].set_index("check").loc["same_logs"]
+    outcome = outcomes_of(campaign_of(tmp_path, [head, *rows], holds))["same_logs"]
     code = {"passed": "", "failed": "-copied", "not checked": "-table"}[verdict]
     assert (outcome["verdict"], outcome["code"]) == (verdict, f"same_logs{code}")
     assert not copies or outcome["found"].endswith(f": {copies}")
@@ -74,7 +73,8 @@ def test_a_run_that_stands_twice_in_a_table(tmp_path, rows, verdict, copies):
 
 def test_a_copy_is_not_counted_among_the_runs_that_are_used(tmp_path):
     rows = [*stress("a", 0, 90), *stress("rep2", 0, 90), *stress("b", 30, 90, seed=1)]
-    fits, book = fitted(campaign_of(tmp_path, [STRESS, *rows]))
+    campaign = campaign_of(tmp_path, [STRESS, *rows])
+    fits, book = tables_of(campaign, "fits", "ledger/slopes")
     fit_of_run = {row["run_id"]: row for row in fits.to_dict("records")}
     assert [name for name, row in fit_of_run.items() if row["alpha_z_N_per_cm3"] > 0] == ["a", "b"]
     assert (fit_of_run["rep2"]["reason"], fit_of_run["rep2"]["reason_code"]) == (
@@ -97,12 +97,9 @@ def test_a_table_without_a_force_along_x(tmp_path):
         folder = tmp_path / str(len(table[0]))
         folder.mkdir()
         campaign = campaign_of(folder, table, "alpha")
-        verdicts = measure_and_check(campaign)[0].set_index("check")["verdict"]
-        assert "failed" not in set(verdicts)
+        verdicts = {check: outcome["verdict"] for check, outcome in outcomes_of(campaign).items()}
+        assert "failed" not in verdicts.values()
         assert verdicts["symmetry"] == "not checked"
-        fits, _, book = fit_alpha_table(
-            campaign, campaign.media_with_runs[0], pd.DataFrame(columns=["run_id", "why"])
-        )
+        fits, flags = tables_of(campaign, "fits", "flags")
         assert fits.loc[fits["alpha_x_N_per_cm3"].notna(), "beta_deg"].tolist() == [0]
-        flagged = {flag.run_id for flag in book.flags if flag.code == "no-force-x"}
-        assert flagged == set(fits["run_id"])
+        assert set(flags.loc[flags["code"] == "no-force-x", "run_id"]) == set(fits["run_id"])

@@ -15,10 +15,10 @@ from result_tables import read_result
 
 from rftfit import RftfitError
 from rftfit.errors import InputError, OutputError
-from rftfit.results import UndeclaredInput, open_results
+from rftfit.results import open_results
 from rftfit.store import read_parquet
 from rftfit.workflow.job import do_job
-from rftfit.workflow.measure import ledger, legs, slopes
+from rftfit.workflow.measure import ledger
 from rftfit.workflow.records import Recorded
 from rftfit.workflow.state import read_states
 
@@ -146,11 +146,12 @@ def test_disk_that_refuses(some):
 
 
 def test_a_stage_reads_what_it_declares_and_nothing_else(measured):
+    """Legs, which ran from what they declare, do not ask for slopes."""
     (job,) = [job for job in planned_jobs(measured.config) if job.rule == "legs"]
     results = open_results(measured.config).only(job.reads)
-    assert len(legs(results, "poppy_LP")[0]) > 0
-    with pytest.raises(UndeclaredInput):
-        slopes(results, "poppy_LP")
+    assert len(open_results(measured.config).table("legs/poppy_LP.csv")) > 0
+    with pytest.raises(AssertionError, match="fits/poppy_LP"):
+        results.table("fits/poppy_LP.csv")
 
 
 def test_what_a_stage_did_not_write_is_not_read(some, tmp_path):

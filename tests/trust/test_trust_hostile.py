@@ -1,9 +1,7 @@
 """Hostile or broken input does no harm: it is refused with a message or shown as plain text."""
 
 import csv
-import html
 import io
-import json
 import os
 import re
 import subprocess
@@ -20,7 +18,7 @@ import result_tables as chain
 import yaml
 from campaigns import FEW, Room, make_campaign, run_rules
 from makers import write_yaml
-from result_tables import NASTY, Memory, memory, page_results, read_result, run
+from result_tables import Memory, memory, read_result, run
 from waiting import LONGEST_S, run_commands
 
 from rftfit.campaign import rows
@@ -28,7 +26,6 @@ from rftfit.campaign.load import check_campaign
 from rftfit.campaign.problems import Place
 from rftfit.figures.registry import figures
 from rftfit.figures.style import content
-from rftfit.page.page import page as write
 
 needs_links = pytest.mark.skipif(os.name != "posix", reason="links and pipes of a POSIX system")
 
@@ -182,14 +179,14 @@ def test_workbooks_that_would_unpack_without_end(room, code, make):
 
 
 def test_the_largest_workbook_that_is_read_takes_seconds(room, monkeypatch):
-    """A quarter of it takes a quarter of the time."""
-    monkeypatch.setattr(rows, "MAX_TAGS", rows.MAX_TAGS // 4)
+    """An eighth of it takes an eighth of the time."""
+    monkeypatch.setattr(rows, "MAX_TAGS", rows.MAX_TAGS // 8)
     cells = "<row>" + "<c><v>1</v></c>" * 15 + "</row>"
     count = rows.MAX_TAGS // cells.count("<") - 10
     sheet = book(f"<worksheet {NS}><sheetData>{cells * count}</sheetData></worksheet>")
     start = time.process_time()
     assert "sheet.missing-column" in {problem.code for problem in room.check(sheet)}
-    assert time.process_time() - start < 20
+    assert time.process_time() - start < 10
 
 
 @pytest.mark.parametrize(
@@ -293,18 +290,6 @@ def test_no_cell_of_a_csv_is_a_formula(room, name):
 
 
 # --- what is drawn and shown ------------------------------------------------------------------------
-
-
-def test_script_in_names_and_notes_is_text_in_the_page(tmp_path):
-    page = write(page_results(tmp_path, nasty=True))
-    assert NASTY not in page
-    policy = re.search(r'http-equiv="Content-Security-Policy"\s+content="([^"]*)"', page)
-    rules = html.unescape(policy[1] if policy else "")
-    assert "default-src 'none'" in rules
-    assert "unsafe-inline" not in rules
-    assert len(re.findall(r"<script[^>]*>", page)) == 2
-    (data,) = re.findall(r'<script type="application/json"[^>]*>(.*?)</script>', page, re.DOTALL)
-    assert NASTY in {medium["title"] for medium in json.loads(data)["media"]}
 
 
 TITLES = (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 
 import pooch
@@ -10,9 +11,7 @@ import pytest
 from campaigns import Folder, make_campaign
 
 from rftfit.bench.watch import Watch
-from rftfit.errors import InputError
 from rftfit.store import write_text
-from rftfit.store.links import LinkError, put_results_at, refuse_links
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="links need no rights on POSIX only")
 
@@ -251,49 +250,54 @@ def test_a_watch_writes_nothing(campaign, elsewhere):
     assert sorted(campaign.root.rglob("*")) == paths_here
 
 
-def test_links_inside_are_refused_too_and_loops_end(tmp_path):
-    (tmp_path / "results" / "a").mkdir(parents=True)
-    (tmp_path / "results" / "same").symlink_to("a")
-    (tmp_path / "results" / "a" / "loop").symlink_to("..")
-    with pytest.raises(LinkError) as refusal:
-        refuse_links(tmp_path)
-    assert refusal.value.code == "files.link-in-the-way"
-    links = [tmp_path / "results" / "a" / "loop", tmp_path / "results" / "same"]
-    assert refusal.value.paths == links
+@pytest.fixture
+def told(campaign, monkeypatch):
+    """What `rftfit run` says of links and of where the results lie before any job; empty: nothing."""
+    monkeypatch.setattr("rftfit.workflow.run.listen", lambda *_, **__: 0)
+
+    def call(*words):
+        process = campaign.rftfit("run", "--dry-run", *words)
+        assert process.returncode in (0, 2)
+        return process.stderr if process.returncode else ""
+
+    return call
 
 
-def test_results_on_another_disk_are_what_the_user_has_said(campaign, tmp_path):
-    root, disk = campaign.root, tmp_path / "disk"
+def test_links_inside_are_refused_too_and_loops_end(campaign, told):
+    results = campaign.root / "results"
+    (results / "a").mkdir(parents=True)
+    (results / "same").symlink_to("a")
+    (results / "a" / "loop").symlink_to("..")
+    text = told()
+    assert "files.link-in-the-way" in text
+    assert re.findall(r"(\S+) -> ", text) == [str(results / "a" / "loop"), str(results / "same")]
+
+
+def test_results_on_another_disk_are_what_the_user_has_said(campaign, told, tmp_path):
+    results, disk = campaign.root / "results", tmp_path / "disk"
     disk.mkdir()
-    with pytest.raises(InputError, match=r"--results-at: found '.*none'"):
-        put_results_at(root, tmp_path / "none")
-    put_results_at(root, disk)
-    assert (root / "results").resolve() == disk
-    refuse_links(root)
+    assert re.search("--results-at: found '.*none'", told("--results-at", tmp_path / "none"))
+    assert told("--results-at", disk) == ""
+    assert results.resolve() == disk
+    assert told() == ""
     # what lies there may be a link no more than what lies here
     (disk / "alpha").symlink_to(tmp_path)
-    with pytest.raises(LinkError) as refusal:
-        refuse_links(root)
-    assert refusal.value.paths == [root / "results" / "alpha"]
+    assert f"{results / 'alpha'} -> " in told()
     # nobody else's word counts: it is kept outside of the campaign
     (disk / "alpha").unlink()
     shutil.rmtree(tmp_path / "cache")
-    with pytest.raises(LinkError) as refusal:
-        refuse_links(root)
-    assert refusal.value.paths == [root / "results"]
+    assert f"{results} -> " in told()
 
 
 @pytest.mark.parametrize("place", ["raw", ".", ".."])
-def test_results_lie_in_no_folder_of_the_lab(campaign, place):
+def test_results_lie_in_no_folder_of_the_lab(campaign, told, place):
     """They would stand among its logs, or over its files."""
-    with pytest.raises(InputError, match="--results-at"):
-        put_results_at(campaign.root, campaign.root / place)
+    assert "--results-at: found " in told("--results-at", campaign.root / place)
 
 
-def test_results_that_are_there_are_not_hidden_by_a_link(campaign, elsewhere):
+def test_results_that_are_there_are_not_hidden_by_a_link(campaign, told, elsewhere):
     (campaign.root / "results").mkdir()
-    with pytest.raises(InputError, match=f"{campaign.root / 'results'}: "):
-        put_results_at(campaign.root, elsewhere)
+    assert f"{campaign.root / 'results'}: " in told("--results-at", elsewhere)
 
 
 def test_an_unfinished_file_is_written_through_no_link(tmp_path, elsewhere):

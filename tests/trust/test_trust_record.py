@@ -3,24 +3,20 @@
 They are the parts behind provenance and `rftfit verify`. Digest: the SHA-256 sum of a file.
 """
 
+import csv
 import os
 import random
 from pathlib import Path
 
 import pandas as pd
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from rftfit.campaign.load import read_layout
 from rftfit.errors import InputError
 from rftfit.store import digests, read_csv, write_csv
 from rftfit.store.digests import digests_of_files, read_sums, sha256_of, sums_text
-from rftfit.store.tables import guarded, unguarded
 from rftfit.workflow.provenance import changes_between, present_provenance
-from rftfit.workflow.records import Record, maker_of, read_record
 from rftfit.workflow.stages import STAGES
-from rftfit.workflow.state import States, read_states
+from rftfit.workflow.state import read_states
 
 PACKAGE = Path(digests.__file__).parents[1]
 SIGNS = "=+-@\t\r\n\N{FULLWIDTH EQUALS SIGN}\N{FULLWIDTH COMMERCIAL AT}"
@@ -59,9 +55,9 @@ def test_sums_come_back_and_are_those_of_sha256sum(tmp_path):
 # --- digests of code ---------------------------------------------------------------------------------
 
 
-def code_of(rules):
+def code_of(config, rules):
     digests.source_digests.cache_clear()
-    states = States(read_layout(PACKAGE.parents[1] / "config" / "config.yaml"))
+    states = read_states(config)[0]
     return {rule: states.code(STAGES[rule]) for rule in rules}
 
 
@@ -78,51 +74,21 @@ def code_of(rules):
         ("cli/run.py", set()),
     ],
 )
-def test_which_jobs_a_changed_file_of_the_program_touches(monkeypatch, file, changed):
+def test_which_jobs_a_changed_file_of_the_program_touches(
+    robot_campaign, monkeypatch, file, changed
+):
     rules = ("ingest", "tare", "fourier", "robot_runs", "page")
-    codes_before, plain = code_of(rules), digests.sha256_of
+    config = robot_campaign / "config" / "config.yaml"
+    codes_before, plain = code_of(config, rules), digests.sha256_of
 
     def sha256_changed(path):
         return "0" * 64 if str(path).endswith(f"/{file}") else plain(path)
 
     monkeypatch.setattr(digests, "sha256_of", sha256_changed)
-    codes_after = code_of(rules)
+    codes_after = code_of(config, rules)
     monkeypatch.undo()
     digests.source_digests.cache_clear()
     assert {rule for rule in rules if codes_before[rule] != codes_after[rule]} == changed
-
-
-# --- records of jobs ----------------------------------------------------------------------------------
-
-
-RECORD = Record(
-    "slopes", "sand", {"code": "c1"}, {"results/a.csv": "1"}, {"results/fits/sand.csv": "2"}
-)
-
-
-def test_records_come_back(tmp_path):
-    path = tmp_path / "results" / "records" / "slopes" / "sand.json"
-    assert read_record(path) is None
-    RECORD.save(tmp_path)
-    assert read_record(path) == RECORD
-    assert maker_of(tmp_path, "results/fits/sand.csv") == RECORD
-    assert maker_of(tmp_path, "results/fits/other.csv") is None
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "",
-        "{",
-        "[]",
-        '{"rule": 1}',
-        '{"rule": "slopes", "key": "sand"}',
-        '{"rule": "slopes", "key": "sand", "state": {"code": 1}, "reads": {}, "writes": {}}',
-    ],
-)
-def test_a_damaged_record_counts_as_none(tmp_path, text):
-    (tmp_path / "record.json").write_text(text, encoding="utf-8")
-    assert read_record(tmp_path / "record.json") is None
 
 
 # --- the robot ---------------------------------------------------------------------------------------
@@ -182,54 +148,44 @@ def test_the_robots_files_are_watched(robot_campaign):
 # --- text that a spreadsheet would calculate ---------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("text", "written"),
-    [
-        ("=1+1", "'=1+1"),
-        ("+SUM(A1)", "'+SUM(A1)"),
-        ("-2+3", "'-2+3"),
-        ("@A1", "'@A1"),
-        ("\t=1", "'\t=1"),
-        ("\r=1", "'\n=1"),
-        ("'=1", "''=1"),
-        ("-", "'-"),
-        ("-5", "-5"),
-        ("+0.25", "+0.25"),
-        ("-1e-3", "-1e-3"),
-        ("a=1", "a=1"),
-        ("it's", "it's"),
-        ("", ""),
-    ],
-)
-def test_text_is_guarded_and_numbers_are_left(text, written):
-    assert guarded(text) == written
-    assert unguarded(written) == text.replace("\r", "\n")
+WRITTEN = {
+    "=1+1": "'=1+1",
+    "+SUM(A1)": "'+SUM(A1)",
+    "-2+3": "'-2+3",
+    "@A1": "'@A1",
+    "\t=1": "'\t=1",
+    "\r=1": "'\n=1",
+    "'=1": "''=1",
+    "-": "'-",
+    "-5": "-5",
+    "+0.25": "+0.25",
+    "-1e-3": "-1e-3",
+    "a=1": "a=1",
+    "it's": "it's",
+    "": "",
+}
+"""How a text stands in a csv."""
 
 
-@given(st.text(st.sampled_from([*SIGNS, "'", "1", "a", '"', ",", ";"]), max_size=6))
-def test_guarded_text_comes_back(text):
-    written = guarded(text)
-    plain = text.replace("\r\n", "\n").replace("\r", "\n")
-    assert unguarded(written) == plain
-    assert written[:1] not in SIGNS or not written or float(written) == float(plain)
-
-
-def test_tables_come_back(tmp_path):
+def test_text_is_guarded_numbers_are_left_and_tables_come_back(tmp_path):
     pick = random.Random(3)
-    texts = ["".join(pick.choices("=+-@'\"\n,;1a ", k=pick.randint(1, 6))) for _ in range(300)]
+    signs = [*SIGNS, *"'\",;1a "]
+    texts = [*WRITTEN, *("".join(pick.choices(signs, k=pick.randint(1, 6))) for _ in range(600))]
     table = pd.DataFrame(
         {
-            "run_id": [f"r{i}" for i in range(300)],
+            "run_id": [f"r{i}" for i in range(len(texts))],
             "note": texts,
-            "force_N": [-i / 7 for i in range(300)],
+            "kind": pd.Categorical(texts),
+            "force_N": [-i / 7 for i in range(len(texts))],
         }
     )
     write_csv(table, tmp_path / "t.csv")
+    with (tmp_path / "t.csv").open(encoding="utf-8", newline="") as file:
+        cells = [row["note"] for row in csv.DictReader(file)]
+    assert dict(zip(WRITTEN, cells, strict=False)) == WRITTEN
+    plain_texts = [text.replace("\r\n", "\n").replace("\r", "\n") for text in texts]
+    for cell, plain in zip(cells, plain_texts, strict=True):
+        assert cell[:1] not in SIGNS or not cell or float(cell) == float(plain)
     table_read = read_csv(tmp_path / "t.csv", lambda name: "" if name == "force_N" else "text")
-    assert table_read["note"].tolist() == texts
+    assert table_read["note"].tolist() == table_read["kind"].tolist() == plain_texts
     assert table_read["force_N"].to_numpy() == pytest.approx(table["force_N"].to_numpy(), rel=1e-5)
-
-
-def test_names_as_categories_are_guarded_too(tmp_path):
-    write_csv(pd.DataFrame({"note": pd.Categorical(["=a", "b", "=a"])}), tmp_path / "t.csv")
-    assert (tmp_path / "t.csv").read_text(encoding="utf-8") == "note\n'=a\nb\n'=a\n"

@@ -111,6 +111,25 @@ def test_findings(states_now, happens, expected):
     assert findings_of(states_now) == expected
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "{",
+        "[]",
+        '{"rule": 1}',
+        '{"rule": "slopes", "key": "sand"}',
+        '{"rule": "slopes", "key": "sand", "state": {"code": 1}, "reads": {}, "writes": {}}',
+    ],
+)
+def test_a_damaged_record_counts_as_none(states_now, text):
+    record = states_now.campaign.root / "results/records/tare/sand.json"
+    record.write_text(text, encoding="utf-8")
+    damaged = findings_of(states_now)
+    forget(states_now)
+    assert damaged == findings_of(states_now) != []
+
+
 def test_findings_of_targets(states_now):
     change(states_now)
     assert findings_of(states_now, result("tare")) == []

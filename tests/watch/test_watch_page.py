@@ -19,7 +19,7 @@ from chromium import Chromium, find
 from waiting import LONGEST_S
 
 from rftfit.bench.page import page_of
-from rftfit.bench.server import LivePage, _Handler
+from rftfit.bench.server import LivePage
 from rftfit.errors import InputError
 
 HOST = "127.0.0.1"
@@ -101,7 +101,7 @@ def test_token_and_port_are_new_after_each_start(tmp_path):
 
 def test_silent_connections_take_neither_the_page_nor_the_logs(bench, monkeypatch):
     """250 of another user: most are closed at once, the rest after a while, and a push is judged meanwhile."""
-    monkeypatch.setattr(_Handler, "timeout", 1.0)
+    monkeypatch.setattr("rftfit.bench.server._Handler.timeout", 1.0)
     page = LivePage()
     silent = []
     for _ in range(250):
@@ -172,7 +172,7 @@ def test_a_connection_with_the_token_stays_when_others_come():
 
 def test_a_head_that_never_ends_is_ended(monkeypatch):
     """However often a byte of it comes."""
-    monkeypatch.setattr(_Handler, "timeout", 0.3)
+    monkeypatch.setattr("rftfit.bench.server._Handler.timeout", 0.3)
     page = LivePage()
     with socket.create_connection((HOST, page.port), timeout=LONGEST_S) as slow:
         began_s = time.monotonic()

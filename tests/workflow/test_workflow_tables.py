@@ -6,23 +6,17 @@ import sys
 from tempfile import TemporaryFile
 
 import numpy as np
-import pandas as pd
 import pytest
-from campaigns import Folder
+from campaigns import Folder, run_rules
 
-from rftfit.campaign.load import load_campaign
 from rftfit.campaign.problems import CampaignError
 from rftfit.cli.main import main
-from rftfit.measure.alpha import alpha_table
-from rftfit.measure.errors import errors_of
-from rftfit.measure.fits import fit_medium
-from rftfit.measure.ledger import check_ledger, join
-from rftfit.measure.tables import fit_alpha_table, ingest_table
-from rftfit.measure.tare import tare_medium
 from rftfit.reference import load
 from rftfit.workflow.state import hand_over, read_states, sheet_cells
 
 slow = pytest.mark.slow
+MEASURE = ("ingest", "tare", "slopes", "checks")
+"""Stages up to alpha."""
 
 
 def started(root, source, kind="stress"):
@@ -64,14 +58,12 @@ def test_stated_errors_become_intervals(tmp_path):
     source = tmp_path / "alpha.csv"
     head = "beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3,se_z,se_x"
     source.write_text(f"{head}\n0,90,0.35,0,0.004,0.002\n30,45,0.165,0.105,0.003,0.003\n")
-    campaign = load_campaign(started(tmp_path / "c", source, "alpha").config)
-    tared = pd.DataFrame(columns=["run_id", "why"])
-    fits = fit_alpha_table(campaign, "alpha", tared)[0]
-    errors, surface = errors_of(fits, campaign.config)
-    cell = alpha_table(fits, "alpha", 0.95, 3, errors, surface=surface).set_index("beta_deg")
+    folder = started(tmp_path / "c", source, "alpha")
+    run_rules(folder.config, *MEASURE)
+    cell = folder.table("alpha/alpha.csv").set_index("beta_deg")
     assert cell.loc[0, "alpha_z_se_N_per_cm3"] == pytest.approx(0.004)
     assert cell.loc[30, "alpha_x_hi_N_per_cm3"] == pytest.approx(0.105 + 1.96 * 0.003, abs=1e-5)
-    row = fits.set_index("beta_deg").loc[30]
+    row = folder.table("fits/alpha.csv").set_index("beta_deg").loc[30]
     assert row["alpha_z_lo_N_per_cm3"] == pytest.approx(0.165 - 1.96 * 0.003, abs=1e-5)
     assert row["alpha_z_hi_N_per_cm3"] == pytest.approx(0.165 + 1.96 * 0.003, abs=1e-5)
     assert row["direction"] == "intrusion"
@@ -88,7 +80,7 @@ def test_one_depth_gives_an_alpha_without_error_and_depth_zero_none(tmp_path):
         "utf-8",
     )
     folder = started(tmp_path / "lab", table)
-    folder.run_here()
+    run_rules(folder.config, *MEASURE)
     cells = folder.table("alpha/sand.csv").set_index(["beta_deg", "gamma_deg"])
     one_depth, two_depths, zero_depth, exact = (
         cells.loc[c] for c in ((0, 90), (30, 90), (0, 45), (60, 90))
@@ -132,12 +124,9 @@ def test_the_way_back_and_what_is_excluded_are_counted(tmp_path):
         slopes[f"b{beta}_g{gamma}".replace("-", "m")] = slope
     source = tmp_path / "stress.csv"
     source.write_text("\n".join(lines), "utf-8")
-    campaign = load_campaign(started(tmp_path / "c", source).config)
-    samples, runs, book = ingest_table(campaign, "stress")
-    tared, tares, of_tare = tare_medium(campaign, "stress", samples, runs)
-    table, _, of_fits = fit_medium(campaign, "stress", runs, tared, tares)
-    fits = table.set_index("run_id")
-    rows = fits.to_dict("index")
+    folder = started(tmp_path / "c", source)
+    run_rules(folder.config, *MEASURE, "legs", "ledger")
+    rows = folder.table("fits/stress.csv").set_index("run_id").to_dict("index")
     excluded = rows["b60_g45"]
     assert (excluded["reason"], excluded["reason_code"]) == ("excluded: a stone", "excluded")
     assert np.isnan(excluded["alpha_z_N_per_cm3"])
@@ -146,14 +135,14 @@ def test_the_way_back_and_what_is_excluded_are_counted(tmp_path):
         # of neighbouring rows nobody knows that they are independent, whichever way the depth goes
         assert rows[name]["alpha_z_curvature_N_per_cm3"] >= 0
         assert np.isfinite(rows[name]["nonlinear_z_p"])
-    flags = [*book.flags, *of_tare.flags, *of_fits.flags]
-    assert {(flag.code, flag.run_id): dict(flag.values) for flag in flags} == {
-        ("rows-other-sense", "b0_g90"): {"count": 200},
-        ("rows-other-sense", "b30_gm45"): {"count": 201},
-    }
-    ledger = join([book.table(), of_tare.table(), of_fits.table()])
-    check_ledger(ledger, runs, set(slopes), slopes)
-    fates = ledger.groupby(["run_id", "reason_code"])["rows"].sum().to_dict()
+    flags = folder.table("flags/stress.csv").query("stage != 'checks'")
+    assert sorted(zip(flags["code"], flags["run_id"], strict=True)) == [
+        ("rows-other-sense", "b0_g90"),
+        ("rows-other-sense", "b30_gm45"),
+    ]
+    book = folder.table("ledger.csv")
+    assert book["rows"].sum() == len(lines) - 1
+    fates = book.groupby(["run_id", "reason_code"])["rows"].sum().to_dict()
     assert fates["b0_g90", "other-sense"] == 200
     assert fates["b30_gm45", "other-sense"] == 201
     assert fates["b60_g45", "excluded"] == 200
