@@ -4,15 +4,14 @@ The campaigns are made without the model that judges them.
 """
 
 import math
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
+from pushes import plate_run
 from seeds import seeds
 
 from rftfit import TableProfile
-from rftfit.campaign.sheet import Run
 from rftfit.compare.axes import AXES, axes_evidence
 from rftfit.compare.causes import compare_all_runs
 from rftfit.compare.joint import JointModel, RunSlopes, find_causes
@@ -214,23 +213,8 @@ def fits_of(beta, gamma, alpha):
     errors = dict.fromkeys((column(c, "_se") for c in "zx"), 0.002)
     names = [f"r{number}" for number in range(beta.size)]
     table = table.assign(**errors, run_id=names, mirrored=gamma < 0, depth_from_cm=math.nan)
-    empty: dict[str, Any] = dict.fromkeys(
-        ("force_log", "motion_log", "tare_run", "reason", "note", "medium", "direction"), ""
-    )
     sheet = {
-        name: Run(
-            run_id=name,
-            kind="plate",
-            intruder="plate",
-            beta_deg=b,
-            gamma_deg=g,
-            depth_cm=math.nan,
-            tare_shared=False,
-            surface_z_mm=None,
-            excluded=False,
-            row=row,
-            **empty,
-        )
+        name: plate_run(name, beta_deg=b, gamma_deg=g, row=row)
         for row, (name, b, g) in enumerate(zip(names, beta, gamma, strict=True), start=2)
     }
     return table, sheet

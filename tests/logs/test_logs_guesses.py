@@ -10,7 +10,6 @@ from seeds import seeds
 import rftfit
 from rftfit.logs.base import Log
 from rftfit.logs.inspect import config_block, survey
-from rftfit.logs.quantities import guesses
 
 Header = list[tuple[str, str, str]]
 """Of each column: name, unit, and the quantity that it holds (empty: none of the chain's)."""
@@ -26,7 +25,10 @@ def proposed(path, header, unit_style):
     rows = ["\t".join(f"{row}.{k}5" for k in range(len(names))) for row in range(3)]
     path.write_text("\n".join(["\t".join(names), *unit_rows, *rows]) + "\n", "utf-8")
     log = rftfit.read_log(path)
-    return {quantity: list(log.columns).index(name) for quantity, name in guesses(log).items()}
+    return {
+        quantity: list(log.columns).index(name)
+        for quantity, name in survey([log]).quantities.items()
+    }
 
 
 TIMES = [

@@ -4,10 +4,10 @@ from collections import Counter
 
 import numpy as np
 import pytest
+from makers import sentence_of
 
 from rftfit.logs.base import LogError
 from rftfit.logs.registry import dialect
-from rftfit.table.parse import CELLS, FINITE, NUMBER
 
 FORCE_HEADER = "time_s,arm_moving,F1_N,F2_N,F3_N"
 FORCE_ROWS = ["0.00,0,1.5,-2.25,3", "0.01,0,1.25,-2.5,3.125", "0.02,1,1,-2.75,3.25"]
@@ -49,9 +49,15 @@ def test_too_large(tmp_path, monkeypatch):
 NO_NUMBERS = "one", "", "0x10", "1_0", "1 0", '"1"', "--1", "\N{ARABIC-INDIC DIGIT ONE}", "1\x00"
 INFINITE = "nan", "NaN", "inf", "-Infinity", "1e999"
 BAD = {
-    CELLS: ["0.01,0,1,2", "0.01,0,1,2,3,4", "0.01,0,1,2,3,", "0.01;0;1;2;3", "0,01,0,1,5,2,5,3,5"],
-    NUMBER: [f"0.01,0,{cell},2,3" for cell in NO_NUMBERS],
-    FINITE: ["nan,0,1,2,3", *(f"0.01,0,{cell},2,3" for cell in INFINITE)],
+    "cells": [
+        "0.01,0,1,2",
+        "0.01,0,1,2,3,4",
+        "0.01,0,1,2,3,",
+        "0.01;0;1;2;3",
+        "0,01,0,1,5,2,5,3,5",
+    ],
+    "number": [f"0.01,0,{cell},2,3" for cell in NO_NUMBERS],
+    "finite": ["nan,0,1,2,3", *(f"0.01,0,{cell},2,3" for cell in INFINITE)],
 }
 
 
@@ -62,7 +68,9 @@ def test_bad_row(tmp_path, row, reason):
     # the same verdict alone (fast path) and beside a row of another fault (line by line)
     for other_bad_rows in ([], ["x,x,x,x,x"]):
         log = read(tmp_path, body(FORCE_ROWS[0], row, *other_bad_rows, FORCE_ROWS[1]))
-        assert log.dropped == Counter([reason, *(NUMBER for _ in other_bad_rows)])
+        assert log.dropped == Counter(
+            map(sentence_of, [reason, *("number" for _ in other_bad_rows)])
+        )
         expect(log, FORCE_ROWS[:2])
 
 

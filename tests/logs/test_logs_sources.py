@@ -5,12 +5,10 @@ import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from log_files import refused
+from log_files import refused, text_reader
 from seeds import example_count
 
-from rftfit.campaign.config import TextFormat
 from rftfit.logs.base import LogError
-from rftfit.logs.delimited import DelimitedReader
 from rftfit.logs.registry import dialect
 from rftfit.logs.sources import sources_in_turn
 from rftfit.table.parse import OTHER_SOURCE, is_meant
@@ -35,7 +33,7 @@ WRITERS = {
     "xlsx": lambda table, path: table.to_excel(path, index=False),
 }
 READERS = {
-    "csv": DelimitedReader(TextFormat(delimiter=",")),
+    "csv": text_reader(delimiter=","),
     "parquet": dialect("parquet"),
     "xlsx": dialect("xlsx"),
 }
