@@ -35,8 +35,6 @@ from rftfit.bench.watch import Watch
 from rftfit.campaign.columns import COLUMNS
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import check_campaign, load_campaign
-from rftfit.campaign.new_campaign import init_campaign
-from rftfit.campaign.presence import root_of
 from rftfit.figures import style
 from rftfit.lab.enact import run_logs
 from rftfit.lab.plan import PlannedRun, plan_runs
@@ -88,7 +86,7 @@ def planned_jobs(config, targets=()):
         tuple(targets),
     )
     if plan_key not in _PLANS:
-        _PLANS[plan_key] = _plan(config, targets)
+        _PLANS[plan_key] = _plan(config, campaign.root, targets)
     for job in _PLANS[plan_key]:
         states.input_of(job.rule)({"": job.key})
     return _PLANS[plan_key]
@@ -97,9 +95,8 @@ def planned_jobs(config, targets=()):
 _PLANS: dict[tuple[object, ...], list[Job]] = {}
 
 
-def _plan(config, targets):
-    root, before = root_of(config), Path.cwd()
-    environment = dict(os.environ)
+def _plan(config, root, targets):
+    before, environment = Path.cwd(), dict(os.environ)
     try:
         quiet = OutputSettings(quiet={Quietness.ALL})
         with SnakemakeApi(quiet) as api:
@@ -139,7 +136,8 @@ def run_rules(config, *rules, last="", drawn=None):
     jobs, done_count = planned_jobs(config), 0
     if last:
         jobs = [job for job in jobs if RULES.index(job.rule) <= RULES.index(last)]
-    root, states = root_of(config), read_states(config)[0]
+    states = read_states(config)[0]
+    root = states.campaign.root
     # a process that was forked digests the code once more after its job; no test of jobs in here edits code
     with patch("rftfit.workflow.job.source_digests"):
         for job in jobs:
@@ -594,7 +592,7 @@ def lay_out_home_rig(folder, monkeypatch, **changes):
     `changes`: Texts of the script and what stands in their place.
     """
     monkeypatch.chdir(folder)
-    init_campaign(Path("home rig"))
+    run_command(folder, "init", "home rig", expected_code=0)
     script = SCRIPT
     for old, new in changes.get("script", {}).items():
         assert old in script
