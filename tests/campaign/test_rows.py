@@ -5,7 +5,6 @@ from typing import Any
 
 import pytest
 
-from rftfit.campaign.problems import Place
 from rftfit.campaign.rows import Schema, TableColumn, read_rows, read_table_columns
 
 SCHEMA = Schema(

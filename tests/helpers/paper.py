@@ -17,13 +17,11 @@ from makers import write_yaml
 
 from rftfit import reference
 from rftfit.campaign.config import Config, Grid, Leg
-from rftfit.directions import TOLERANCE_DEG
 from rftfit.forces import prediction
 from rftfit.lab.enact import prepare, reenact, run_logs
 from rftfit.lab.plan import half_extents, plate_of
 from rftfit.lab.rig import FORCE_HZ, Lab, ideal, published_laws, random_numbers
 from rftfit.lab.truth import published_alpha, sand_stress, submerged_depth
-from rftfit.measure.alpha import rows_at
 from rftfit.model import posterior
 
 # --- The paper's 7 x 13 directions: as a planned grid, as a list of cells, and tables laid out on them ------------
@@ -40,9 +38,9 @@ BETA, GAMMA = (
 
 def grid(table, name):
     """One column of an alpha table over the directions, shape (7, 13); NaN where it has no row."""
-    place = rows_at(table, np.degrees(BETA), np.degrees(GAMMA), TOLERANCE_DEG)
-    values = table[name].to_numpy(float)[place]
-    return np.where(place < 0, np.nan, values).reshape(7, 13)
+    values = table.set_index([table["beta_deg"].round(), table["gamma_deg"].round()])[name]
+    cells = zip(np.degrees(BETA).round(), np.degrees(GAMMA).round(), strict=True)
+    return values.reindex([*cells]).to_numpy(float).reshape(7, 13)
 
 
 def flat(alpha):
