@@ -10,11 +10,9 @@ import io
 import numpy as np
 import pandas as pd
 import pytest
-from paper import DISTURBANCES, bed_of, disturbed_logs, pink
+from paper import DISTURBANCES, disturbed_logs, pink
 
 from rftfit.lab.enact import run_logs
-from rftfit.lab.plan import plan_runs
-from rftfit.lab.rig import LabStroke
 
 PUSH, ROD, LEG, AIR = (
     "poppy_CP_bp00_g90_in",
@@ -26,18 +24,9 @@ PUSH, ROD, LEG, AIR = (
 SEED = 5
 
 
-@pytest.fixture(scope="module")
-def runs(config):
-    return {run.run_id: run for run in plan_runs(config)}
-
-
 def read(content):
     assert content is not None
     return pd.read_csv(io.BytesIO(content), comment="#")
-
-
-def bed(run, config, sizes, spread=0.0, seed=SEED, cycle=0):
-    return bed_of(LabStroke(run, config, seed, cycle), sizes, spread)
 
 
 CHANGED = {

@@ -16,11 +16,6 @@ from rftfit.lab.plan import plan_runs, plate_of
 from rftfit.lab.rig import FAULTS, resolve
 
 
-@pytest.fixture(scope="module")
-def runs(config):
-    return {run.run_id: run for run in plan_runs(config)}
-
-
 def _contents(folder):
     files = (path for path in folder.rglob("*") if path.is_file() and path.name != MARKER)
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}

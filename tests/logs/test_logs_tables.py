@@ -86,39 +86,6 @@ def test_only_some_columns(tmp_path):
     assert (list(log.columns), log.size) == (["Time", "Force"], 5)
 
 
-@pytest.mark.parametrize(
-    ("cell", "name_and_unit"),
-    [
-        ("Force [kN]", ("Force", "kN")),
-        ("Force (Newtons)", ("Force", "N")),
-        ("x_mm", ("x", "mm")),
-        ("F / N", ("F", "N")),
-        ("time, s", ("time", "s")),
-        ("Fx", ("Fx", "")),
-        ("Torque (Nm)", ("Torque", "N m")),
-        ("F_ext[2]", ("F_ext[2]", "")),
-        ("Position (z)", ("Position (z)", "")),
-        ("Weg (x) [mm]", ("Weg (x)", "mm")),
-        ("Speed mm/min", ("Speed", "mm/min")),
-        ("v_mm/s", ("v", "mm/s")),
-        ("mm/min", ("mm/min", "")),
-        ("Load_kg", ("Load_kg", "")),
-        ("run_g", ("run_g", "")),
-        ("Sensor A", ("Sensor A", "")),
-        ("Angle (°)", ("Angle", "deg")),
-        ("p (MPa)", ("p", "MPa")),
-        ("run_a", ("run_a", "")),
-        ("t (?)", ("t", "")),
-        ("ms", ("ms", "ms")),
-        ("s", ("s", "")),
-        ("min", ("min", "")),
-        ("mm", ("mm", "")),
-    ],
-)
-def test_units_in_names(cell, name_and_unit):
-    assert split_unit(cell) == name_and_unit
-
-
 def test_a_mass_is_a_unit_where_it_may_be_one():
     assert split_unit("Load_kg", frozenset({"kg"})) == ("Load", "kg")
 
