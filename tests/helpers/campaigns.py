@@ -13,6 +13,7 @@ import sys
 from dataclasses import dataclass, field
 from functools import cache, partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 from unittest.mock import patch
 
@@ -32,7 +33,6 @@ from snakemake.settings.types import (
 )
 
 from rftfit.bench.watch import Watch
-from rftfit.campaign.columns import COLUMNS
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import check_campaign, load_campaign
 from rftfit.figures import style
@@ -47,7 +47,6 @@ from rftfit.measure.ledger import check_ledger, join
 from rftfit.measure.leg_curves import leg_curves
 from rftfit.measure.tare import tare_medium
 from rftfit.results import open_results
-from rftfit.store import write_bytes
 from rftfit.store.digests import digests_of_files
 from rftfit.workflow.job import do_job
 from rftfit.workflow.records import Record, Recorded, record_holds, split_inputs
@@ -155,11 +154,16 @@ def _name(job):
     return Path(job.writes[0]).stem
 
 
+def _write_file(path, content):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(content)
+
+
 def leave_blank(root, states, job):
     """Write the files of a figure without content, and their record."""
     planned, inputs = split_inputs(job.reads)
     for path in job.writes:
-        write_bytes(root / path, b"")
+        _write_file(root / path, b"")
     digests = digests_of_files(root, inputs), digests_of_files(root, job.writes)
     Record(*job_of(planned), states.of(*job_of(planned)), *digests).save(root)
 
@@ -197,13 +201,21 @@ a1,leg_air,,c_leg,rotation,,,,
 """
 
 
+@cache
+def sheet_columns():
+    """Return the columns of the run sheet of a new campaign."""
+    with TemporaryDirectory() as folder:
+        run_command(folder, "init", "new", expected_code=0)
+        return Path(folder, "new", "config", "runs.csv").read_text("utf-8").strip().split(",")
+
+
 class Room:
     """A campaign's folder; `rows` and `columns` can be changed before `check`."""
 
     def __init__(self, folder):
         self.folder = folder
         self.config = CONFIG
-        self.columns = [column.name for column in COLUMNS]
+        self.columns = [*sheet_columns()]
         self.rows = {}
         for row in csv.DictReader(io.StringIO(SHEET)):
             self.rows["new"] = row
@@ -535,7 +547,7 @@ def _sketch(folder, real_run, figure, base, about, endings):
             content = written if ending == "png" else b""
         else:
             content = (real_run.root / target.relative_to(folder.root)).read_bytes()
-        write_bytes(target, content)
+        _write_file(target, content)
 
 
 def make_campaign(

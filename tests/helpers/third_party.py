@@ -15,12 +15,12 @@ import pandas as pd
 import pytest
 import yaml
 from campaigns import Folder, chain, run_rules
-from makers import NOT_MEASURED, bench_config, row_of_push, write_campaign
+from makers import NOT_MEASURED, bench_config, json_of, row_of_push, write_campaign
 from mistakes import ALL, NOTHING_LEFT
 
 from rftfit.campaign.config import ForceLog, MotionLog
 from rftfit.campaign.load import load_campaign
-from rftfit.logs.inspect import config_block, recognised, recording, survey_file, together
+from rftfit.logs.inspect import recognised, recording, survey_file
 from rftfit.logs.registry import source_reader
 from rftfit.measure.log_columns import columns_asked, map_columns
 
@@ -62,11 +62,8 @@ DISC = {"disc": {"shape": "disc", "diameter_cm": 5, "thickness_cm": 0.5}}
 
 def inspected(path):
     """Return what `rftfit inspect` finds in a log, and what it proposes for the config, as YAML reads it."""
-    log_format = recognised(recording(path))
-    surveys, _ = survey_file(log_format.reader, recording(path))
-    lines = config_block(
-        together(surveys), log_format.reader.name, log_format.text, log_format.options
-    )
+    surveys, _ = survey_file(recognised(recording(path)).reader, recording(path))
+    lines = json_of("inspect", path)["config"]
     return surveys, yaml.load("\n".join(lines), Loader=yaml.CSafeLoader) or {}
 
 

@@ -21,7 +21,7 @@ from numpy.testing import assert_allclose
 
 import rftfit
 from rftfit.logs.registry import dialect
-from rftfit.table.stamps import is_stamp, seconds_of, seconds_of_column
+from rftfit.table.stamps import seconds_of, seconds_of_column
 
 N = 300
 """Rows of the log."""
@@ -75,12 +75,6 @@ def test_dates_are_those_of_python(time, separator, zone):
 )
 def test_a_year_of_one_digit_is_a_damaged_one(text, order):
     assert math.isnan(seconds_of(text, order))
-
-
-@pytest.mark.parametrize("text", ["12", "12:30", "1.5", "2026-01-02", "12:60:00", "12-30-00", ""])
-def test_other_texts_are_no_times(text):
-    assert not is_stamp(text)
-    assert np.isnan(seconds_of(text))
 
 
 def test_dates_of_a_spreadsheet(tmp_path):
