@@ -69,47 +69,6 @@ def test_names_and_units_of_a_file(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "column", "unit", "factor"),
-    [
-        ("depth (mm)", "depth_cm", "mm", 0.1),
-        ("depth_mm", "depth_cm", "mm", 0.1),
-        ("Tiefe [m]", "depth_cm", "m", 100),
-        ("depth in cm", "depth_cm", "cm", 1),
-        ("depth", "depth_cm", "", 1),
-        ("depth (mean)", "depth_cm", "", 1),
-        ("z stress in kPa", "stress_z_N_per_cm2", "kPa", 0.1),
-        ("sigma (N/m²)", "stress_z_N_per_cm2", "Pa", 1e-4),
-        ("s_N_per_cm2", "stress_z_N_per_cm2", "N/cm^2", 1),
-        ("s (N cm^-2)", "stress_z_N_per_cm2", "N/cm^2", 1),
-        ("tilt (rad)", "beta_deg", "rad", 180 / math.pi),
-        ("tilt (°)", "beta_deg", "deg", 1),
-    ],
-)
-def test_a_unit_in_the_name_of_a_column(tmp_path, name, column, unit, factor):
-    """It is that of the column, unless the config says another one."""
-    head = STRESS_HEAD.split(",")
-    head[head.index(column)] = name
-    rows = [f"{b},90,{depth},{0.3 * depth},0" for b in (0, 0.5) for depth in (1, 2, 3)]
-    path = written(tmp_path / "s.csv", ",".join(head), *rows)
-    pushes, problems = read(path, TableSettings(holds="stress", columns={column: name}))
-    assert not problems
-    push = max(pushes, key=lambda push: push.run.beta_deg)
-    values = push.columns | {"beta_deg": np.array([push.run.beta_deg])}
-    in_file = {"depth_cm": 1, "stress_z_N_per_cm2": 0.3, "beta_deg": 0.5}[column]
-    assert values[column][0] == pytest.approx(in_file * factor, rel=1e-12)
-    key, other_unit = {
-        "depth_cm": ("depth_unit", "in"),
-        "stress_z_N_per_cm2": ("stress_unit", "psi"),
-        "beta_deg": ("angle_unit", "deg" if unit == "rad" else "rad"),
-    }[column]
-    table = TableSettings.model_validate(
-        {"holds": "stress", "columns": {column: name}, key: other_unit}
-    )
-    codes_and_places = places(read(path, table)[1])
-    assert (("other-unit", None, name) in codes_and_places) == bool(unit)
-
-
-@pytest.mark.parametrize(
     ("unit", "factor"),
     [("N/cm^3", 1), ("N cm⁻³", 1), ("MPa/m", 1), ("kPa/m", 1e-3), ("kN/m³", 1e-3)],
 )
