@@ -356,28 +356,6 @@ def test_what_a_table_of_stress_is_refused_or_warned_of(tmp_path, head, rows, ex
     assert value in str(problems[0])
 
 
-@pytest.mark.parametrize(
-    ("depths", "gamma", "left_out", "second_start"),
-    [
-        ([1, 2, 3, 4, 4, 3.99, 4, 2, 1], 90, [4, 5, 6, 7, 8], 0),
-        ([1, 2, 3, 4, 4, 3, 2, 1], -90, [0, 1, 2, 3, 4], 0),
-        ([3, 2, 1, 2, 3, 4, 3, 2], 45, [0, 1, 2, 6, 7], 0),
-        ([4, 3, 2, 1], 90, [], 0),
-        ([1, 2, 3, 4], -90, [], 0),
-        ([3, 3, 3], 90, [], 0),
-        ([5], 90, [], 0),
-        ([3, 1, 2], 90, [], 1),
-        ([1, 2, 3, 2, 1, 2, 3], 90, [], 4),
-        ([2.54, 2.55, 5.08, 5.07, 7.62], 0, [], 0),
-        ([7.62, 2.54, 5.08], 0, [], 0),
-        ([2.54, 5.08, 2.5], 0, [], 2),
-    ],
-)
-def test_the_sense_of_depth(depths, gamma, left_out, second_start):
-    wrong, start = rows_against_gamma(np.array(depths, dtype=float), gamma)
-    assert (np.flatnonzero(wrong).tolist() if not start else [], start) == (left_out, second_start)
-
-
 def test_noise_of_depth_is_no_turn():
     random = np.random.default_rng(1)
     depths = np.concatenate([np.linspace(0, 8, 800), np.full(100, 8.0), np.linspace(8, 0, 800)])
