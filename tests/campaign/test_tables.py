@@ -129,25 +129,6 @@ def test_everything_that_is_wrong_is_told(tmp_path):
     ]
 
 
-def test_stress_by_run_or_by_direction(tmp_path):
-    rows = [f"0,{g},{d},{0.3 * d},0" for g in (90, 0) for d in (10, 20, 30)]
-    table = TableSettings(holds="stress", depth_unit="mm", stress_unit="kPa")
-    pushes, problems = read(written(tmp_path / "s.csv", STRESS_HEAD, *rows), table)
-    assert not problems
-    assert [push.run.run_id for push in pushes] == ["b0_g0", "b0_g90"]
-    assert pushes[1].columns["depth_cm"].tolist() == [1, 2, 3]
-    assert pushes[1].columns["stress_z_N_per_cm2"][0] == pytest.approx(0.3)
-    rows_with_run = [f"{row},r{i // 3}" for i, row in enumerate(rows)]
-    pushes, _ = read(written(tmp_path / "s.csv", f"{STRESS_HEAD},run_id", *rows_with_run), table)
-    assert [push.run.run_id for push in pushes] == ["r0", "r1"]
-    mixed = [f"{row},r" for row in rows]
-    _, problems = read(written(tmp_path / "s.csv", f"{STRESS_HEAD},run_id", *mixed), table)
-    assert places(problems) == [("two-in-one", 5, "gamma_deg"), ("starts-again", 5, "depth_cm")]
-    assert "run r " in problems[0].allowed
-    _, problems = read(written(tmp_path / "s.csv", STRESS_HEAD, "0,90,-1,0.1,0"), table)
-    assert places(problems) == [("negative-depth", 2, "depth_cm")]
-
-
 @pytest.mark.parametrize("holds", ["alpha", "stress"])
 def test_labels_that_pushes_share_are_read(tmp_path, holds):
     """As in the run sheet: an error of a session can be told of a table too."""
@@ -331,6 +312,13 @@ def add_cells(rows, *cells):
             add_cells(DOWN, "yes"),
             [("unknown-column", 1, "exclude")],
             "did you mean 'excluded'?",
+        ),
+        ("", ["0,90,-1,0.1,0"], [("negative-depth", 2, DEPTH)], ""),
+        (
+            ",run_id",
+            add_cells([*DOWN, "0,0,1,0.3,0"], "r"),
+            [("two-in-one", 6, "gamma_deg"), ("starts-again", 6, DEPTH)],
+            "run r ",
         ),
         ("", [*DOWN, "0,90,5,1,5,0"], [("no-header", 6, "number 6")], ""),
         (
