@@ -19,7 +19,6 @@ import rftfit
 from rftfit.logs.base import LogError
 from rftfit.logs.registry import dialect, load_each
 from rftfit.table.parse import BLANK
-from rftfit.table.units import split_unit
 
 VALUES = np.random.default_rng(3).normal(size=(50, 3)).round(5)
 FRAME = pd.DataFrame(VALUES, columns=["Fx [N]", "Fy (N)", "z_mm"])
@@ -84,10 +83,6 @@ def test_only_some_columns(tmp_path):
     assert reader.load(path).size == 4
     log = getattr(reader, "only")({"Time", "Force"}).load(path)  # noqa: B009
     assert (list(log.columns), log.size) == (["Time", "Force"], 5)
-
-
-def test_a_mass_is_a_unit_where_it_may_be_one():
-    assert split_unit("Load_kg", frozenset({"kg"})) == ("Load", "kg")
 
 
 @pytest.mark.parametrize(
