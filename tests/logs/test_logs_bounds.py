@@ -218,13 +218,13 @@ try:
     rftfit.read_log("nothing")  # imports what the children need
 except rftfit.RftfitError:
     pass
-for path in map(Path, sys.argv[1:]):
+for dialect, path in zip(sys.argv[1::2], map(Path, sys.argv[2::2])):
     # a process for each, so that none inherits the memory that another one has taken
     if os.fork():
         os.wait()
         continue
     try:
-        rftfit.read_log(path, path.name.partition(",")[0])
+        rftfit.read_log(path, dialect)
     except rftfit.RftfitError as error:
         # not ru_maxrss, which begins with that of the process that starts this one
         status = Path("/proc/self/status").read_text()
@@ -234,19 +234,24 @@ for path in map(Path, sys.argv[1:]):
 """
 
 
-@pytest.fixture(scope="module")
-def refusals(tmp_path_factory):
-    """What each file is refused with, by its name: code, largest memory in MB, and message."""
-    folder = tmp_path_factory.mktemp("bombs")
-    paths = {name: folder / f"{dialect},{name}" for name, (dialect, _, _) in BOMBS.items()}
-    for name, (_, make, _) in BOMBS.items():
-        make(paths[name])
-        assert paths[name].stat().st_size < 30_000_000
-    command = [sys.executable, "-c", LOAD, *map(str, paths.values())]
+def refuse_apart(dialects):
+    """Read files by these dialects, by path; code of the refusal, largest memory in MB, and message."""
+    words = [str(word) for path, name in dialects.items() for word in (name, path)]
+    command = [sys.executable, "-c", LOAD, *words]
     process = subprocess.run(command, capture_output=True, text=True, check=True)
     lines = [line.split(": ", 3) for line in process.stdout.splitlines()]
-    answers = {path: (code, int(megabytes), text) for path, code, megabytes, text in lines}
-    return {name: (paths[name], *answers[str(paths[name])]) for name in BOMBS}
+    return {Path(path): (code, int(megabytes), text) for path, code, megabytes, text in lines}
+
+
+@pytest.fixture(scope="module")
+def refusals(tmp_path_factory):
+    """What each file is refused with, by its path."""
+    folder = tmp_path_factory.mktemp("bombs")
+    for name, (_, make, _) in BOMBS.items():
+        make(folder / name)
+        assert (folder / name).stat().st_size < 30_000_000
+    answers = refuse_apart({folder / name: reader for name, (reader, _, _) in BOMBS.items()})
+    return {path.name: (path, *answer) for path, answer in answers.items()}
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the peak of memory is read from /proc")
@@ -326,10 +331,8 @@ def test_a_file_of_more_arrays_than_a_log_has(tmp_path, name, make):
 def test_a_message_of_a_bag_is_asked_for_its_size_before_it_is_read(tmp_path):
     pytest.importorskip("rosbags")
     path = bag_with_blob(tmp_path / "bag", 400)
-    command = [sys.executable, "-c", LOAD, "ros-bag", str(path)]
-    process = subprocess.run(command, capture_output=True, text=True, check=True)
-    error_code, megabytes, _ = process.stdout.split(maxsplit=2)
-    assert (error_code, int(megabytes) < MOST_MB) == ("too_large", True), process.stdout
+    code, megabytes, text = refuse_apart({path: "ros-bag"})[path]
+    assert (code, megabytes < MOST_MB) == ("too_large", True), (megabytes, text)
     # named by its folder, it is the same bag
     refused(dialect("ros-bag"), path.parent / "metadata.yaml", "too_large")
 
