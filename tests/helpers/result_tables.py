@@ -641,8 +641,8 @@ FRAMES: dict[str, Any] = {
 
 
 def _fit(table):
-    angles = np.radians(table[["beta_deg", "gamma_deg"]].to_numpy(float)).T
-    return fit_lsq(*angles, *alpha_columns(table))
+    beta, gamma = (np.radians(table[name].to_numpy(float)) for name in ("beta_deg", "gamma_deg"))
+    return fit_lsq(beta, gamma, *alpha_columns(table))
 
 
 def _one_test(medium):
