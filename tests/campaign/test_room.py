@@ -12,17 +12,10 @@ from pathlib import Path
 
 import pytest
 
+import rftfit
+from rftfit import reference
 from rftfit.campaign.load import check_campaign, load_campaign
-from rftfit.campaign.problems import (
-    CampaignError,
-    Place,
-    Problem,
-    choose,
-    did_you_mean,
-    in_lines,
-    shown,
-    unknown_word,
-)
+from rftfit.campaign.problems import CampaignError, Place, Problem, in_lines
 from rftfit.errors import InputError
 
 
@@ -124,29 +117,32 @@ def test_what_is_wrong_alike_in_many_columns_is_one_line():
     ]
 
 
-def test_an_unknown_word_of_the_command_line():
-    text = unknown_word("--medium", "popy_LP", ["poppy_LP", "poppy_CP"])
-    assert text == (
-        "--medium: found 'popy_LP'; allowed: poppy_LP, poppy_CP; did you mean 'poppy_LP'?"
-    )
-    assert "did you mean" not in unknown_word("--medium", "glass", ["poppy_LP"])
-    assert choose("--medium", "poppy_LP", ["poppy_LP"]) == "poppy_LP"
-    with pytest.raises(InputError, match=r"allowed: a \(in here\)"):
-        choose("--leg", "b", ["a"], "in here")
+@pytest.mark.parametrize(
+    ("word", "meant"), [("popy_LP", "; did you mean 'poppy_LP'?"), ("mud", "")]
+)
+def test_an_unknown_word_of_a_call(word, meant):
+    with pytest.raises(rftfit.RftfitError) as caught:
+        rftfit.published_medium(word)
+    allowed = ", ".join(reference.MEDIA)
+    expected = f"medium: found '{word}'; allowed: {allowed}{meant} (published media)"
+    assert str(caught.value) == expected
 
 
 @pytest.mark.parametrize(
-    ("word", "expected"),
-    [("popy_LP", "poppy_LP"), ("POPPY-cp", "poppy_CP"), ("glass", None), ("", None)],
+    ("word", "expected"), [("popy_LP", "poppy_LP"), ("POPPY-cp", "poppy_CP"), ("glass", None)]
 )
-def test_did_you_mean(word, expected):
-    assert did_you_mean(word, ["poppy_LP", "poppy_CP"]) == expected
+def test_did_you_mean(room, word, expected):
+    room.rows["p1"]["medium"] = word
+    assert room.only("sheet.unknown-word").nearest == expected
 
 
-def test_shown_text_has_no_control_characters_and_an_end():
-    assert shown("a\x1b[31m\n") == r"a\x1b[31m\n"
-    assert shown("ö") == "ö"
-    assert len(shown("x" * 1000)) == 80
+@pytest.mark.parametrize(
+    ("cell", "shown"),
+    [("a\x1b[31m\nb", r"a\x1b[31m\nb"), ("ö", "ö"), ("x" * 1000, "x" * 77 + "...")],
+)
+def test_shown_text_has_no_control_characters_and_an_end(room, cell, shown):
+    room.rows["p1"]["medium"] = cell
+    assert f"found '{shown}';" in str(room.only("sheet.unknown-word"))
 
 
 def test_loading_needs_no_heavy_library(room):

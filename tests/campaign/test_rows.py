@@ -5,7 +5,6 @@ from typing import Any
 
 import pytest
 
-from rftfit.campaign.problems import Place
 from rftfit.campaign.rows import Schema, TableColumn, read_rows, read_table_columns
 
 SCHEMA = Schema(
@@ -28,56 +27,12 @@ def written(folder, text, name="t.csv"):
     return path
 
 
-@pytest.mark.parametrize(
-    ("header", "cell", "depth"),
-    [
-        ("depth_cm", "2.5", 2.5),
-        ("depth_mm", "25", 2.5),
-        ("Depth [mm]", "25", 2.5),
-        ("z (in)", "-0", 0.0),
-        ("z_in", "1e1", 25.4),
-    ],
-)
-def test_units_of_the_header(tmp_path, header, cell, depth):
-    rows, problems = read_rows(
-        written(tmp_path, f"# a\n{header},note,side\n{cell},x,left\n"), SCHEMA
-    )
-    assert problems == []
-    assert rows[0].number["depth_cm"] == pytest.approx(depth)
-    assert str(rows[0].number["depth_cm"])[0] != "-"
-    assert (rows[0].text["side"], rows[0].row, rows[0].yes("used")) == ("left", 3, False)
-    assert "load_N" not in rows[0].number
-
-
 def test_a_range_is_in_the_columns_own_unit(tmp_path):
     rows, problems = read_rows(written(tmp_path, "depth_in,side\n10,left\n20,left\n"), SCHEMA)
     assert rows[0].number["depth_cm"] == pytest.approx(25.4)
     assert [(problem.place.row, problem.code) for problem in problems] == [
         (3, "table.out-of-range")
     ]
-
-
-def test_every_problem_of_a_table_at_once(tmp_path):
-    text = (
-        "depth_cm;side;load_N;used;load_N\n1,5;left;0;yes;\n\n51.0;lift;nan;oui;\n;right;1_0;no;\n"
-    )
-    path = written(tmp_path, text)
-    _, problems = read_rows(path, SCHEMA, "t.csv")
-    nearest = {
-        (problem.place, problem.code.removeprefix("table.")): problem.nearest
-        for problem in problems
-    }
-    assert nearest == {
-        (Place("t.csv", 1, "load_N"), "duplicate-column"): None,
-        (Place("t.csv", 2, "depth_cm"), "decimal-comma"): "1.5",
-        (Place("t.csv", 2, "load_N"), "out-of-range"): None,
-        (Place("t.csv", 4, "depth_cm"), "out-of-range"): None,
-        (Place("t.csv", 4, "side"), "unknown-word"): "left",
-        (Place("t.csv", 4, "load_N"), "not-finite"): None,
-        (Place("t.csv", 4, "used"), "bad-flag"): None,
-        (Place("t.csv", 5, "depth_cm"), "required"): None,
-        (Place("t.csv", 5, "load_N"), "not-a-number"): None,
-    }
 
 
 @pytest.mark.parametrize(

@@ -69,47 +69,6 @@ def test_names_and_units_of_a_file(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "column", "unit", "factor"),
-    [
-        ("depth (mm)", "depth_cm", "mm", 0.1),
-        ("depth_mm", "depth_cm", "mm", 0.1),
-        ("Tiefe [m]", "depth_cm", "m", 100),
-        ("depth in cm", "depth_cm", "cm", 1),
-        ("depth", "depth_cm", "", 1),
-        ("depth (mean)", "depth_cm", "", 1),
-        ("z stress in kPa", "stress_z_N_per_cm2", "kPa", 0.1),
-        ("sigma (N/m²)", "stress_z_N_per_cm2", "Pa", 1e-4),
-        ("s_N_per_cm2", "stress_z_N_per_cm2", "N/cm^2", 1),
-        ("s (N cm^-2)", "stress_z_N_per_cm2", "N/cm^2", 1),
-        ("tilt (rad)", "beta_deg", "rad", 180 / math.pi),
-        ("tilt (°)", "beta_deg", "deg", 1),
-    ],
-)
-def test_a_unit_in_the_name_of_a_column(tmp_path, name, column, unit, factor):
-    """It is that of the column, unless the config says another one."""
-    head = STRESS_HEAD.split(",")
-    head[head.index(column)] = name
-    rows = [f"{b},90,{depth},{0.3 * depth},0" for b in (0, 0.5) for depth in (1, 2, 3)]
-    path = written(tmp_path / "s.csv", ",".join(head), *rows)
-    pushes, problems = read(path, TableSettings(holds="stress", columns={column: name}))
-    assert not problems
-    push = max(pushes, key=lambda push: push.run.beta_deg)
-    values = push.columns | {"beta_deg": np.array([push.run.beta_deg])}
-    in_file = {"depth_cm": 1, "stress_z_N_per_cm2": 0.3, "beta_deg": 0.5}[column]
-    assert values[column][0] == pytest.approx(in_file * factor, rel=1e-12)
-    key, other_unit = {
-        "depth_cm": ("depth_unit", "in"),
-        "stress_z_N_per_cm2": ("stress_unit", "psi"),
-        "beta_deg": ("angle_unit", "deg" if unit == "rad" else "rad"),
-    }[column]
-    table = TableSettings.model_validate(
-        {"holds": "stress", "columns": {column: name}, key: other_unit}
-    )
-    codes_and_places = places(read(path, table)[1])
-    assert (("other-unit", None, name) in codes_and_places) == bool(unit)
-
-
-@pytest.mark.parametrize(
     ("unit", "factor"),
     [("N/cm^3", 1), ("N cm⁻³", 1), ("MPa/m", 1), ("kPa/m", 1e-3), ("kN/m³", 1e-3)],
 )
@@ -168,25 +127,6 @@ def test_everything_that_is_wrong_is_told(tmp_path):
         ("unknown-medium", 4, "medium"),
         ("not-whole", 5, "n"),
     ]
-
-
-def test_stress_by_run_or_by_direction(tmp_path):
-    rows = [f"0,{g},{d},{0.3 * d},0" for g in (90, 0) for d in (10, 20, 30)]
-    table = TableSettings(holds="stress", depth_unit="mm", stress_unit="kPa")
-    pushes, problems = read(written(tmp_path / "s.csv", STRESS_HEAD, *rows), table)
-    assert not problems
-    assert [push.run.run_id for push in pushes] == ["b0_g0", "b0_g90"]
-    assert pushes[1].columns["depth_cm"].tolist() == [1, 2, 3]
-    assert pushes[1].columns["stress_z_N_per_cm2"][0] == pytest.approx(0.3)
-    rows_with_run = [f"{row},r{i // 3}" for i, row in enumerate(rows)]
-    pushes, _ = read(written(tmp_path / "s.csv", f"{STRESS_HEAD},run_id", *rows_with_run), table)
-    assert [push.run.run_id for push in pushes] == ["r0", "r1"]
-    mixed = [f"{row},r" for row in rows]
-    _, problems = read(written(tmp_path / "s.csv", f"{STRESS_HEAD},run_id", *mixed), table)
-    assert places(problems) == [("two-in-one", 5, "gamma_deg"), ("starts-again", 5, "depth_cm")]
-    assert "run r " in problems[0].allowed
-    _, problems = read(written(tmp_path / "s.csv", STRESS_HEAD, "0,90,-1,0.1,0"), table)
-    assert places(problems) == [("negative-depth", 2, "depth_cm")]
 
 
 @pytest.mark.parametrize("holds", ["alpha", "stress"])
@@ -373,6 +313,13 @@ def add_cells(rows, *cells):
             [("unknown-column", 1, "exclude")],
             "did you mean 'excluded'?",
         ),
+        ("", ["0,90,-1,0.1,0"], [("negative-depth", 2, DEPTH)], ""),
+        (
+            ",run_id",
+            add_cells([*DOWN, "0,0,1,0.3,0"], "r"),
+            [("two-in-one", 6, "gamma_deg"), ("starts-again", 6, DEPTH)],
+            "run r ",
+        ),
         ("", [*DOWN, "0,90,5,1,5,0"], [("no-header", 6, "number 6")], ""),
         (
             "",
@@ -395,28 +342,6 @@ def test_what_a_table_of_stress_is_refused_or_warned_of(tmp_path, head, rows, ex
     problems = read(path, TableSettings(holds="stress"))[1]
     assert places(problems) == expected
     assert value in str(problems[0])
-
-
-@pytest.mark.parametrize(
-    ("depths", "gamma", "left_out", "second_start"),
-    [
-        ([1, 2, 3, 4, 4, 3.99, 4, 2, 1], 90, [4, 5, 6, 7, 8], 0),
-        ([1, 2, 3, 4, 4, 3, 2, 1], -90, [0, 1, 2, 3, 4], 0),
-        ([3, 2, 1, 2, 3, 4, 3, 2], 45, [0, 1, 2, 6, 7], 0),
-        ([4, 3, 2, 1], 90, [], 0),
-        ([1, 2, 3, 4], -90, [], 0),
-        ([3, 3, 3], 90, [], 0),
-        ([5], 90, [], 0),
-        ([3, 1, 2], 90, [], 1),
-        ([1, 2, 3, 2, 1, 2, 3], 90, [], 4),
-        ([2.54, 2.55, 5.08, 5.07, 7.62], 0, [], 0),
-        ([7.62, 2.54, 5.08], 0, [], 0),
-        ([2.54, 5.08, 2.5], 0, [], 2),
-    ],
-)
-def test_the_sense_of_depth(depths, gamma, left_out, second_start):
-    wrong, start = rows_against_gamma(np.array(depths, dtype=float), gamma)
-    assert (np.flatnonzero(wrong).tolist() if not start else [], start) == (left_out, second_start)
 
 
 def test_noise_of_depth_is_no_turn():

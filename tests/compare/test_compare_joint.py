@@ -4,16 +4,15 @@ The campaigns are made without the model that judges them.
 """
 
 import math
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
+from pushes import plate_run
 from seeds import seeds
 
 from rftfit import TableProfile
-from rftfit.campaign.sheet import Run
-from rftfit.compare.axes import AXES, BETA_AND_X_REVERSED, BETA_REVERSED, axes_evidence
+from rftfit.compare.axes import AXES, axes_evidence
 from rftfit.compare.causes import compare_all_runs
 from rftfit.compare.joint import JointModel, RunSlopes, find_causes
 from rftfit.compare.peers import compare_runs, may_switch
@@ -208,13 +207,13 @@ def test_the_sign_of_beta_in_pulls(name, alpha):
 
 
 @pytest.mark.parametrize(("name", "alpha"), [medium[:2] for medium in SOUND])
-@pytest.mark.parametrize("mistake", [BETA_REVERSED, BETA_AND_X_REVERSED])
+@pytest.mark.parametrize("mistake", ["beta-reversed", "beta-and-x-reversed"])
 def test_the_sign_of_beta_in_all_runs(name, alpha, mistake):
     """It is told in one run a direction; a mirror image of vertical paths alone is as right as these."""
     directions = [(beta, gamma) for beta in (-30, 0, 30) for gamma in (30, 60, 90)]
     beta, gamma, measured = campaign(alpha, 3, 1, directions)
     without = (name,) if name else ()
-    side = [[1], [-1 if mistake == BETA_AND_X_REVERSED else 1]]
+    side = [[1], [-1 if mistake == "beta-and-x-reversed" else 1]]
     evidence = axes_evidence(model_of(-beta, gamma, side * measured, without).runs, without)
     assert max(evidence, key=lambda candidate: evidence[candidate]) == mistake
     assert evidence[mistake] > 4
@@ -223,10 +222,10 @@ def test_the_sign_of_beta_in_all_runs(name, alpha, mistake):
     is_down = gamma == 90
     runs = model_of(beta[is_down], gamma[is_down], measured[:, is_down], without).runs
     evidence = axes_evidence(runs, without)
-    assert BETA_AND_X_REVERSED not in evidence
-    assert evidence[BETA_REVERSED] == pytest.approx(evidence["x-reversed"], abs=0.05)
+    assert "beta-and-x-reversed" not in evidence
+    assert evidence["beta-reversed"] == pytest.approx(evidence["x-reversed"], abs=0.05)
     level = model_of(0 * beta, gamma, measured, without).runs
-    assert BETA_REVERSED not in axes_evidence(level, without)
+    assert "beta-reversed" not in axes_evidence(level, without)
 
 
 def fits_of(beta, gamma, alpha):
@@ -236,23 +235,8 @@ def fits_of(beta, gamma, alpha):
     errors = dict.fromkeys((column(c, "_se") for c in "zx"), 0.002)
     names = [f"r{number}" for number in range(beta.size)]
     table = table.assign(**errors, run_id=names, mirrored=gamma < 0, depth_from_cm=math.nan)
-    empty: dict[str, Any] = dict.fromkeys(
-        ("force_log", "motion_log", "tare_run", "reason", "note", "medium", "direction"), ""
-    )
     sheet = {
-        name: Run(
-            run_id=name,
-            kind="plate",
-            intruder="plate",
-            beta_deg=b,
-            gamma_deg=g,
-            depth_cm=math.nan,
-            tare_shared=False,
-            surface_z_mm=None,
-            excluded=False,
-            row=row,
-            **empty,
-        )
+        name: plate_run(name, beta_deg=b, gamma_deg=g, row=row)
         for row, (name, b, g) in enumerate(zip(names, beta, gamma, strict=True), start=2)
     }
     return table, sheet

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pushes import plate_run
 
-from rftfit.campaign.sheet import Run
 from rftfit.compare.protocol import PlanPower, scan_plan
 from rftfit.measure.flags import remark
 
@@ -15,23 +15,11 @@ DIRECTIONS = [(beta, gamma) for beta in (0, 30, 60) for gamma in (30, 60, 90)]
 def planned(directions):
     """Runs of these directions, in this order."""
     return [
-        Run(
+        plate_run(
             f"run_{place}",
-            "plate",
-            "sand",
-            "plate",
-            "intrusion",
-            float(beta),
-            float(gamma),
-            np.nan,
-            f"{place}.csv",
-            f"{place}.csv",
-            "",
-            tare_shared=False,
-            surface_z_mm=None,
-            excluded=False,
-            reason="",
-            note="",
+            medium="sand",
+            beta_deg=float(beta),
+            gamma_deg=float(gamma),
             row=place + 2,
         )
         for place, (beta, gamma) in enumerate(directions)

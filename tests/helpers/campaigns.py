@@ -13,6 +13,7 @@ import sys
 from dataclasses import dataclass, field
 from functools import cache, partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 from unittest.mock import patch
 
@@ -32,11 +33,8 @@ from snakemake.settings.types import (
 )
 
 from rftfit.bench.watch import Watch
-from rftfit.campaign.columns import COLUMNS
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import check_campaign, load_campaign
-from rftfit.campaign.new_campaign import init_campaign
-from rftfit.campaign.presence import root_of
 from rftfit.figures import style
 from rftfit.lab.enact import run_logs
 from rftfit.lab.plan import PlannedRun, plan_runs
@@ -49,7 +47,6 @@ from rftfit.measure.ledger import check_ledger, join
 from rftfit.measure.leg_curves import leg_curves
 from rftfit.measure.tare import tare_medium
 from rftfit.results import open_results
-from rftfit.store import write_bytes
 from rftfit.store.digests import digests_of_files
 from rftfit.workflow.job import do_job
 from rftfit.workflow.records import Record, Recorded, record_holds, split_inputs
@@ -88,7 +85,7 @@ def planned_jobs(config, targets=()):
         tuple(targets),
     )
     if plan_key not in _PLANS:
-        _PLANS[plan_key] = _plan(config, targets)
+        _PLANS[plan_key] = _plan(config, campaign.root, targets)
     for job in _PLANS[plan_key]:
         states.input_of(job.rule)({"": job.key})
     return _PLANS[plan_key]
@@ -97,9 +94,8 @@ def planned_jobs(config, targets=()):
 _PLANS: dict[tuple[object, ...], list[Job]] = {}
 
 
-def _plan(config, targets):
-    root, before = root_of(config), Path.cwd()
-    environment = dict(os.environ)
+def _plan(config, root, targets):
+    before, environment = Path.cwd(), dict(os.environ)
     try:
         quiet = OutputSettings(quiet={Quietness.ALL})
         with SnakemakeApi(quiet) as api:
@@ -139,7 +135,8 @@ def run_rules(config, *rules, last="", drawn=None):
     jobs, done_count = planned_jobs(config), 0
     if last:
         jobs = [job for job in jobs if RULES.index(job.rule) <= RULES.index(last)]
-    root, states = root_of(config), read_states(config)[0]
+    states = read_states(config)[0]
+    root = states.campaign.root
     # a process that was forked digests the code once more after its job; no test of jobs in here edits code
     with patch("rftfit.workflow.job.source_digests"):
         for job in jobs:
@@ -157,11 +154,16 @@ def _name(job):
     return Path(job.writes[0]).stem
 
 
+def _write_file(path, content):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(content)
+
+
 def leave_blank(root, states, job):
     """Write the files of a figure without content, and their record."""
     planned, inputs = split_inputs(job.reads)
     for path in job.writes:
-        write_bytes(root / path, b"")
+        _write_file(root / path, b"")
     digests = digests_of_files(root, inputs), digests_of_files(root, job.writes)
     Record(*job_of(planned), states.of(*job_of(planned)), *digests).save(root)
 
@@ -199,13 +201,21 @@ a1,leg_air,,c_leg,rotation,,,,
 """
 
 
+@cache
+def sheet_columns():
+    """Return the columns of the run sheet of a new campaign."""
+    with TemporaryDirectory() as folder:
+        run_command(folder, "init", "new", expected_code=0)
+        return Path(folder, "new", "config", "runs.csv").read_text("utf-8").strip().split(",")
+
+
 class Room:
     """A campaign's folder; `rows` and `columns` can be changed before `check`."""
 
     def __init__(self, folder):
         self.folder = folder
         self.config = CONFIG
-        self.columns = [column.name for column in COLUMNS]
+        self.columns = [*sheet_columns()]
         self.rows = {}
         for row in csv.DictReader(io.StringIO(SHEET)):
             self.rows["new"] = row
@@ -537,7 +547,7 @@ def _sketch(folder, real_run, figure, base, about, endings):
             content = written if ending == "png" else b""
         else:
             content = (real_run.root / target.relative_to(folder.root)).read_bytes()
-        write_bytes(target, content)
+        _write_file(target, content)
 
 
 def make_campaign(
@@ -594,7 +604,7 @@ def lay_out_home_rig(folder, monkeypatch, **changes):
     `changes`: Texts of the script and what stands in their place.
     """
     monkeypatch.chdir(folder)
-    init_campaign(Path("home rig"))
+    run_command(folder, "init", "home rig", expected_code=0)
     script = SCRIPT
     for old, new in changes.get("script", {}).items():
         assert old in script

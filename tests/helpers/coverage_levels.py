@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from functools import cache
+from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
@@ -41,13 +42,7 @@ from rftfit.measure.errors import surface_error
 from rftfit.measure.fits import curved
 from rftfit.measure.lab_frame import find_zero
 from rftfit.measure.laws import LINE_THROUGH_ZERO, DepthLaw, replace_slope
-from rftfit.measure.slopes import (
-    GIVEN_DOF,
-    fit_slope,
-    startup_bias,
-    student_quantile,
-    zero_intercept,
-)
+from rftfit.measure.slopes import fit_slope, startup_bias, zero_intercept
 from rftfit.model.draws import interval, measured_profile
 from rftfit.model.fourier import fit_dft_index, fit_lsq
 from rftfit.model.scaling import fit_terms, generic, generic_interval, vertical_penetration
@@ -863,7 +858,7 @@ def forces_held(medium, campaigns, seed, sizes):
         truth = truth[:, is_finite] * power_law(np.array(depth), sizes["power"]) / depth
         inside, half = (lo <= truth) & (truth <= hi), (hi - lo) / 2
         scatter = ((lo + hi) / 2).std(axis=0)
-        needed = float(student_quantile(LEVEL, GIVEN_DOF)) * scatter
+        needed = NormalDist().inv_cdf((1 + LEVEL) / 2) * scatter
         rows[depth] = {
             "cells": int(is_finite.sum()),
             "inside": inside.mean(),

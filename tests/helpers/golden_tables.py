@@ -6,7 +6,6 @@ import math
 import platform
 import re
 import tomllib
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -15,7 +14,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from rftfit.outputs.dictionary import Output, alternatives, column_of, describe_file, outputs
+from rftfit.outputs.dictionary import alternatives, column_of, describe_file, outputs
 
 # --- Whether this is the machine, and these the numerical libraries, that wrote the expected tables ---------------
 
@@ -111,12 +110,12 @@ class Difference:
     largest: float = math.nan
     remark: str = ""
 
-    def __str__(self) -> str:
+    def __str__(self):
         size = "" if math.isnan(self.largest) else f", largest {self.largest:.2g} of the column's"
         return f"{self.table}: {self.column}: {self.remark or f'{self.rows} rows{size}'}"
 
 
-def short_tables(folder: Path) -> dict[str, pd.DataFrame]:
+def short_tables(folder):
     """Read all tables of a campaign's folder and of its commands, in their short form, by path.
 
     The list of all files is a table, too, and so are the data of the page.
@@ -139,18 +138,18 @@ def short_tables(folder: Path) -> dict[str, pd.DataFrame]:
     return tables
 
 
-def _files(results: Path) -> list[Path]:
+def _files(results):
     paths = results.rglob("*.*")
     return sorted(path for path in paths if path.relative_to(results).parts[0] not in _NOT_RESULTS)
 
 
-def _read(path: Path) -> pd.DataFrame:
+def _read(path):
     if path.suffix == ".parquet":
         return pd.read_parquet(path)
     return pd.read_csv(path, comment="#", dtype=str, keep_default_na=False)
 
 
-def output_of(name: str) -> Output:
+def output_of(name):
     """Return the dictionary's entry of a table: a result, or a file that a command of the campaign writes."""
     described = describe_file(name)
     if described is None:
@@ -170,7 +169,7 @@ _COMMANDS = {
 """Command by what the name of its file begins with."""
 
 
-def short_table(table: pd.DataFrame, described: Output) -> pd.DataFrame:
+def short_table(table, described):
     """Make the short form of a table: text cells, a column `row` with place or name of a summary in front."""
     step = max(1, math.ceil(len(table) / MOST_ROWS))
     places = [*range(0, len(table), step)]
@@ -185,7 +184,7 @@ def short_table(table: pd.DataFrame, described: Output) -> pd.DataFrame:
     return pd.DataFrame(columns, dtype=str)
 
 
-def short_object(content: Any, unstable: Iterable[str]) -> pd.DataFrame:
+def short_object(content, unstable):
     """Make the short form of a json object: a row for all values at one path, whatever their place in a list."""
     values_by_path: dict[str, list[Any]] = {}
     for path, value in _leaves(content, ""):
@@ -207,11 +206,11 @@ def short_object(content: Any, unstable: Iterable[str]) -> pd.DataFrame:
     return pd.DataFrame(rows, dtype=str)
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value):
     return value is None or (isinstance(value, int | float) and not isinstance(value, bool))
 
 
-def _leaves(content: Any, path: str) -> Iterator[tuple[str, Any]]:
+def _leaves(content, path):
     if isinstance(content, dict):
         for key, value in content.items():
             yield from _leaves(value, f"{path}.{key}")
@@ -224,13 +223,13 @@ def _leaves(content: Any, path: str) -> Iterator[tuple[str, Any]]:
         yield path, content
 
 
-def _told(value: Any) -> str:
+def _told(value):
     """Return a word as it is, a sentence as a sign that there is one."""
     words = str("" if value is None else value)
     return TOLD if words.count(" ") > 2 or "<" in words else words
 
 
-def _cells(column: pd.Series, name: str, described: Output) -> np.ndarray:
+def _cells(column, name, described):
     """Return the cells of a column as numbers or as text, sentences as a sign that there is one."""
     entry = column_of(described, name)
     kind = "text" if entry is None else entry.kind
@@ -244,19 +243,19 @@ def _cells(column: pd.Series, name: str, described: Output) -> np.ndarray:
     return texts
 
 
-def is_sentence(name: str, quantity: str) -> bool:
+def is_sentence(name, quantity):
     """Tell whether the cells of a column are sentences, by its quantity in the dictionary."""
     return quantity in SENTENCES or name in SENTENCE_COLUMNS
 
 
-def _largest(cells: np.ndarray) -> float:
+def _largest(cells):
     if cells.dtype == object:
         return math.nan
     finite = np.abs(cells[np.isfinite(cells)])
     return float(finite.max()) if finite.size else 0.0
 
 
-def _texts(cells: np.ndarray, largest: float) -> list[str]:
+def _texts(cells, largest):
     """Write numbers with as many places as `DIGITS` of the largest one have."""
     if cells.dtype == object:
         return [str(cell) for cell in cells]
@@ -264,7 +263,7 @@ def _texts(cells: np.ndarray, largest: float) -> list[str]:
     return ["" if math.isnan(cell) else f"{round(cell, places) + 0.0:.{DIGITS}g}" for cell in cells]
 
 
-def _holds_numbers(described: Output, name: str) -> bool:
+def _holds_numbers(described, name):
     """Tell whether the cells of a column are numbers written as text, or hold some."""
     entry = column_of(described, name)
     if entry is None:
@@ -272,7 +271,7 @@ def _holds_numbers(described: Output, name: str) -> bool:
     return entry.kind in ("number", "count") or entry.quantity in ("object", "value")
 
 
-def _summary(cells: np.ndarray, *, has_digest: bool = True) -> tuple[str, str, str]:
+def _summary(cells, *, has_digest=True):
     """Return count of filled cells, mean and largest size; of text a digest in place of the mean."""
     if cells.dtype == object:
         joined = "\n".join(map(str, cells)).encode()
@@ -284,12 +283,12 @@ def _summary(cells: np.ndarray, *, has_digest: bool = True) -> tuple[str, str, s
     return str(finite.size), f"{finite.mean():.{DIGITS}g}", f"{np.abs(finite).max():.{DIGITS}g}"
 
 
-def _is_of_robot(name: str, path: str = "") -> bool:
+def _is_of_robot(name, path=""):
     in_page = name == "results/report.html" and path.startswith(".robot")
     return in_page or name.startswith("results/robot/") or "walk/" in name
 
 
-def tolerance_of(name: str, column: str, *, is_here: bool) -> float:
+def tolerance_of(name, column, *, is_here):
     """Return the tolerance of a column of a table, or of a path of json, relative to its largest number."""
     if _is_of_robot(name, column):
         if is_here:
@@ -302,9 +301,7 @@ def tolerance_of(name: str, column: str, *, is_here: bool) -> float:
     return OF_ROBOT if name in ("results/report.html", "results/reproduction.csv") else ELSEWHERE
 
 
-def compare_tables(
-    expected: dict[str, pd.DataFrame], actual: dict[str, pd.DataFrame], *, is_here: bool
-) -> list[Difference]:
+def compare_tables(expected, actual, *, is_here):
     """Compare the short tables of a campaign, column by column."""
     differences = [
         Difference(name, "*", 0, remark=word)
@@ -324,14 +321,12 @@ def compare_tables(
     return sorted(differences, key=lambda difference: (difference.table, difference.column))
 
 
-def _compare_files(expected: set[str], actual: set[str]) -> Iterator[Difference]:
+def _compare_files(expected, actual):
     for path in expected ^ actual:
         yield Difference("files", path, 1, remark="gone" if path in expected else "new")
 
 
-def _compare_columns(
-    name: str, expected: pd.DataFrame, actual: pd.DataFrame, *, is_here: bool
-) -> Iterator[Difference]:
+def _compare_columns(name, expected, actual, *, is_here):
     for column in dict.fromkeys([*expected.columns, *actual.columns]):
         if column not in actual or column not in expected:
             word = "gone" if column in expected else "new"
@@ -356,7 +351,7 @@ def _compare_columns(
             yield Difference(name, column, rows, largest)
 
 
-def _column_of_size(name: str, column: str, table: pd.DataFrame) -> str:
+def _column_of_size(name, column, table):
     """Name the column whose largest number differences are compared with: of a spread of the robot, what it is the spread of.
 
     Strides of a steady robot differ by what its contact makes of the last digits, which are those of the machine.
@@ -365,9 +360,7 @@ def _column_of_size(name: str, column: str, table: pd.DataFrame) -> str:
     return spread_of if _is_of_robot(name) and spread_of in table else column
 
 
-def _compare_objects(
-    name: str, expected: pd.DataFrame, actual: pd.DataFrame, *, is_here: bool
-) -> Iterator[Difference]:
+def _compare_objects(name, expected, actual, *, is_here):
     before_by_path, after_by_path = (
         {row["row"]: row for row in table.to_dict("records")} for table in (expected, actual)
     )
@@ -391,21 +384,19 @@ def _compare_objects(
             yield Difference(name, path, rows, largest)
 
 
-def _counts_agree(before: dict[Any, Any], after: dict[Any, Any]) -> bool:
+def _counts_agree(before, after):
     """Tell whether two paths hold nearly as many numbers; then mean and largest are compared, not number by number."""
     counts = int(before["count"]), int(after["count"])
     return 0 < abs(counts[0] - counts[1]) <= OF_COUNTS_ELSEWHERE * counts[0]
 
 
-def _largest_of(cells: Iterable[str]) -> float:
+def _largest_of(cells):
     """Return the largest size of the cells that are numbers."""
     sizes = [abs(number) for cell in cells if (number := _number(cell)) is not None]
     return max(sizes, default=0.0)
 
 
-def _changes(
-    expected: list[str], actual: list[str], tolerance: float, size: float
-) -> tuple[int, float]:
+def _changes(expected, actual, tolerance, size):
     """Count the cells that differ; the largest difference relative to a size, NaN of text."""
     if expected == actual:
         return 0, math.nan
@@ -418,7 +409,7 @@ def _changes(
     return rows, largest
 
 
-def _distance(before: str, after: str, size: float) -> float:
+def _distance(before, after, size):
     """Return the difference of two cells relative to a size; NaN if they differ as text."""
     numbers = _number(before), _number(after)
     if numbers[0] is not None and numbers[1] is not None:
@@ -428,7 +419,7 @@ def _distance(before: str, after: str, size: float) -> float:
     return math.nan
 
 
-def _distance_of_objects(before: Any, after: Any) -> float:
+def _distance_of_objects(before, after):
     """Return the largest relative difference of the numbers of two flags; NaN if their words differ."""
     leaves_before, leaves_after = [*_leaves(before, "")], [*_leaves(after, "")]
     if [path for path, _ in leaves_before] != [path for path, _ in leaves_after]:
@@ -444,7 +435,7 @@ def _distance_of_objects(before: Any, after: Any) -> float:
     return largest
 
 
-def _number(cell: str) -> float | None:
+def _number(cell):
     try:
         number = float(cell)
     except ValueError:
@@ -452,7 +443,7 @@ def _number(cell: str) -> float | None:
     return number if math.isfinite(number) else None
 
 
-def listed_columns(path: Path) -> set[tuple[str, str]]:
+def listed_columns(path):
     """Return table, as the dictionary names it, and column of all that a `known_wrong.toml` lists."""
     entries = tomllib.loads(path.read_text(encoding="utf-8"))["wrong"]
     return {
@@ -464,7 +455,7 @@ def listed_columns(path: Path) -> set[tuple[str, str]]:
     }
 
 
-def is_allowed(difference: Difference, allowed: set[tuple[str, str]]) -> bool:
+def is_allowed(difference, allowed):
     """Whether a column may be rewritten: it is listed, or was named on the command line."""
     tables = {difference.table}
     names = {difference.column, "*"}
@@ -476,7 +467,7 @@ def is_allowed(difference: Difference, allowed: set[tuple[str, str]]) -> bool:
     return any((table, name) in allowed for table in tables for name in names)
 
 
-def read_expected(folder: Path) -> dict[str, pd.DataFrame]:
+def read_expected(folder):
     """Read the tracked tables below a folder, by the path that they were made from."""
     return {
         path.relative_to(folder).as_posix().removesuffix(".csv"): pd.read_csv(
@@ -486,7 +477,7 @@ def read_expected(folder: Path) -> dict[str, pd.DataFrame]:
     }
 
 
-def write_expected(tables: dict[str, pd.DataFrame], folder: Path) -> None:
+def write_expected(tables, folder):
     """Write short tables below a folder; the name of each file is that of the result, and ``.csv``."""
     for name, table in tables.items():
         path = folder / f"{name}.csv"

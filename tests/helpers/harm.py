@@ -16,8 +16,6 @@ import psutil
 from campaigns import planned_jobs
 
 from rftfit.store.files import is_temporary
-from rftfit.workflow.records import RECORDS
-from rftfit.workflow.state import job_name, state_file
 
 # --- Runs of `rftfit run` that are killed, and what they leave ----------------------------------------------------
 
@@ -240,9 +238,10 @@ def places_of(config):
     """Every file that a run of a campaign writes, in the order of its jobs: states, results, records, logs, notes."""
     places = list(OF_RUN)
     for job in planned_jobs(config):
-        name = job_name(job.rule, job.key)
+        name = f"{job.rule}/{job.key}" if job.key else job.rule
         results = [path for path in job.writes if not path.endswith(".log")]
-        places += [state_file(name), *results, f"{RECORDS}/{name}.json", f"results/logs/{name}.log"]
+        of_job = f"results/records/{name}.json", f"results/logs/{name}.log"
+        places += [f"results/state/{name}.json", *results, *of_job]
         notes = (base64.urlsafe_b64encode(path.encode()).decode() for path in results)
         places += [
             f".snakemake/{kind}/{note}" for note in notes for kind in ("metadata", "incomplete")

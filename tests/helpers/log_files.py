@@ -20,14 +20,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
-from rftfit.campaign.config import TextFormat
-from rftfit.lab.dialects import WRITERS
-from rftfit.lab.write import LogColumn
-from rftfit.logs.base import LogError, Reader
-from rftfit.logs.delimited import DelimitedReader, guess_text_settings
-from rftfit.logs.registry import claimants, dialect
+import rftfit
+from rftfit.logs.base import LogError
+from rftfit.logs.inspect import recognised
+from rftfit.logs.registry import dialect
 
 # --- Problems in short, to be compared as a whole: one line for each ----------------------------------------------
 
@@ -62,6 +61,11 @@ def refused(reader, path, code, *values):
     return caught.value
 
 
+def text_reader(**text):
+    """Return the reader of a text that these keys of `text` in a config describe."""
+    return recognised(Path("a text"), text=text).reader
+
+
 # --- Small logs in the dialects of other programs, written from numbers: for tests, fuzzing, benchmarks -----------
 
 
@@ -83,7 +87,7 @@ class Foreign:
     """
 
     name: str
-    reader: Reader
+    reader: Any
     header: bytes
     lines: list[bytes]
     raw: list[str]
@@ -219,9 +223,8 @@ def delimited(rows):
         f" {0.02 * row:.2f}\t{values[0]:.4f}   {values[1]:.4f}\n"
         for row, values in enumerate(_numbers(rows, 2))
     ]
-    text = TextFormat(delimiter="blank", comment="#")
     foreign = _foreign("delimited", head, lines, ["time", "x", "z"], _blanks)
-    reader = DelimitedReader(text)
+    reader = text_reader(delimiter="blank", comment="#")
     return Foreign(foreign.name, reader, foreign.header, foreign.lines, foreign.raw, foreign.cells)
 
 
@@ -260,7 +263,7 @@ def dated(rows):
         ]
 
     foreign = _foreign("delimited", head, lines, ["Time", "Fz"], cells)
-    reader = DelimitedReader(TextFormat())
+    reader = text_reader()
     return Foreign("dated", reader, foreign.header, foreign.lines, foreign.raw, foreign.cells)
 
 
@@ -305,7 +308,7 @@ class Binary:
     `beside`: Files that lie in the same folder, by name.
     """
 
-    reader: Reader
+    reader: Any
     contents: list[bytes]
     name: str
     beside: dict[str, bytes]
@@ -469,14 +472,36 @@ def numpy(_):
     return arrays("log.npz", *contents, file.getvalue())
 
 
-def of_writer(name):
-    """A file as the re-enacted rig writes it in some dialect."""
-    logged = [
-        LogColumn(word.partition("_")[0], word.partition("_")[2], values, 6)
-        for word, values in columns(30).items()
-    ]
-    writer = WRITERS[name]
-    return Binary(dialect(name), [writer.content(logged, ["head"])], f"log{writer.suffix}", {})
+def table_of_columns():
+    """Return a small log as a table whose names hold the units."""
+    return pd.DataFrame(columns(30)).rename(columns=lambda name: name.replace("_", " [") + "]")
+
+
+def tdms(_):
+    """A file of LabVIEW with the units as properties of its channels."""
+    from nptdms import ChannelObject, TdmsWriter
+
+    file = io.BytesIO()
+    with TdmsWriter(file) as writer:
+        writer.write_segment(
+            [
+                ChannelObject("log", name.partition("_")[0], values, {"unit_string": name[-1]})
+                for name, values in columns(30).items()
+            ]
+        )
+    return Binary(dialect("tdms"), [file.getvalue()], "log.tdms", {})
+
+
+def parquet(_):
+    """A table of Parquet."""
+    return Binary(dialect("parquet"), [table_of_columns().to_parquet()], "log.parquet", {})
+
+
+def xlsx(_):
+    """A workbook."""
+    file = io.BytesIO()
+    table_of_columns().to_excel(file, index=False)
+    return Binary(dialect("xlsx"), [file.getvalue()], "log.xlsx", {})
 
 
 _MAKERS: dict[str, Callable[[Path], Binary]] = {
@@ -487,9 +512,9 @@ _MAKERS: dict[str, Callable[[Path], Binary]] = {
     "mat": mat,
     "hdf5": hdf5,
     "numpy": numpy,
-    "tdms": lambda _: of_writer("tdms"),
-    "parquet": lambda _: of_writer("parquet"),
-    "xlsx": lambda _: of_writer("xlsx"),
+    "tdms": tdms,
+    "parquet": parquet,
+    "xlsx": xlsx,
 }
 
 BINARIES = sorted(_MAKERS)
@@ -736,8 +761,8 @@ def _feed(foreign, place, content, score):
         score.memory = max(score.memory, tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
         # what inspect does with any file must not fail either
-        claimants(content[:65536])
-        guess_text_settings(content[:65536])
+        with contextlib.suppress(rftfit.RftfitError):
+            recognised(place)
     score.slowest_s = max(score.slowest_s, took)
     assert took < SLOWEST_S, f"{took:.1f} s for {len(content)} bytes"
     assert score.memory < MEMORY, f"{score.memory} bytes for {len(content)} bytes"

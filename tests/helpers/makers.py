@@ -21,6 +21,8 @@ import numpy as np
 import yaml
 from forked import snakemake_forked
 
+import rftfit
+
 # --- The one maker of text logs: columns of numbers written as programs write them, then damaged ------------------
 
 
@@ -42,13 +44,13 @@ class TextLog:
     preamble: Sequence[str] = ()
     end: str = "\n"
 
-    def _cell(self, content: object) -> str:
+    def _cell(self, content):
         if isinstance(content, str):
             return content
         return f"{content:.{self.decimals}f}".replace(".", self.decimal)
 
     @property
-    def header(self) -> list[str]:
+    def header(self):
         """Lines above the data."""
         names = [
             f"{name} [{self.units[name]}]"
@@ -62,25 +64,25 @@ class TextLog:
         return lines
 
     @property
-    def rows(self) -> list[str]:
+    def rows(self):
         """Data lines without their ends."""
         return [
             self.delimiter.join(map(self._cell, cells))
             for cells in zip(*self.columns.values(), strict=True)
         ]
 
-    def text(self, rows: Sequence[str] | None = None) -> str:
+    def text(self, rows=None):
         """The whole file; `rows`: data lines in place of its own, damaged ones for example."""
         lines = [*self.header, *(self.rows if rows is None else rows)]
         return "".join(f"{line}{self.end}" for line in lines)
 
-    def write(self, path: Path, rows: Sequence[str] | None = None, encoding: str = "utf-8") -> Path:
+    def write(self, path, rows=None, encoding="utf-8"):
         """Write the file and return its path."""
         path.write_bytes(self.text(rows).encode(encoding))
         return path
 
 
-def replace_cell(row: str, delimiter: str, column: int, cell: str) -> str:
+def replace_cell(row, delimiter, column, cell):
     """Put another cell into a data line."""
     cells = row.split(delimiter)
     cells[column] = cell
@@ -541,6 +543,32 @@ def refused(*words, folder=None):
 
 def _refuse(constant):
     raise ValueError(f"{constant} is no JSON")
+
+
+# --- The small logs of `tests/logs/data` ------------------------------------------------------------------------
+
+LOGS = Path(__file__).parents[1] / "logs" / "data"
+"""Small logs beside `expected.toml`, which says what each holds."""
+
+
+@cache
+def expected_logs():
+    """Return the entries of `expected.toml`, one for each way to read a log."""
+    return tomllib.loads((LOGS / "expected.toml").read_text("utf-8"))["log"]
+
+
+def read_expected(entry):
+    """Read a log as its entry of `expected.toml` says."""
+    settings = (entry.get(key) for key in ("read_as", "text", "options"))
+    return rftfit.read_log(LOGS / entry["file"], *settings)
+
+
+@cache
+def sentence_of(reason):
+    """Return the sentence that counts rows left out for a reason, which `expected.toml` names in a word."""
+    entry = next(entry for entry in expected_logs() if [*entry.get("dropped", {})] == [reason])
+    (sentence,) = read_expected(entry).dropped
+    return sentence
 
 
 # --- The campaigns of `tests/golden`, made by commands ------------------------------------------------------------

@@ -20,7 +20,7 @@ from makers import read_rows, write_campaign
 from paper import NOTHING, disturbed_logs, enact, paper_values
 
 from rftfit.campaign.config import Config
-from rftfit.campaign.load import REENACTED, check_campaign, load_campaign
+from rftfit.campaign.load import check_campaign, load_campaign
 from rftfit.checks.verdict import Verdict, verdict_on
 from rftfit.errors import InputError
 from rftfit.lab.enact import prepare, run_logs
@@ -433,7 +433,7 @@ def _of_setting(luck, written):
 
 
 def _of_log(luck, written):
-    name = luck.choice([name for name in written.logs if not name.endswith(REENACTED)])
+    name = luck.choice([name for name in written.logs if not name.endswith("REENACTED.txt")])
     damage = luck.choice(DAMAGES)
     text = written.logs[name].decode()
     lines = text.splitlines()

@@ -39,7 +39,6 @@ from matplotlib.text import Text
 import rftfit
 from rftfit.campaign.config import Config
 from rftfit.figures import style
-from rftfit.figures.labels import of_method, predicted_by, tared
 from rftfit.figures.plates import stress_runs
 from rftfit.figures.registry import figures
 from rftfit.outputs.dictionary import column_of, describe_file, outputs
@@ -583,26 +582,33 @@ class Records:
         self.robot = bool(campaign.robot_medium)
         self.legs_stated = bool(results.config.legs)
         self.legs = len(legs) > 0
-        self.leg_tare = tared(results, legs)
-        self.tare = tared(results, self.fits)
+        flags = results.joined("flags/{medium}.csv")
+        with_tare = {run.run_id for run in campaign.runs if run.tare_run}
+        with_tare -= {*flags.loc[flags["code"] == "no-tare", "run_id"]}
+        self.leg_tare = not with_tare.isdisjoint(legs["run_id"])
+        self.tare = not with_tare.isdisjoint(fits["run_id"])
         self.alpha = results.joined("alpha/{medium}.csv")["alpha_z_N_per_cm3"].notna().any()
         self.recorded = not campaign.reenacted
         self.container = results.config.table is None
         self.sands = bool(results.sands)
         self.scaled = self._zeta().isin(results.sands).any()
-        fitted = of_method(results, "coefficients.csv")
+        fitted = results.table("coefficients.csv")
+        fitted = fitted[fitted["method"] == results.config.fourier.method]
         fitted = fitted[fitted["value_N_per_cm3"].notna()]
         self.nine = len(fitted) > 0
         self.dropped_terms = not fitted["kept"].all()
         self.several = fitted["medium"].nunique() > 2
+        predicted = results.table("predicted.csv")
         ends = [
             results.joined("alpha/{medium}.csv")["alpha_z_lo_N_per_cm3"],
-            results.table("predicted.csv")["force_z_lo_N"],
+            predicted["force_z_lo_N"],
         ]
         self.intervals = any(column.notna().any() for column in ends)
         speed = self.of_robot("speed")
         simulated = speed[speed["speed_cm_per_s"].notna()]["profile"] if len(speed) else ()
-        self.profiles = {*predicted_by(results), *simulated}
+        curves = predicted.groupby(["profile", "medium", "leg"])["force_z_N"]
+        complete_curves = (curve for curve, force_N in curves if force_N.notna().all())
+        self.profiles = {*(profile for profile, *_ in complete_curves), *simulated}
         errors = results.table("leg_errors.csv")
         errors = errors[errors["peak_error_percent"].notna()]
         self.errors = set(errors["profile"])

@@ -30,25 +30,14 @@ from rftfit import (
 from rftfit.campaign.config import Leg
 from rftfit.campaign.load import Campaign
 from rftfit.compare.legs import leg_errors
-from rftfit.compare.lessons import LESSONS
-from rftfit.compare.published import (
-    BY_CONSTRUCTION,
-    INCONSISTENT,
-    MEASURED,
-    TEXT,
-    Tolerance,
-    compare_numbers,
-    stated,
-)
 from rftfit.compare.robot import optima
 from rftfit.errors import InputError
 from rftfit.forces import prediction
 from rftfit.forces.motion import rotation_poses
 from rftfit.forces.outlines import leg_outline
 from rftfit.forces.reference_kernel import pose_forces
-from rftfit.measure.alpha import alpha_columns, column, directions
-from rftfit.measure.errors import SOURCES
-from rftfit.measure.flags import FLAG_COLUMNS, MARKS, attach_run, flag_table, remark
+from rftfit.measure.alpha import alpha_columns, column
+from rftfit.measure.flags import attach_run, flag_table, remark
 from rftfit.measure.ledger import RowStatus
 from rftfit.model import posterior
 from rftfit.model.fourier import TERMS, fit_lsq
@@ -82,6 +71,19 @@ def read_output(path):
 
 LABORATORY, SAND = "laboratory", "natural_sand"
 SE = 0.003
+SOURCES = [
+    "noise",
+    "startup",
+    "surface",
+    "angle",
+    "bed",
+    "curvature",
+    "tare",
+    "rod",
+    "session",
+    "turn",
+]
+"""Sources of the error of alpha, each with a column."""
 
 
 def alpha_frame(medium, values):
@@ -105,11 +107,8 @@ def alpha_frame(medium, values):
     columns |= {"depth_from_cm": 1.0, "depth_to_cm": 9.0, "tare_runs": ""}
     columns |= {"n_runs": np.where(empty, 0, 1), "n_depths": 0, "run_ids": "", "lost_run_ids": ""}
     columns |= {f"run_to_run_{c}_N_per_cm3": np.nan for c in "zx"}
-    columns |= {
-        "spread": "scatter between beds not included",
-        "flagged": False,
-        **dict.fromkeys(MARKS, ""),
-    }
+    columns |= {"spread": "scatter between beds not included", "flagged": False}
+    columns |= {"checks": "", "checks_code": ""}
     columns |= {
         "reason": np.where(empty, "no run", ""),
         "reason_code": np.where(empty, "no-run", ""),
@@ -340,7 +339,7 @@ def of_runs(traces, fits, **settings):
         "windows/{medium}.parquet": windows,
         "fits/{medium}.csv": fits,
         "alpha/{medium}.csv": cells_of_runs(fits),
-        "flags/{medium}.csv": pd.DataFrame(columns=FLAG_COLUMNS),
+        "flags/{medium}.csv": flag_table("", "checks", []),
     }
     return memory(tables, runs=runs, **settings)
 
@@ -504,7 +503,7 @@ def paper_tables():
                     "rms_relative_to_peak": 0.1,
                     "inside_percent": 93.0,
                 }
-                for lesson in LESSONS
+                for lesson in ("plates", "other-leg", "same-leg-elsewhere")
             ]
         ),
         "sands": pd.DataFrame(
@@ -642,7 +641,8 @@ FRAMES: dict[str, Any] = {
 
 
 def _fit(table):
-    return fit_lsq(*directions(table), *alpha_columns(table))
+    beta, gamma = (np.radians(table[name].to_numpy(float)) for name in ("beta_deg", "gamma_deg"))
+    return fit_lsq(beta, gamma, *alpha_columns(table))
 
 
 def _one_test(medium):
@@ -679,13 +679,26 @@ def _coefficients(medium, values):
 
 
 def _reproduction(why):
-    items = [
-        compare_numbers("chi, mean", "text", 1.26, 1.13, Tolerance(0.02, "rounded"), MEASURED, (1.0, 1.2)),
-        stated("zeta", "Table S2", 0.248, 0.2564, INCONSISTENT, TEXT, why),
-        compare_numbers("A00", "Table S2", 0.051, 0.0508, Tolerance(0.002, "printed to 0.001"),
-                BY_CONSTRUCTION, (0.0507, 0.0509)),
+    columns = [
+        "item",
+        "where",
+        "paper",
+        "ours",
+        "lo",
+        "hi",
+        "tolerance",
+        "tolerance_reason",
+        "verdict",
+        "evidence",
+        "why",
+    ]
+    no_number = [np.nan, np.nan, np.nan, "no number is judged"]
+    rows: list[list[object]] = [
+        ["chi, mean", "text", 1.26, 1.13, 1.0, 1.2, 0.02, "rounded", "differs", "measured", "off"],
+        ["zeta", "Table S2", 0.248, 0.2564, *no_number, "paper inconsistent", "text", why],
+        ["A00", "Table S2", 0.051, 0.0508, 0.0507, 0.0509, 0.002, "printed", "same", "by construction", "near"],
     ]  # fmt: skip
-    return pd.DataFrame(items)
+    return pd.DataFrame(rows, columns=columns)
 
 
 def _ledger(reason):

@@ -15,12 +15,12 @@ import pandas as pd
 import pytest
 import yaml
 from campaigns import Folder, chain, run_rules
-from makers import NOT_MEASURED, bench_config, row_of_push, write_campaign
+from makers import NOT_MEASURED, bench_config, json_of, row_of_push, write_campaign
 from mistakes import ALL, NOTHING_LEFT
 
 from rftfit.campaign.config import ForceLog, MotionLog
 from rftfit.campaign.load import load_campaign
-from rftfit.logs.inspect import Survey, config_block, recognised, recording, survey_file, together
+from rftfit.logs.inspect import recognised, recording, survey_file
 from rftfit.logs.registry import source_reader
 from rftfit.measure.log_columns import columns_asked, map_columns
 
@@ -60,22 +60,19 @@ UNITS = {
 DISC = {"disc": {"shape": "disc", "diameter_cm": 5, "thickness_cm": 0.5}}
 
 
-def inspected(path: Path) -> tuple[list[Survey], dict[str, Any]]:
+def inspected(path):
     """Return what `rftfit inspect` finds in a log, and what it proposes for the config, as YAML reads it."""
-    log_format = recognised(recording(path))
-    surveys, _ = survey_file(log_format.reader, recording(path))
-    lines = config_block(
-        together(surveys), log_format.reader.name, log_format.text, log_format.options
-    )
+    surveys, _ = survey_file(recognised(recording(path)).reader, recording(path))
+    lines = json_of("inspect", path)["config"]
     return surveys, yaml.load("\n".join(lines), Loader=yaml.CSafeLoader) or {}
 
 
-def proposal(path: Path) -> dict[str, Any]:
+def proposal(path):
     """Return what `rftfit inspect` proposes for the config."""
     return inspected(path)[1]
 
 
-def read_by(path: Path, proposed: dict[str, Any]) -> dict[str, Any]:
+def read_by(path, proposed):
     """Read a log as `rftfit check` does, by the sections of a config: key to the log."""
     logs = {}
     for key, model in (("force_log", ForceLog), ("motion_log", MotionLog)):
@@ -92,7 +89,7 @@ def read_by(path: Path, proposed: dict[str, Any]) -> dict[str, Any]:
     return logs
 
 
-def alpha_of(folder: Path, path: Path, proposed: dict[str, Any]) -> tuple[float, list[str]]:
+def alpha_of(folder, path, proposed):
     """Return alpha_z of the push, and the codes of the flags of its run; NaN where it is refused."""
     force = proposed["force_log"]
     force = force | {
@@ -112,7 +109,7 @@ def alpha_of(folder: Path, path: Path, proposed: dict[str, Any]) -> tuple[float,
     return float(results.fit("push")["alpha_z_N_per_cm3"]), list(results.codes("push"))
 
 
-def truth() -> dict[str, np.ndarray]:
+def truth():
     """Return the push that the files hold: t in s, z in mm, forces in N."""
     with np.load(REPORTED / "truth.npz") as arrays:
         return {name: arrays[name] for name in arrays}

@@ -1,16 +1,14 @@
-from __future__ import annotations
-
-from pathlib import Path
-
 import pytest
-import yaml
 
-from rftfit.campaign.config import Config
-
-ROOT = Path(__file__).parents[2]
+from rftfit.lab.plan import plan_runs
 
 
 @pytest.fixture(scope="session")
-def config():
-    text = (ROOT / "config" / "config.yaml").read_text(encoding="utf-8")
-    return Config(**yaml.safe_load(text))
+def config(paper_config):
+    return paper_config
+
+
+@pytest.fixture(scope="session")
+def runs(config):
+    """All runs of the demonstration, by run_id."""
+    return {run.run_id: run for run in plan_runs(config)}

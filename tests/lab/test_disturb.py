@@ -10,12 +10,9 @@ import io
 import numpy as np
 import pandas as pd
 import pytest
-from paper import DISTURBANCES, bed_of, disturbed_logs, pink, sizes_of
+from paper import DISTURBANCES, disturbed_logs, pink
 
-from rftfit.errors import InputError
 from rftfit.lab.enact import run_logs
-from rftfit.lab.plan import plan_runs
-from rftfit.lab.rig import LabStroke
 
 PUSH, ROD, LEG, AIR = (
     "poppy_CP_bp00_g90_in",
@@ -27,18 +24,9 @@ PUSH, ROD, LEG, AIR = (
 SEED = 5
 
 
-@pytest.fixture(scope="module")
-def runs(config):
-    return {run.run_id: run for run in plan_runs(config)}
-
-
 def read(content):
     assert content is not None
     return pd.read_csv(io.BytesIO(content), comment="#")
-
-
-def bed(run, config, sizes, spread=0.0, seed=SEED, cycle=0):
-    return bed_of(LabStroke(run, config, seed, cycle), sizes, spread)
 
 
 CHANGED = {
@@ -79,20 +67,3 @@ def test_pink_noise_falls_as_one_over_f():
     number = np.arange(1, power.size + 1)
     assert np.polyfit(np.log(number), np.log(power), 1)[0] == pytest.approx(-1, abs=0.02)
     assert power[:4] * number[:4] == pytest.approx(power[-400:] @ number[-400:] / 400, rel=0.25)
-
-
-@pytest.mark.parametrize(
-    ("asked", "words"),
-    [
-        ("surfce", r"found 'surfce'; allowed: surface, .* power, .*; did you mean 'surface'"),
-        ("real-lab=2", r"turn \(or real-lab, which is all of them\)"),
-        ("surface=", r"disturbance surface: found ''; allowed: a number from 0 to 20 mm"),
-        ("surface=-1", "from 0 to 20 mm"),
-        ("pink=nan", "from 0 to 10 N"),
-        ("power=0", "from 0.3 to 3 .exponent"),
-        ("lag=1,5", "from 0 to 2 s"),
-    ],
-)
-def test_sizes_that_cannot_be(asked, words):
-    with pytest.raises(InputError, match=words):
-        sizes_of([asked])

@@ -11,14 +11,9 @@ from rftfit.errors import InputError
 from rftfit.lab.plan import parse_directions, plan_runs, segments
 
 
-@pytest.fixture(scope="module")
-def runs(config):
-    return plan_runs(config)
-
-
 def test_every_cell_of_table_s5_is_measured(runs):
     cells = set()
-    for run in runs:
+    for run in runs.values():
         if run.kind == "plate" and run.medium == "poppy_LP":
             assert run.beta_deg is not None
             assert run.gamma_deg is not None

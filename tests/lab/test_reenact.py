@@ -13,12 +13,7 @@ from rftfit.errors import InputError, OutputError
 from rftfit.lab.enact import reenact
 from rftfit.lab.marker import MARKER, remove
 from rftfit.lab.plan import plan_runs, plate_of
-from rftfit.lab.rig import FAULTS, resolve
-
-
-@pytest.fixture(scope="module")
-def runs(config):
-    return {run.run_id: run for run in plan_runs(config)}
+from rftfit.lab.rig import FAULTS
 
 
 def _contents(folder):
@@ -82,10 +77,10 @@ def test_default_runs_exist(runs):
         assert runs[f"poppy_LP_{ending}"].kind == "plate"
 
 
-def test_a_tare_of_another_medium_needs_one(config):
-    runs = {run.run_id: run for run in plan_runs(config) if run.medium in ("poppy_LP", "")}
+def test_a_tare_of_another_medium_needs_one(config, tmp_path):
+    fault = {"media": ["poppy_LP"], "faults": ["wrong_medium_tare"]}
     with pytest.raises(InputError, match="has no tare of another medium among these runs; name a"):
-        resolve(["wrong_medium_tare"], runs, "poppy_LP")
+        reenact(config, tmp_path, tmp_path / "runs.csv", **fault)
 
 
 def test_a_config_without_a_plate(config):

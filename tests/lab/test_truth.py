@@ -6,14 +6,9 @@ import numpy as np
 import pytest
 
 from rftfit import reference
-from rftfit.lab.plan import plan_runs, plate_of, segments, submerged_depths
+from rftfit.lab.plan import plate_of, segments, submerged_depths
 from rftfit.lab.rig import ideal
 from rftfit.lab.truth import BUILD_UP, pull_alpha, table_s5
-
-
-@pytest.fixture(scope="module")
-def runs(config):
-    return {run.run_id: run for run in plan_runs(config)}
 
 
 def _in_stroke(run, config, true):

@@ -5,17 +5,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 from log_files import refused
+from makers import sentence_of
 from numpy.testing import assert_array_equal
 from scipy.io import savemat
 
-from rftfit.logs.arrays import ArraysReader
 from rftfit.logs.base import Log, LogError, run_apart
-from rftfit.logs.quantities import guesses
-from rftfit.logs.registry import claimants, load_each, read_head
-from rftfit.table.parse import FINITE
+from rftfit.logs.inspect import recognised, survey
+from rftfit.logs.registry import dialect, load_each
 
 h5py = pytest.importorskip("h5py")
 
+ARRAYS = dialect("arrays")
 N = 400
 """Rows of the log that each file holds."""
 TIME = np.arange(N) / 100
@@ -62,10 +62,9 @@ MAKERS = {"a.mat": mat5, "b.mat": mat73, "c.h5": hdf5, "d.npz": npz}
 def test_every_column_by_its_path(name, tmp_path):
     path = tmp_path / name
     MAKERS[name](path)
-    reader, *other_readers = claimants(read_head(path))
-    assert isinstance(reader, ArraysReader)
-    assert not other_readers
-    log = reader.load(path)
+    recognition = recognised(path)
+    assert (recognition.reader, recognition.other_dialects) == (ARRAYS, [])
+    log = ARRAYS.load(path)
     forces = [f"run.F column {k}" for k in (1, 2, 3)]
     assert set(log.columns) == {"run.time", *forces, "z"}
     assert_array_equal(log.columns["run.time"], TIME)
@@ -73,30 +72,30 @@ def test_every_column_by_its_path(name, tmp_path):
     assert_array_equal(log.columns["z"], Z)
     assert log.units["z"] == "mm"
     force_columns = {f"F{k}": force for k, force in enumerate(forces, 1)}
-    assert guesses(log) == {"time": "run.time", **force_columns, "z": "z"}
+    assert survey([log]).quantities == {"time": "run.time", **force_columns, "z": "z"}
     assert log.rows == N
 
 
 def test_arrays_of_numpy(tmp_path):
     path = tmp_path / "a.npy"
     np.save(path, np.column_stack([TIME, FORCE]))
-    log = ArraysReader().load(path)
+    log = ARRAYS.load(path)
     assert_array_equal(log.columns["column 3"], FORCE[:, 1])
     record = np.zeros(N, dtype=[("time", "<f8"), ("stamp", "datetime64[ms]"), ("F3", ">f4")])
     record["time"], record["F3"] = TIME, FORCE[:, 2]
     record["stamp"] = np.datetime64("2026-01-02T03:04:05") + np.arange(N).astype("m8[ms]")
     record["F3"][7] = np.nan
     np.save(path, record)
-    log = ArraysReader().load(path)
+    log = ARRAYS.load(path)
     assert_array_equal(log.columns["F3"], np.delete(FORCE[:, 2], 7).astype(np.float32))
     assert log.columns["stamp"][1] - log.columns["stamp"][0] == pytest.approx(1e-3, abs=1e-6)
-    assert log.dropped == {FINITE: 1}
+    assert log.dropped == {sentence_of("finite"): 1}
     assert log.units["stamp"] == "s"
 
 
 def test_a_rate_where_no_time_is(tmp_path):
     np.save(tmp_path / "a.npy", FORCE)
-    log = ArraysReader().with_options({"rate_Hz": 50.0}).load(tmp_path / "a.npy")
+    log = ARRAYS.with_options({"rate_Hz": 50.0}).load(tmp_path / "a.npy")
     assert_array_equal(log.columns["time"], np.arange(N) / 50)
     assert (log.units["time"], "50 Hz" in log.notes[0]) == ("s", True)
 
@@ -104,10 +103,10 @@ def test_a_rate_where_no_time_is(tmp_path):
 def test_lengths(tmp_path):
     path = tmp_path / "d.npz"
     npz(path)
-    assert "settings (7)" in ArraysReader().load(path).notes[0]
-    error = refused(ArraysReader().only(["z", "settings"]), path, "lengths", "z", "settings (7)")
+    assert "settings (7)" in ARRAYS.load(path).notes[0]
+    error = refused(ARRAYS.only(["z", "settings"]), path, "lengths", "z", "settings (7)")
     assert error.rows == N
-    log = ArraysReader().only(["settings"]).load(path)
+    log = ARRAYS.only(["settings"]).load(path)
     assert_array_equal(log.columns["settings"], np.arange(7))
 
 
@@ -118,19 +117,19 @@ def test_a_file_that_was_cut(name, tmp_path):
     content = path.read_bytes()
     path.write_bytes(content[: len(content) // 3])
     with pytest.raises(LogError, match=name) as error:
-        ArraysReader().load(path)
+        ARRAYS.load(path)
     assert error.value.code in ("damaged", "header_only")
 
 
 def test_what_holds_no_plain_numbers(tmp_path):
     path = tmp_path / "a.npy"
     np.save(path, np.array([{"a": 1}], dtype=object), allow_pickle=True)
-    refused(ArraysReader(), path, "damaged")
+    refused(ARRAYS, path, "damaged")
     np.savez(tmp_path / "b.npz", a=np.array(["x", "y"]), b=3.0)
-    refused(ArraysReader(), tmp_path / "b.npz", "header_only", " a (text)")
+    refused(ARRAYS, tmp_path / "b.npz", "header_only", " a (text)")
     (tmp_path / "c.h5").write_text("time,F3\n1,2\n")
-    refused(ArraysReader(), tmp_path / "c.h5", "header")
-    refused(ArraysReader(), tmp_path / "none.h5", "missing")
+    refused(ARRAYS, tmp_path / "c.h5", "header")
+    refused(ARRAYS, tmp_path / "none.h5", "missing")
 
 
 def test_cells_and_struct_arrays_of_matlab(tmp_path):
@@ -142,13 +141,13 @@ def test_cells_and_struct_arrays_of_matlab(tmp_path):
         runs[0, k] = (k / 2, FORCE[:, k])
     cells[0, :] = TIME, Z
     savemat(tmp_path / "a.mat", {"c": cells, "run": runs, "who": "me"})
-    log = ArraysReader().load(tmp_path / "a.mat")
+    log = ARRAYS.load(tmp_path / "a.mat")
     assert list(log.columns) == ["c{1}", "c{2}", "run(1).F", "run(2).F", "run(3).F"]
     assert_array_equal(log.columns["run(2).F"], FORCE[:, 1])
     assert [note.split(": ")[1] for note in log.notes] == ["who (text)", "run.fz (3)"]
     savemat(tmp_path / "b.mat", {"c": np.full((1, 65), "me", dtype=object), "who": "me"})
     values = " c (", " 65 ", " 64)", "who (text)"
-    refused(ArraysReader(), tmp_path / "b.mat", "header_only", *values)
+    refused(ARRAYS, tmp_path / "b.mat", "header_only", *values)
 
 
 def test_files_that_several_readers_want(tmp_path, monkeypatch):
@@ -163,7 +162,7 @@ def test_files_that_several_readers_want(tmp_path, monkeypatch):
         return run_apart(files, work)
 
     monkeypatch.setattr("rftfit.logs.base.run_apart", noted)
-    force, motion = ArraysReader().only({"t", "F"}), ArraysReader().only({"t", "z"})
+    force, motion = ARRAYS.only({"t", "F"}), ARRAYS.only({"t", "z"})
     logs = load_each([(reader, path) for path in paths for reader in (force, motion)])
     assert files_read == paths
     assert [isinstance(log, LogError) for log in logs] == [False] * 2 + [True] * 2 + [False] * 2

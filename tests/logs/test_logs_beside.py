@@ -4,13 +4,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from log_files import refused
+from log_files import refused, text_reader
 
-from rftfit.campaign.config import TextFormat
-from rftfit.logs.arrays import ArraysReader
 from rftfit.logs.beside import may_be_labels
-from rftfit.logs.delimited import DelimitedReader
 from rftfit.logs.registry import dialect
+
+ARRAYS = dialect("arrays")
 
 ROWS = 60
 COMMAS: dict[str, Any] = {"delimiter": ","}
@@ -23,7 +22,7 @@ def log_of(path, header, rows):
 
 
 def reader(**text):
-    return DelimitedReader(TextFormat(**COMMAS | text)).only({"Time", "Load", "z"})
+    return text_reader(**COMMAS | text).only({"Time", "Load", "z"})
 
 
 def test_a_unit_in_each_row_is_that_of_the_column_before_it(tmp_path):
@@ -96,13 +95,13 @@ def hdf5_log(path, force, **attributes):
 )
 def test_a_scaling_in_words_of_a_lab_is_named(tmp_path, attributes):
     path = hdf5_log(tmp_path / "log.h5", np.arange(50.0), **attributes)
-    assert next(iter(attributes)) in ArraysReader().load(path).unapplied["force"]
+    assert next(iter(attributes)) in ARRAYS.load(path).unapplied["force"]
 
 
 @pytest.mark.parametrize("attributes", [{"gain": 1.0}, {"offset": 0.0}, {"serial": 1234}, {}])
 def test_an_attribute_that_scales_nothing_is_no_scaling(tmp_path, attributes):
     path = hdf5_log(tmp_path / "log.h5", np.arange(50.0), **attributes)
-    assert not ArraysReader().load(path).unapplied
+    assert not ARRAYS.load(path).unapplied
 
 
 @pytest.mark.parametrize(
@@ -116,14 +115,14 @@ def test_an_attribute_that_scales_nothing_is_no_scaling(tmp_path, attributes):
 def test_values_outside_the_valid_range_are_no_values(tmp_path, attributes):
     force = np.arange(50.0)
     force[20:25] = -20
-    log = ArraysReader().only({"t", "force"}).load(hdf5_log(tmp_path / "l.h5", force, **attributes))
+    log = ARRAYS.only({"t", "force"}).load(hdf5_log(tmp_path / "l.h5", force, **attributes))
     assert log.size == 45
     assert sum(log.dropped.values()) == 5
 
 
 def test_whole_numbers_that_the_file_calls_unsigned_have_no_sign(tmp_path):
     force = np.arange(50, dtype=np.int16) - 25
-    log = ArraysReader().load(hdf5_log(tmp_path / "log.h5", force, _Unsigned="true"))
+    log = ARRAYS.load(hdf5_log(tmp_path / "log.h5", force, _Unsigned="true"))
     assert log.columns["force"].min() == 0
     assert log.columns["force"][0] == 2**16 - 25
 
@@ -134,7 +133,7 @@ def test_a_list_of_names_and_units_is_that_of_the_columns_of_a_table(tmp_path):
         file["data"] = np.arange(150.0).reshape(50, 3)
         file["data"].attrs["columns"] = ["time", "Fz", "z"]
         file["data"].attrs["units"] = ["s", "N", "mm"]
-    log = ArraysReader().load(tmp_path / "log.h5")
+    log = ARRAYS.load(tmp_path / "log.h5")
     assert log.units == {"data.time": "s", "data.Fz": "N", "data.z": "mm"}
 
 
@@ -154,14 +153,14 @@ def test_numbers_in_other_spellings_are_numbers(tmp_path, write, text):
     delimiter = text.get("delimiter", ",")
     rows = [f"{row}{delimiter}{write(value)}" for row, value in enumerate(values)]
     path = log_of(tmp_path / "log.csv", f"Time (s){delimiter}Load (N)", rows)
-    log = DelimitedReader(TextFormat(**COMMAS | text)).only({"Time", "Load"}).load(path)
+    log = text_reader(**COMMAS | text).only({"Time", "Load"}).load(path)
     np.testing.assert_allclose(log.columns["Load"], values)
 
 
 def test_points_of_decimals_beside_a_decimal_comma_are_no_thousands(tmp_path):
     rows = [f"{row / 50:.3f};{row},5" for row in range(200)]
     path = log_of(tmp_path / "log.csv", "Time (s);Load (N)", rows)
-    log = DelimitedReader(TextFormat(delimiter=";", decimal=",")).only({"Time", "Load"}).load(path)
+    log = text_reader(delimiter=";", decimal=",").only({"Time", "Load"}).load(path)
     np.testing.assert_allclose(log.columns["Time"], np.arange(200) / 50, atol=1e-12)
     np.testing.assert_allclose(log.columns["Load"], np.arange(200) + 0.5, atol=1e-12)
 
@@ -169,7 +168,7 @@ def test_points_of_decimals_beside_a_decimal_comma_are_no_thousands(tmp_path):
 def test_names_with_line_breaks(tmp_path):
     rows = [f"{row / 50},{row}" for row in range(ROWS)]
     path = log_of(tmp_path / "log.csv", '"Time\n[s]","Load\n[N]"', rows)
-    log = DelimitedReader(TextFormat(**COMMAS)).load(path)
+    log = text_reader(**COMMAS).load(path)
     assert log.units == {"Time": "s", "Load": "N"}
     assert log.size == ROWS
 
@@ -177,7 +176,7 @@ def test_names_with_line_breaks(tmp_path):
 def test_rows_of_several_widths_are_those_of_the_chosen_source(tmp_path):
     rows = [f"F,{row},1,2,{row}" if row % 3 else f"P,{row},7,{row}" for row in range(90)]
     (tmp_path / "log.csv").write_text("\n".join([*rows, ""]), encoding="utf-8")
-    plain = DelimitedReader(TextFormat(delimiter=",", names=False))
+    plain = text_reader(delimiter=",", names=False)
     sizes = {
         word: plain.of_source({"column 1": (word,)})
         .only({"column 2"})

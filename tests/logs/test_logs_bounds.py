@@ -210,32 +210,58 @@ BOMBS: dict[str, tuple[str, Callable[[Path], object], str]] = {
     "a.xlsx": ("xlsx", xlsx, "too_large"),
 }
 LOAD = """
+import os
 import sys
 from pathlib import Path
-from typing import Any
-from rftfit.logs.base import LogError
-from rftfit.logs.registry import dialect
+import rftfit
 try:
-    dialect(sys.argv[1]).load(Path(sys.argv[2]))
-except LogError as error:
-    # not ru_maxrss, which begins with that of the process that starts this one
-    status = Path("/proc/self/status").read_text()
-    print(error.code, int(status.partition("VmHWM:")[2].split()[0]) >> 10, error)
+    rftfit.read_log("nothing")  # imports what the children need
+except rftfit.RftfitError:
+    pass
+for dialect, path in zip(sys.argv[1::2], map(Path, sys.argv[2::2])):
+    # a process for each, so that none inherits the memory that another one has taken
+    if os.fork():
+        os.wait()
+        continue
+    try:
+        rftfit.read_log(path, dialect)
+    except rftfit.RftfitError as error:
+        # not ru_maxrss, which begins with that of the process that starts this one
+        status = Path("/proc/self/status").read_text()
+        megabytes = int(status.partition("VmHWM:")[2].split()[0]) >> 10
+        print(path, getattr(error, "code", ""), megabytes, error, sep=": ", flush=True)
+    os._exit(0)
 """
+
+
+def refuse_apart(dialects):
+    """Read files by these dialects, by path; code of the refusal, largest memory in MB, and message."""
+    words = [str(word) for path, name in dialects.items() for word in (name, path)]
+    command = [sys.executable, "-c", LOAD, *words]
+    process = subprocess.run(command, capture_output=True, text=True, check=True)
+    lines = [line.split(": ", 3) for line in process.stdout.splitlines()]
+    return {Path(path): (code, int(megabytes), text) for path, code, megabytes, text in lines}
+
+
+@pytest.fixture(scope="module")
+def refusals(tmp_path_factory):
+    """What each file is refused with, by its path."""
+    folder = tmp_path_factory.mktemp("bombs")
+    for name, (_, make, _) in BOMBS.items():
+        make(folder / name)
+        assert (folder / name).stat().st_size < 30_000_000
+    answers = refuse_apart({folder / name: reader for name, (reader, _, _) in BOMBS.items()})
+    return {path.name: (path, *answer) for path, answer in answers.items()}
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the peak of memory is read from /proc")
 @pytest.mark.parametrize("name", BOMBS)
-def test_refused_before_it_takes_memory(tmp_path, name):
-    reader, make, code = BOMBS[name]
-    make(tmp_path / name)
-    assert (tmp_path / name).stat().st_size < 30_000_000
-    command = [sys.executable, "-c", LOAD, reader, str(tmp_path / name)]
-    process = subprocess.run(command, capture_output=True, text=True, check=True)
-    error_code, megabytes, error_text = process.stdout.split(maxsplit=2)
-    assert (error_code, int(megabytes) < MOST_MB) == (code, True), process.stdout
-    assert error_text.startswith(str(tmp_path / name))
-    assert "allowed: 1074 MB" in error_text or code == "damaged"
+def test_refused_before_it_takes_memory(refusals, name):
+    *_, expected_code = BOMBS[name]
+    path, code, megabytes, text = refusals[name]
+    assert (code, megabytes < MOST_MB) == (expected_code, True), (megabytes, text)
+    assert text.startswith(str(path))
+    assert "allowed: 1074 MB" in text or code == "damaged"
 
 
 def test_rows_as_wide_as_a_sheet_can_be(tmp_path):
@@ -305,10 +331,8 @@ def test_a_file_of_more_arrays_than_a_log_has(tmp_path, name, make):
 def test_a_message_of_a_bag_is_asked_for_its_size_before_it_is_read(tmp_path):
     pytest.importorskip("rosbags")
     path = bag_with_blob(tmp_path / "bag", 400)
-    command = [sys.executable, "-c", LOAD, "ros-bag", str(path)]
-    process = subprocess.run(command, capture_output=True, text=True, check=True)
-    error_code, megabytes, _ = process.stdout.split(maxsplit=2)
-    assert (error_code, int(megabytes) < MOST_MB) == ("too_large", True), process.stdout
+    code, megabytes, text = refuse_apart({path: "ros-bag"})[path]
+    assert (code, megabytes < MOST_MB) == ("too_large", True), (megabytes, text)
     # named by its folder, it is the same bag
     refused(dialect("ros-bag"), path.parent / "metadata.yaml", "too_large")
 

@@ -5,19 +5,19 @@
 
 import tomllib
 from collections import defaultdict
-from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
-from makers import json_of, refused
+from makers import LOGS as DATA
+from makers import expected_logs, json_of, refused
+from makers import read_expected as read
 from numpy.testing import assert_allclose
 
 import rftfit
 
-DATA = Path(__file__).parent / "data"
-EXPECTED = tomllib.loads((DATA / "expected.toml").read_text("utf-8"))
-LOGS, HEADERS = EXPECTED["log"], EXPECTED["header"]
+LOGS = expected_logs()
+HEADERS = tomllib.loads((DATA / "expected.toml").read_text("utf-8"))["header"]
 QUANTITIES = {"time", "F1", "F2", "F3", "x", "z", "angle"}
 USUAL_UNITS = "", "s", "N", "mm", "deg"
 READABLE = [log for log in LOGS if "refused" not in log]
@@ -25,12 +25,6 @@ READABLE = [log for log in LOGS if "refused" not in log]
 
 def name_of(log):
     return f"{log['file']}, {log['why']}"
-
-
-def read(log):
-    return rftfit.read_log(
-        DATA / log["file"], log.get("read_as"), log.get("text"), log.get("options")
-    )
 
 
 def words_of(log):

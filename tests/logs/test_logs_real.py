@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from log_files import refused
+from makers import sentence_of
 from third_party import LOGS, OTHERWISE, needs
 
 import rftfit
-from rftfit.logs.quantities import guesses
-from rftfit.logs.registry import claimants, dialect, read_head
-from rftfit.table.parse import GROUPED
+from rftfit.logs.inspect import recognised, survey
+from rftfit.logs.registry import dialect
 
 pytestmark = needs(LOGS)
 
@@ -35,15 +35,16 @@ REFUSED = {
 @pytest.mark.parametrize("file", TEXTS)
 def test_read(file):
     name, rows = TEXTS[file]
-    assert [reader.name for reader in claimants(read_head(LOGS / file))] == [name]
-    log = dialect(name).load(LOGS / file)
+    recognition = recognised(LOGS / file)
+    assert (recognition.reader, recognition.other_dialects) == (dialect(name), [])
+    log = recognition.reader.load(LOGS / file)
     assert log.rows == rows
     assert log.size == rows or file.endswith("PE.csv")
 
 
 @pytest.mark.parametrize("file", REFUSED)
 def test_refused(file):
-    (reader,) = claimants(read_head(LOGS / file))
+    reader = recognised(LOGS / file).reader
     code, *values = REFUSED[file]
     refused(reader, LOGS / file, code, *values)
     if values:  # and with a rate
@@ -51,9 +52,13 @@ def test_refused(file):
 
 
 def test_every_file_is_known():
+    """By one dialect alone, or as a table that none describes."""
     for path in LOGS.rglob("*"):
-        head = read_head(path) if path.is_file() and path.name != "README.md" else b""
-        assert not head or len(claimants(head)) == (path.parent.name not in DELIMITED), path
+        if path.is_file() and path.name != "README.md" and path.stat().st_size:
+            recognition = recognised(path)
+            is_table = path.parent.name in DELIMITED
+            assert (recognition.text is not None) == is_table, path
+            assert is_table or not recognition.other_dialects, path
 
 
 DELIMITED = ("ur_rtde", "texture_analyser")
@@ -64,9 +69,10 @@ def test_every_number_is_that_of_another_reader(file):
     reader, columns, _ = OTHERWISE[file]
     log = rftfit.read_log(LOGS / file)
     np.testing.assert_array_equal(np.stack(list(log.columns.values()), axis=1), reader(LOGS / file))
-    assert {q: list(log.columns).index(name) for q, name in guesses(log).items()} == columns
+    quantities = survey([log]).quantities
+    assert {q: list(log.columns).index(name) for q, name in quantities.items()} == columns
     unit = {"instron": "N", "zwick": "N", "ur_rtde": "", "texture_analyser": "gf"}
-    assert log.units[guesses(log)["F3"]] == unit[file.partition("/")[0]]
+    assert log.units[quantities["F3"]] == unit[file.partition("/")[0]]
     assert not log.dropped
 
 
@@ -84,7 +90,7 @@ def test_lost_packets():
 def test_regrouped_digits_cost_the_column_and_not_the_file():
     path, reader = LOGS / "instron/Tensile_test_PE.csv", dialect("instron")
     log = reader.load(path)
-    assert list(log.dropped) == [GROUPED]
+    assert list(log.dropped) == [sentence_of("grouped")]
     assert log.size + log.dropped.popitem()[1] == 12660
     # what is left is one smooth pull: no value off by a power of ten
     assert (np.diff(log.columns["Displacement"]) > 0).all()
@@ -101,5 +107,5 @@ def test_columns_and_units():
     assert log.columns["time"][-1] == pytest.approx(9 * 3.90625e-5)
     assert log.columns["Excitation"][0] == pytest.approx(0.914018)
     log = dialect("rostopic").load(LOGS / "ros1/ur3_wrench.csv")
-    assert guesses(log)["F3"] == "wrench.force.z"
+    assert survey([log]).quantities["F3"] == "wrench.force.z"
     assert np.median(np.diff(log.columns["time"])) == pytest.approx(1 / 125, rel=1e-3)

@@ -43,6 +43,14 @@ def test_tdms_and_rosbag(tmp_path, monkeypatch):
     refused(reader, path, "extra", 'pip install "rftfit[tdms]"')
 
 
+def test_a_text_that_is_too_large(tmp_path, monkeypatch):
+    monkeypatch.setattr("rftfit.logs.text.MAX_BYTES", 10)
+    monkeypatch.setattr("rftfit.logs.text.BLOCK_BYTES", 50)
+    path = tmp_path / "log.csv"
+    path.write_text("time_s,arm_moving,F1_N,F2_N,F3_N\n" + "0.01,0,1.5,-2.25,3\n" * 3)
+    refused(dialect("rig"), path, "too_large")
+
+
 def test_the_dialect_of_described_text_needs_a_description(tmp_path):
     path = tmp_path / "log.csv"
     path.write_bytes(b"t,F\n1,2\n")

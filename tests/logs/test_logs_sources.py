@@ -5,15 +5,12 @@ import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from log_files import refused
+from log_files import refused, text_reader
 from seeds import example_count
 
-from rftfit.campaign.config import TextFormat
 from rftfit.logs.base import LogError
-from rftfit.logs.delimited import DelimitedReader
 from rftfit.logs.registry import dialect
-from rftfit.logs.sources import sources_in_turn
-from rftfit.table.parse import OTHER_SOURCE, is_meant
+from rftfit.table.parse import OTHER_SOURCE
 
 ROWS = 300
 
@@ -35,7 +32,7 @@ WRITERS = {
     "xlsx": lambda table, path: table.to_excel(path, index=False),
 }
 READERS = {
-    "csv": DelimitedReader(TextFormat(delimiter=",")),
+    "csv": text_reader(delimiter=","),
     "parquet": dialect("parquet"),
     "xlsx": dialect("xlsx"),
 }
@@ -86,6 +83,14 @@ def ramp(seed=1, rows=ROWS):
     return 20.0 * np.arange(rows) / rows + np.random.default_rng(seed).normal(0, 0.05, rows)
 
 
+def log_of_labels(folder, labels, force):
+    """A text log of such readings, each row with its label."""
+    path = folder / "log.csv"
+    time = np.arange(len(labels)) / 50
+    WRITERS["csv"](pd.DataFrame({"time": time, "label": labels, "Fz_N": force}), path)
+    return path
+
+
 @pytest.mark.parametrize(
     "labels",
     [
@@ -95,23 +100,24 @@ def ramp(seed=1, rows=ROWS):
         ["tool0"] * 300,
         ["a"] * 100 + ["b"] + ["a"] * 100,
         [str(place % 7) for place in range(300)],
-        [],
     ],
-    ids=["a state", "a cycle", "all different", "all alike", "once", "a counter", "none"],
+    ids=["a state", "a cycle", "all different", "all alike", "once", "a counter"],
 )
-def test_what_one_source_says_of_itself_is_no_second_source(labels):
-    assert sources_in_turn(labels, [ramp(rows=len(labels))] if labels else [[]]) == []
+def test_what_one_source_says_of_itself_is_no_second_source(tmp_path, labels):
+    path = log_of_labels(tmp_path, labels, ramp(rows=len(labels)))
+    assert READERS["csv"].only({"time", "Fz"}).load(path).size == len(labels)
 
 
 @pytest.mark.parametrize("rows", [1, 2, 4, 5, 10, 25, 50, 100])
 @pytest.mark.parametrize("noise_N", [0.005, 0.5])
-def test_sources_are_told_whatever_the_length_of_their_turns(rows, noise_N):
+def test_sources_are_told_whatever_the_length_of_their_turns(tmp_path, rows, noise_N):
     random = np.random.default_rng(rows)
     labels = np.arange(7 * 100) // rows % 2
     force = np.clip(np.arange(labels.size) - 150, 0, None) * 0.2
     readings = np.where(labels, 0.3 * force, force) + random.normal(0, noise_N, labels.size)
-    assert sources_in_turn([*map(str, labels)], [readings]) == ["0", "1"]
-    assert sources_in_turn([*map(str, labels)], [force + readings * 0]) == []
+    reader = READERS["csv"].only({"time", "Fz"})
+    refused(reader, log_of_labels(tmp_path, labels, readings), "several-sources", "'0', '1'")
+    assert reader.load(log_of_labels(tmp_path, labels, force)).size == labels.size
 
 
 @pytest.mark.parametrize("name", ["ch", "Kanal", "mux", "Sensor#", "S", "\u901a\u9053"])
@@ -137,12 +143,13 @@ def test_a_state_that_comes_and_goes_is_no_second_source(tmp_path, often):
         assert READERS[kind].only({"time", "Fz"}).load(path).size == ROWS
 
 
-def test_numbers_are_compared_as_numbers():
-    assert is_meant([1, 2.0, "1.0", "x", None], ("1",)).tolist() == [
-        True,
-        False,
-        True,
-        False,
-        False,
-    ]
-    assert is_meant([" ft ", "other"], ("ft",)).tolist() == [True, False]
+@pytest.mark.parametrize(
+    ("cells", "word", "rows"),
+    [([1, 2.0, "1.0", "x", None], "1", [0, 2]), ([" ft ", "other"], "ft", [0])],
+)
+def test_numbers_are_compared_as_numbers(tmp_path, cells, word, rows):
+    places = range(len(cells))
+    table = pd.DataFrame({"time": places, "label": cells, "Fz_N": places})
+    WRITERS["xlsx"](table, tmp_path / "log.xlsx")
+    reader = READERS["xlsx"].only({"time", "Fz"}).of_source({"label": (word,)})
+    assert reader.load(tmp_path / "log.xlsx").columns["Fz"].tolist() == rows

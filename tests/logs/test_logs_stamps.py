@@ -16,12 +16,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from log_files import refused
+from makers import sentence_of
 from numpy.testing import assert_allclose
 
-from rftfit.logs.inspect import refusal
-from rftfit.logs.registry import dialect, read_head
-from rftfit.table.parse import NO_TIME
-from rftfit.table.stamps import is_stamp, seconds_of, seconds_of_column
+import rftfit
+from rftfit.logs.registry import dialect
+from rftfit.table.stamps import seconds_of, seconds_of_column
 
 N = 300
 """Rows of the log."""
@@ -77,12 +77,6 @@ def test_a_year_of_one_digit_is_a_damaged_one(text, order):
     assert math.isnan(seconds_of(text, order))
 
 
-@pytest.mark.parametrize("text", ["12", "12:30", "1.5", "2026-01-02", "12:60:00", "12-30-00", ""])
-def test_other_texts_are_no_times(text):
-    assert not is_stamp(text)
-    assert np.isnan(seconds_of(text))
-
-
 def test_dates_of_a_spreadsheet(tmp_path):
     openpyxl: Any = import_module("openpyxl")
     book = openpyxl.Workbook()
@@ -97,7 +91,7 @@ def test_dates_of_a_spreadsheet(tmp_path):
     assert log.columns["Date"][0] == pytest.approx(START.timestamp(), abs=1e-3)
     assert_allclose(log.columns["Clock"][:3], 82798.5 + 0.01 * np.arange(3), atol=1e-3)
     assert log.units == {"Date": "s", "Clock": "s", "Fz": "N"}
-    assert log.dropped == {NO_TIME: 1}
+    assert log.dropped == {sentence_of("time"): 1}
     assert "'settings'" in log.notes[0]
     log = dialect("xlsx").with_options({"sheet": "Sheet"}).load(tmp_path / "a.xlsx")
     assert [note.split()[0] for note in log.notes] == ["Date", "Clock"]
@@ -136,5 +130,6 @@ OPEN_DOCUMENT = b"mimetypeapplication/vnd.oasis.opendocument.spreadsheet"
 def test_what_is_refused_says_how_to_export_it(content, advice, tmp_path):
     path = tmp_path / "a.dat"
     path.write_bytes(content)
-    first_line = str(refusal(path, read_head(path))).splitlines()[0]
-    assert advice in first_line
+    with pytest.raises(rftfit.RftfitError) as caught:
+        rftfit.read_log(path)
+    assert advice in str(caught.value).splitlines()[0]

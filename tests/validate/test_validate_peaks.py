@@ -11,7 +11,7 @@ import pytest
 from paper import paper_config
 
 import rftfit
-from rftfit.compare.legs import _error_interval, extreme, leg_errors, leg_prediction, measured_peak
+from rftfit.compare.legs import extreme, leg_errors, leg_prediction, measured_peak
 from rftfit.outputs.dictionary import describe_file
 
 THETA = np.arange(-135.0, 136.0)
@@ -77,33 +77,6 @@ def test_scatter_needs_twelve_blocks_of_three(length):
 
 T = 2.0639
 """Student's factor of 95 % for 24 degrees of freedom."""
-
-
-@pytest.mark.parametrize(
-    ("predicted", "ends", "measured", "se", "expected"),
-    [
-        # 12 N (11.4 to 12.9) predicted, 10 N measured without error: +14 to +29 %
-        (12.0, [11.4, 12.9], 10.0, 0.0, (14, 29)),
-        (12.0, [12.9, 11.4], 10.0, 0.0, (14, 29)),
-        # a prediction without error, 10 +- 0.5 N measured: 120 % times 1 -+ 0.05 t
-        (12.0, [12.0, 12.0], 10.0, 0.5, (20 - 6 * T, 20 + 6 * T)),
-        # both signs turned is the same error
-        (-12.0, [-11.4, -12.9], -10.0, 0.0, (14, 29)),
-        (-12.0, [-11.4, -12.9], 10.0, 0.0, (-229, -214)),
-        (
-            12.0,
-            [11.4, 12.9],
-            10.0,
-            0.5,
-            (20 - 120 * math.hypot(0.05, 0.05 * T), 20 + 120 * math.hypot(0.075, 0.05 * T)),
-        ),
-        (0.0, [1, 2], 10.0, 0.1, (math.nan, math.nan)),
-        (12.0, [1, 2], 0.0, 0.1, (math.nan, math.nan)),
-    ],
-)
-def test_interval_of_a_peak_error_by_hand(predicted, ends, measured, se, expected):
-    interval = _error_interval(predicted, ends, measured, se, 0.95)
-    assert interval == pytest.approx(expected, nan_ok=True, rel=1e-5)
 
 
 def curves(measured, predicted):

@@ -4,14 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rftfit.compare.published import (
-    INCONSISTENT,
-    MEASURED,
-    Tolerance,
-    compare_alpha,
-    compare_coefficients,
-    compare_numbers,
-)
+from rftfit.compare.published import Tolerance, compare_alpha, compare_coefficients, compare_numbers
 from rftfit.directions import TOLERANCE_DEG
 from rftfit.measure.alpha import column
 from rftfit.model.fourier import TERMS
@@ -27,7 +20,7 @@ def terms_of(values, method):
     )
 
 
-@pytest.mark.parametrize(("relative", "verdict"), [(0.04, "same"), (0.06, INCONSISTENT)])
+@pytest.mark.parametrize(("relative", "verdict"), [(0.04, "same"), (0.06, "paper inconsistent")])
 def test_a_printed_zero_is_judged_by_the_rule_of_the_paper(relative, verdict):
     """Terms above 0.05 A00 are kept, so that 0.06 A00 printed as zero contradicts the rule."""
     printed = load("table_s2").query("medium == 'poppy_LP'").set_index("coefficient")["value"]
@@ -40,7 +33,9 @@ def test_a_printed_zero_is_judged_by_the_rule_of_the_paper(relative, verdict):
 
 def test_a_tolerance_is_not_stretched_by_an_interval_that_misses():
     def verdict(ours, ends):
-        return compare_numbers("", "", 1.0, ours, Tolerance(0.1, "rounded"), MEASURED, ends).verdict
+        return compare_numbers(
+            "", "", 1.0, ours, Tolerance(0.1, "rounded"), "measured", ends
+        ).verdict
 
     assert verdict(1.05, (1.04, 1.06)) == "same"
     assert verdict(1.2, (0.9, 1.5)) == "same"
