@@ -51,6 +51,8 @@ def target_of(goal: str) -> Target | str:
         "peak lift",
         leg_peaks.parts[:1],
         lambda alpha, current_map: leg_peaks.numbers(alpha, current_map)[..., :1],
+        np.abs,
+        "the peak lift",
     )
 
 

@@ -41,7 +41,7 @@ def test_readings_nearer_to_a_wall_than_the_length_of_the_plate(tmp_path, settin
     write_campaign(tmp_path, config, rows=[ROW], logs={"push.csv": "time\n0\n"})
     problems = rftfit.check(tmp_path)
     near = [problem for problem in problems if problem.code == "config.near-walls"]
-    assert sorted(problem.place.key for problem in near) == sorted(keys)
+    assert {problem.place.key for problem in near} == {*keys}
     assert {problem.severity for problem in near} <= {"warning"}
     assert all(problem.place.line for problem in near)
     assert all("length, 4 cm" in problem.allowed for problem in near)

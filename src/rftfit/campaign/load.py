@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from rftfit.campaign.calibration import Calibration, read_calibration
 from rftfit.campaign.columns import KINDS, LABELS
-from rftfit.campaign.config import PLATE_SHAPES, Config, RigidContact, RobotRuns
+from rftfit.campaign.config import PLATE_SHAPES, Config, Leg, RigidContact, RobotRuns
 from rftfit.campaign.files import Entry, Folder, campaign_folder, folded, inside
 from rftfit.campaign.presence import miss_campaign, root_of
 from rftfit.campaign.problems import CampaignError, Place, Problem, shown
@@ -290,11 +290,13 @@ def _warn_of_alike_labels(sheet: str, runs: list[Run]) -> list[Problem]:
 
 def _warn_of_near_walls(file: ModelFile[Config], config: Config, runs: list[Run]) -> None:
     """Warn of each setting by which readings count where the plate was nearer to a wall than its own length."""
-    plates = [
-        config.intruders[run.intruder]
+    pushed = {
+        run.intruder
         for run in runs
         if run.kind == "plate" and config.media[run.medium].role == "laboratory"
-    ]
+    }
+    intruders = [config.intruders[name] for name in pushed]
+    plates = [intruder for intruder in intruders if not isinstance(intruder, Leg)]
     if config.table is not None or not plates:
         return
     length_cm = max(plate.length_cm for plate in plates)

@@ -216,13 +216,13 @@ def check_shared(measured: MediumMeasurements) -> Check:
             count = int(np.isfinite(alpha_columns(fits)).all(axis=0).sum())
             return Check.skip("shared", "shared-few", count=count, wanted=FEWEST_RUNS)
         return Check.skip("shared", "shared-open", missing=", ".join(missing))
-    values = {"seen": " and ".join(map(str, least_remarks))}
+    seen = " and ".join(map(str, least_remarks))
     is_mixed_up = causes["group"].isin(LABELS) & (causes["reason"] == MIXED_UP)
     if is_mixed_up.any():
         labels = (causes["group"] + " " + causes["place"].astype(str))[is_mixed_up]
-        values["labels"] = " or ".join(dict.fromkeys(labels))
-        return Check.judge("shared", True, code="shared-labels-open", **values)
-    return Check.judge("shared", True, **values)
+        names = " or ".join(dict.fromkeys(labels))
+        return Check.judge("shared", True, code="shared-labels-open", seen=seen, labels=names)
+    return Check.judge("shared", True, seen=seen)
 
 
 def _describe_least(kind: str, group: str, causes: pd.DataFrame) -> Remark | None:
