@@ -35,7 +35,7 @@ def check(folder: str | Path = ".") -> list[Problem]:
     Returns
     -------
     list of Problem
-        Each with `code`, `severity` (``error`` or ``warning``), `file`, `row`, `column`, `found`,
+        Each with `code`, `severity` (``error`` or ``warning``), `place` (`file`, `row`, `column`, `line`, `key`), `found`,
         `allowed`, `nearest`; ``str(problem)`` is a sentence.
 
     Raises

@@ -114,6 +114,9 @@ def test_a_medium_that_is_not_published(words):
     with pytest.raises(rftfit.RftfitError) as caught:
         rftfit.published_medium(*words)
     assert caught.value.exit_code == 2
+    if len(words) == 1:
+        with pytest.raises(rftfit.RftfitError):
+            rftfit.TableProfile.published(*words)
 
 
 def test_the_published_reference():

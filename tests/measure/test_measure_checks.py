@@ -1027,6 +1027,19 @@ def test_friction_is_no_fault_of_a_channel(friction):
     assert {flag.run_id for flag in cause[1]} <= {*fits.loc[third, "run_id"]}
 
 
+@pytest.mark.parametrize(
+    ("is_upright_reversed", "code"), [(False, "cause-reversed-beta"), (True, "cause-reversed")]
+)
+def test_a_plate_without_a_sign_of_beta_tells_beta_from_a_channel(is_upright_reversed, code):
+    """The force along x has the opposite sign on paths of 20 degrees: of slanted plates, or of upright ones as well."""
+    fits = level_and_slanted(0.4, np.random.default_rng(4))
+    is_reversed = (fits["gamma_deg"] == 20) & (is_upright_reversed | (fits["beta_deg"] != 90))
+    fits.loc[is_reversed, X] *= -1
+    (cause,) = causes_of(fits)
+    assert cause[0].code == code
+    assert {flag.code for flag in cause[1]} == {"channel-reversed"}
+
+
 def test_a_channel_that_is_not_measured_hides_no_other():
     seen = {X: math.nan, Z: [0.0] * 4 + [1.0] * 8}
     flags = channels_against(seen, turn=4.0, columns={"F1": SimpleNamespace(constant=0.0)})
@@ -1355,3 +1368,11 @@ def test_least_shared_cause_is_that_of_its_kind_and_group():
     check = judge("shared", measured(medium=SimpleNamespace(accept=()), causes=causes))
     gain, turn = remark("least-gain", least=0.05), remark("least-turn", least=2.0)
     assert check.values["seen"] == f"{gain} and {turn}"
+    # a label that no other runs share a direction with hides an error of its runs
+    label = {"group": "session", "place": "tue", "verdict": "not checked", "reason": "mixed-up"}
+    of_label = pd.DataFrame([label | {"kind": kind} for kind in ("gain", "gain-x")])
+    causes = pd.concat([causes, of_label])
+    check = judge("shared", measured(medium=SimpleNamespace(accept=()), causes=causes))
+    assert (check.verdict, check.code) == ("passed", "shared-labels-open")
+    assert check.values["labels"] == "session tue"
+    assert spoken(check).code == check.code

@@ -54,7 +54,10 @@ def results(tmp_path_factory):
     errors["peak_error_lo_percent"] = errors["peak_error_percent"] - 5
     errors["peak_error_hi_percent"] = errors["peak_error_percent"] + 7
     write(written, "leg_errors.csv", errors)
-    passed = [{"medium": "yuma", "check": name, "verdict": "passed"} for name in ("work", "rods")]
+    passed = [
+        {"medium": "yuma", "check": name, "code": name, "verdict": "passed"}
+        for name in ("work", "rods")
+    ]
     write(written, "checks/yuma.csv", pd.DataFrame(passed))
     return Results(written.campaign)
 
@@ -169,10 +172,13 @@ def test_a_check_passed_only_where_it_was_made(tmp_path):
         "work": dict.fromkeys(media, "passed"),
         "rods": dict.fromkeys(media, "not checked") | {media[0]: "passed"},
         "size": dict.fromkeys(media, "not checked"),
+        "repeats": dict.fromkeys(media, "not checked"),
     }
+    codes = {"repeats": "waits"}
     for medium in media:
         rows = [
             {"medium": medium, "check": check, "verdict": verdict[medium], "sentence": ""}
+            | {"code": codes.get(check, check)}
             for check, verdict in verdicts.items()
         ]
         write(results, f"checks/{medium}.csv", pd.DataFrame(rows))
@@ -186,7 +192,10 @@ def test_a_check_passed_only_where_it_was_made(tmp_path):
     (unchecked,) = summary["unchecked"]
     assert CHECKS["size"].good in unchecked
     headline = findings(results)[0].text.split(". ", 1)[0]
-    assert numbers(headline) == [2, 1, 1]
+    assert numbers(headline) == [2, 1, 1, 1]
+    assert re.search(
+        f"while another fails: {CHECKS['repeats'].title}, .*: {CHECKS['size'].title}", headline
+    )
 
 
 def test_errors_stated_as_zero_are_named(tmp_path):

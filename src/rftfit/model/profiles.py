@@ -363,7 +363,13 @@ class TableProfile(Profile):
         Returns
         -------
         TableProfile
+
+        Raises
+        ------
+        InputError
+            If there is no such medium.
         """
+        choose("medium", medium, MEDIA, "published media")
         return cls(*alpha_grid(medium), name=f"published Table S5, {medium}")
 
     @classmethod
