@@ -18,12 +18,19 @@ from rftfit.checks.declared import (
     declare_check,
     flags_on,
 )
-from rftfit.compare.axes import BETA_AND_X_REVERSED, BETA_REVERSED
-from rftfit.compare.causes import MIXED_UP
 from rftfit.measure.alpha import alpha_columns
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.lab_frame import measures_force_x
-from rftfit.measure.verdict_words import DOUBTFUL, FEWEST_RUNS, NO_RUNS, PULLS, UNUSABLE
+from rftfit.measure.verdict_words import (
+    BETA_AND_X_REVERSED,
+    BETA_REVERSED,
+    DOUBTFUL,
+    FEWEST_RUNS,
+    MIXED_UP,
+    NO_RUNS,
+    PULLS,
+    UNUSABLE,
+)
 from rftfit.store.chosen import chosen
 
 CLEAR: float = chosen("checks", "evidence").axes

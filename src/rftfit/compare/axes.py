@@ -14,7 +14,7 @@ import numpy as np
 from rftfit.compare.joint import RunSlopes, prior_of_media
 from rftfit.conventions import FloatArray
 from rftfit.directions import has_sign, number_directions
-from rftfit.measure.verdict_words import PULLS
+from rftfit.measure.verdict_words import BETA_AND_X_REVERSED, BETA_REVERSED, PULLS
 from rftfit.store.chosen import chosen
 
 AXES = {
@@ -28,9 +28,6 @@ AXES = {
     "exchanged-both-reversed": ((0, -1), (-1, 0)),
 }
 """Axes that a configuration can state by mistake, each with the matrix that turns its (z, x) into the right ones."""
-
-BETA_REVERSED, BETA_AND_X_REVERSED = "beta-reversed", "beta-and-x-reversed"
-"""Mistakes of all runs besides `AXES`: the other sign of beta, alone or with x reversed, as if seen from behind the rig."""
 
 _CHOSEN = chosen("compare", "axes")
 

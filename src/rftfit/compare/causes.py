@@ -29,16 +29,15 @@ from rftfit.compare.misplaced import find_misplaced
 from rftfit.directions import TOLERANCE_DEG
 from rftfit.measure.alpha import alpha_columns
 from rftfit.measure.slopes import NORMAL_95
-from rftfit.measure.verdict_words import FEWEST_RUNS, NO_RUNS
+from rftfit.measure.verdict_words import FEWEST_RUNS, MIXED_UP, NO_RUNS
 from rftfit.outputs.dictionary import columns_of
 from rftfit.store.chosen import chosen
 
 TOLD, NOT_SEEN, NOT_CHECKED = "told", "not seen", "not checked"
 """Verdicts on a cause."""
 
-MIXED_UP, TOO_WIDE = "mixed-up", "too-wide"
-"""Reasons why a cause cannot be checked, beside `NO_RUNS`: its runs have other directions than the rest; only an
-unlikely size would be seen."""
+TOO_WIDE = "too-wide"
+"""Reason why a cause cannot be checked, beside `NO_RUNS` and `MIXED_UP`: only an unlikely size would be seen."""
 
 CAUSE_COLUMNS = columns_of("causes/{medium}.csv")
 AXES_COLUMNS = ["medium", "axes", "log_bayes_factor"]

@@ -20,6 +20,12 @@ FEWEST_RUNS = 8
 NO_RUNS = "no-runs"
 """Reason in the table of causes: fewer runs than `FEWEST_RUNS`."""
 
+MIXED_UP = "mixed-up"
+"""Reason in the table of causes: an error of these runs cannot be told from alpha in their directions."""
+
+BETA_REVERSED, BETA_AND_X_REVERSED = "beta-reversed", "beta-and-x-reversed"
+"""Hypotheses in the table of axes on all runs: the other sign of beta, alone or with x reversed, as if seen from behind the rig."""
+
 PULLS = "beta-of-pulls"
 """Hypothesis in the table of axes: beta of pulls has the other sign."""
 
