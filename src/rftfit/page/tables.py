@@ -101,7 +101,6 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
             facts.append(count(row["pushes"], "push", "pushes"))
         if row["directions"] > 1:
             facts.append(f"{row['directions']} directions")
-            facts += [f"{row['n_runs']:.0f} straight down"] if "n_runs" in row else []
         return Cell(results.campaign.titles[row["medium"]], (", ".join(facts),))
 
     def data_verdict(row: Row) -> Cell:
@@ -161,7 +160,7 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
             column("z"),
             ALPHA_DIGITS,
             ends=column("z", "_{}"),
-            note="other_window",
+            note="alpha_note",
         ),
         PageColumn(f"next bed, {PER_CM3}", next_bed, "num"),
         scale_number("zeta"),
@@ -257,7 +256,9 @@ def _make_rows_of_media(results: Results) -> list[Row]:
         push = cell_at(medium.alpha, 0, 90, results.config.grid.angle_tolerance_deg)
         row |= {} if push is None else {str(name): value for name, value in push.items()}
         is_sand = medium.name in results.sands
-        row["other_window"] = _describe_other_window(results, row) if is_sand else ""
+        runs_down = "" if push is None else f"of {count(int(push['n_runs']), 'run')}"
+        other_window = _describe_other_window(results, row) if is_sand else ""
+        row["alpha_note"] = "; ".join(filter(None, (runs_down, other_window)))
         for name, with_ends in scale_in_all_directions(results, medium.name).items():
             row |= {
                 f"{name}{end}": number
