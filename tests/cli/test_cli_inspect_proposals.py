@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from makers import json_of
 from numpy.testing import assert_allclose
 from third_party import REPORTED, UNITS, inspected, needs, proposal, read_by
 
@@ -279,3 +280,15 @@ def test_a_coarse_time_is_proposed_as_a_rate(ending, tmp_path):
         return
     for log in read_by(path, proposed).values():
         assert_allclose(log.columns["time"], np.arange(400) / 100)
+
+
+def test_channels_of_any_name_in_a_unit_of_force_make_a_force_log(tmp_path):
+    rows = [f"{20 * n};0,5{n % 10};-{n % 7},1;{n},5;{n},0" for n in range(60)]
+    path = table(tmp_path / "push.csv", "t_ms;H_kgf;V_kgf;x_mm;z_mm", rows)
+    config = proposal(path)
+    assert config["force_log"]["columns"].keys() == {"time"}
+    assert config["motion_log"]["columns"].keys() == {"time", "x", "z"}
+    assert config["clock"] == {"method": "same_clock"}
+    answer = json_of("inspect", path)
+    assert "    # F1: no column looks like it; with such a unit: H, V" in answer["config"]
+    assert any("names this file as both logs" in need for need in answer["needed"])

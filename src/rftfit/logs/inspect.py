@@ -319,8 +319,10 @@ _YAML_WORDS = frozenset({"y", "n", "yes", "no", "on", "off", "true", "false", "n
 
 
 def kinds(log_survey: Survey) -> list[str]:
-    """Return the kinds of log that a file is, by its quantities: ``force``, ``motion``, both, or none."""
+    """Return the kinds of log that a file is, by its quantities and units: ``force``, ``motion``, both, or none."""
     force = any(f"F{number}" in log_survey.quantities for number in (1, 2, 3))
+    # channels of any name, in a unit of force
+    force |= bool(_columns_with_unit_of("F1", log_survey))
     motion = any(name in log_survey.quantities for name in ("x", "z", "angle"))
     return [kind for kind, is_present in (("force", force), ("motion", motion)) if is_present]
 
