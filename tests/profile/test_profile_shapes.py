@@ -149,8 +149,28 @@ def test_two_decompositions_with_a_correction_have_the_likelihood_of_one_of_all_
                 of_numbers.horizontal(seen >= COUNT, 1.3),
             ]
         )
+        # each number by all others follows from the inverse of the whole covariance
+        whole = 1.3**2 * prior.covariance(0.2)[np.ix_(seen, seen)] + errors
+        precision = np.linalg.inv(whole)
+        apart = precision @ (y - 1.3 * prior.mean[seen]) / np.sqrt(np.diag(precision))
+        used, alpha = np.isin(np.arange(2 * COUNT), seen), np.zeros(2 * COUNT)
+        alpha[seen] = y
+        pushes = Pushes.of(BETA, GAMMA, alpha.reshape(2, -1), 0.02)
+        worst = of_numbers.farthest(pushes, used, 1.3)
+        assert abs(worst.measured - worst.expected) / worst.error == pytest.approx(
+            np.abs(apart).max(), rel=1e-3
+        )
     for by_parts, by_all in zip(*answers, strict=True):
         assert_allclose(by_parts, by_all, rtol=1e-7)
+
+
+def test_a_map_does_not_depend_on_the_routine_that_decomposes_a_covariance(monkeypatch):
+    pushes = Pushes.of(BETA[:6], GAMMA[:6], truth("poppy_LP")[:, :6], 0.02)
+    maps = [estimate(pushes, nodes=ON_LINES)]
+    monkeypatch.setattr("rftfit.model.prior._CHOSEN.many_numbers", 2)
+    maps.append(estimate(pushes, nodes=ON_LINES))
+    assert_allclose(maps[0].alpha, maps[1].alpha, rtol=1e-6)
+    assert_allclose(maps[0].factor, maps[1].factor, atol=1e-6 * np.abs(maps[0].factor).max())
 
 
 def root_of(covariance):
