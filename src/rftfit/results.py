@@ -117,7 +117,7 @@ class Tables:
         self.path(name)  # raises if a stage has not declared this table, which may be in memory
         if name not in self._tables:
             self._tables[name] = self._read_current(name, self._existing_path(name))
-        return self._tables[name].copy(deep=False)
+        return self._tables[name].copy()
 
     def hold(self, name: str, table: pd.DataFrame) -> None:
         """Keep a table as if it had been read from the file `name`."""
@@ -171,7 +171,7 @@ class Tables:
             while len(self._samples) > _MOST_SAMPLE_TABLES:
                 self._samples.popitem(last=False)
         self._samples.move_to_end(name)
-        return self._samples[name].copy(deep=False)
+        return self._samples[name].copy()
 
 
 class Results(Tables):
@@ -328,7 +328,7 @@ class Results(Tables):
         self.path(name)  # raises if a stage has not declared this table, which may be in memory
         if name not in self._alpha:
             self._alpha[name] = self._read_alpha(name)
-        return self._alpha[name].copy(deep=False)
+        return self._alpha[name].copy()
 
     def _read_alpha(self, name: str) -> pd.DataFrame:
         """Read an alpha table and sort it; raise InputError if its numbers or its angles cannot be used."""

@@ -24,7 +24,7 @@ import rftfit
 from rftfit import reference, rft3d_profile
 from rftfit.campaign.config import ForceLog, Grid
 from rftfit.checks import medium as checks
-from rftfit.checks.axes import Cells
+from rftfit.checks.cells import Cells
 from rftfit.checks.channels import compare_with_known
 from rftfit.checks.declared import CHECKS, COLUMNS, MediumMeasurements
 from rftfit.compare.peers import compare_runs

@@ -1,310 +1,127 @@
-"""Checks of an alpha table alone: the medium takes energy, mirror images agree, down is harder than up."""
+"""Check of the axes of the force, and of the signs, by the shape of known media."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from typing import NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-import pandas as pd
-
-from rftfit.checks.declared import (
-    SOUND_ALPHA,
-    SOUND_LOGS,
-    Check,
-    MediumMeasurements,
-    Words,
-    declare_check,
-    describe_rows,
-    flags_on,
-)
-from rftfit.checks.shared import axes_are_stated_in, find_likelier_axes
-from rftfit.conventions import FloatArray
-from rftfit.directions import is_straight_down
-from rftfit.measure.alpha import alpha_columns, column, rows_at
-from rftfit.measure.fits import LEAST_WORK
-from rftfit.measure.flags import remark
-from rftfit.measure.lab_frame import measured_channel
-from rftfit.measure.slopes import normal_quantile
-from rftfit.measure.verdict_words import DOUBTFUL, UNUSABLE
+from rftfit.checks.declared import SOUND_ALPHA, Check, MediumMeasurements, Words, declare_check
+from rftfit.measure.flags import Remark, format_remarks, remark
+from rftfit.measure.verdict_words import BETA_AND_X_REVERSED, BETA_REVERSED, PULLS, UNUSABLE
 from rftfit.store.chosen import chosen
 
-_CHOSEN = chosen("checks", "axes")
+CLEAR: float = chosen("checks", "evidence").axes
+"""Log of the Bayes factor above which one choice of axes is clearly better than another."""
+
+_CLEARLY = f"{math.exp(CLEAR):.0f} times"
+"""The same, in words."""
 
 
-_WORK_FOUND = "{negative}; the worst has D = {worst:.3g} N/cm^3, which must exceed {noise:.3g}"
+class LikelierAxes(NamedTuple):
+    """Axes that explain alpha better than the given ones.
+
+    `mistake`: What is wrong with the given ones. `stated_in`: Where they are stated.
+    """
+
+    mistake: Remark
+    stated_in: str
+
+
+_STATED_IN = {
+    BETA_REVERSED: "the sign of beta_deg, which is that of the left edge",
+    BETA_AND_X_REVERSED: "both transducer.axes and the sign of beta_deg",
+}
+"""Where a wrong sign of beta in all runs is mended, by its name; wrong axes are in `transducer.axes`."""
+
+
+def find_likelier_axes(measured: MediumMeasurements) -> LikelierAxes | None:
+    """Find other axes that explain alpha clearly better than the given ones; None where there are none."""
+    axes = measured.tables["axes"]
+    other_axes = axes[~axes["axes"].isin(["as-given", PULLS])].sort_values(
+        "log_bayes_factor", ascending=False, kind="stable"
+    )
+    evidence = other_axes["log_bayes_factor"]
+    if other_axes.empty or not evidence.iloc[0] > CLEAR:
+        return None
+    # on vertical paths alone, another sign of beta does what x reversed does
+    is_likely = (evidence > CLEAR) & (evidence >= evidence.iloc[0] - CLEAR)
+    first, *others = other_axes["axes"][is_likely]
+    mistake = remark(f"axes-{first}")
+    if others:
+        others_text = ", ".join(str(remark(f"axes-{name}")) for name in others)
+        mistake = remark("axes-or", axes=mistake, others=others_text)
+    places = [_STATED_IN.get(name, axes_are_stated_in(measured)) for name in (first, *others)]
+    if measured.config.table:
+        places = [axes_are_stated_in(measured)]
+    return LikelierAxes(mistake, " and ".join(dict.fromkeys(places)))
+
+
+def axes_are_stated_in(measured: MediumMeasurements) -> str:
+    """Say where axes of forces are stated."""
+    return "the columns of the table" if measured.config.table else "transducer.axes"
 
 
 @declare_check(
-    "work",
-    title="energy",
+    "axes",
+    title="axes of the force",
     effect=UNUSABLE,
-    good="the medium takes energy",
-    fault="the medium seems to give energy to the plates",
-    after=SOUND_LOGS,
+    good="the axes of the force fit the shape of known media",
+    fault="other axes or signs than the given ones fit the shape of known media",
+    after=SOUND_ALPHA,
+    needed=True,
     outcomes={
-        "work": Words(
-            _WORK_FOUND,
-            "{allowed}",
-            "the signs of forces or motion are wrong in some runs ({negative}: {rows}): look at the direction, the angles "
-            "and the logs of these runs, then at {where}.",
+        "axes": Words(
+            "the given axes explain alpha at least 10^{power:.0f} times better than any others",
+            f"at least {_CLEARLY} better than any others",
         ),
-        "work-axes": Words(
-            _WORK_FOUND,
-            "{allowed}",
-            "axes or signs look wrong in all runs: alpha fits with {axes} ({negative}): look at {where}.",
+        "axes-others": Words(
+            "with {axes} alpha is explained 10^{power:.0f} times better than as given, by the shape of known media",
+            f"no axes explain alpha {_CLEARLY} better than the given ones",
+            "axes or signs look wrong in all runs ({found}): look at {where}.",
         ),
-        "work-no-cell": Words("no cell has alpha"),
+        "axes-pulls": Words(
+            "beta of pulls with the other sign explains alpha 10^{power:.0f} times better than the given one, by the shape of "
+            "known media",
+            "beta as given explains alpha of pulls at least as well",
+            "beta of pulls has the wrong sign ({found}): look at beta_deg of runs with a negative gamma_deg.",
+            "beta of pulls has the wrong sign",
+        ),
+        "axes-pulls-open": Words(
+            "the given axes explain alpha at least 10^{power:.0f} times better than any others; these directions do not tell "
+            "whether beta of pulls has the right sign",
+            f"at least {_CLEARLY} better than any others",
+        ),
+        "axes-beta-open": Words(
+            "the given axes explain alpha at least 10^{power:.0f} times better than any others; these directions do not tell "
+            "whether beta has the right sign",
+            f"at least {_CLEARLY} better than any others",
+        ),
+        "axes-open": Words("these directions do not tell the given axes from others: {axes}"),
+        "axes-no-runs": Words("no run has both components of alpha"),
     },
 )
-def check_work(measured: MediumMeasurements) -> Check:
-    """Check that the medium takes energy in all cells but a few.
-
-    If the runs together show that other axes are right, the message names these axes instead of single runs.
-    """
-    alpha, sheet = measured.tables["alpha"], measured.sheet
-    cells = Cells.of(alpha, measured.config.grid.angle_tolerance_deg)
-    if not (count := cells.gamma.size):
-        return Check.skip("work", "work-no-cell")
-    work, work_noise = cells.work
-    negative_cells = alpha.iloc[cells.rows[work < -work_noise]]
-    runs = " ".join(negative_cells["run_ids"]).split()
-    worst = int((work / work_noise).argmin())
-    limit = "few-cells" if cells.fewest_negative > 1 else "no-cell"
-    if cells.most_clear < cells.fewest_negative - 1:
-        limit = "few-clear"
-    values: dict[str, Any] = {
-        "negative": remark("negative-work", count=cells.n_negative_work, size=count),
-        "worst": work[worst],
-        "noise": -work_noise[worst],
-        "allowed": remark(
-            f"{limit}-no-push" if cells.push is not None else limit,
-            count=cells.fewest_negative - 1,
-            clear=cells.most_clear,
-        ),
-        "where": axes_are_stated_in(measured),
-    }
+def check_axes(measured: MediumMeasurements) -> Check:
+    """Check that the given axes fit the shape of known media better than axes that a config may name by mistake."""
+    axes = measured.tables["axes"]
+    evidence = dict(zip(axes["axes"], axes["log_bayes_factor"].astype(float), strict=True))
+    for_pulls = evidence.pop(PULLS, -math.inf)
+    evidence.pop("as-given", None)
+    if not evidence:
+        return Check.skip("axes", "axes-no-runs")
     if likelier_axes := find_likelier_axes(measured):
-        # other axes concern all runs, so no single run is flagged
-        values |= {"axes": likelier_axes.mistake, "where": likelier_axes.stated_in}
-        return Check.judge("work", cells.takes_energy, code="work-axes", **values)
-    flags = flags_on(runs, "gives-back")
-    return Check.judge("work", cells.takes_energy, flags, rows=describe_rows(runs, sheet), **values)
-
-
-_SYMMETRY_FOUND = "the mount looks turned by {turn_deg:+.1f} deg{interval} beyond what is stated"
-_SYMMETRY_ALLOWED = "{most_deg:.1f} deg of either sign, and pairs at most {most_errors:g} times their error off from one turn"
-_SYMMETRY_CAUSE = "on plates on vertical paths a horizontal force acts to one side ({found}): look "
-
-
-@declare_check(
-    "symmetry",
-    title="mirror images",
-    effect=UNUSABLE,
-    good="plates on vertical paths are not pushed to one side",
-    fault="plates on vertical paths are pushed to one side",
-    after=SOUND_ALPHA,
-    outcomes={
-        "symmetry": Words(
-            _SYMMETRY_FOUND,
-            _SYMMETRY_ALLOWED,
-            f"{_SYMMETRY_CAUSE}at transducer.turn_deg and transducer.axes, and for a bent plate or a slanted bed.",
-        ),
-        "symmetry-pair": Words(
-            f"{_SYMMETRY_FOUND}; (\N{PLUS-MINUS SIGN}{{size_deg:g}}, {{gamma_deg:g}}) deg are off from that by "
-            "{errors:.1f} times their error",
-            _SYMMETRY_ALLOWED,
-            f"{_SYMMETRY_CAUSE}at the sign of beta_deg in the runs at ({{beta_deg:g}}, {{gamma_deg:g}}) and "
-            "({image_deg:g}, {gamma_deg:g}) deg.",
-        ),
-        "symmetry-no-x": Words("the force along x was not measured"),
-        "symmetry-no-cell": Words("no alpha at (0, 90) deg, and no mirror images"),
-    },
-)
-def check_symmetry(measured: MediumMeasurements) -> Check:
-    """Check that opposite horizontal forces act on plates that are mirror images, on vertical paths."""
-    if measured.flags.runs_with("no-force-x") or measured_channel(measured.config, "x") is None:
-        return Check.skip("symmetry", "symmetry-no-x")
-    cells = Cells.of(measured.tables["alpha"], measured.config.grid.angle_tolerance_deg)
-    turn, se = cells.turn_rad
-    if math.isnan(turn):
-        return Check.skip("symmetry", "symmetry-no-cell")
-    degrees = math.degrees(turn)
-    half_deg = normal_quantile(measured.config.fit.confidence) * math.degrees(se)
-    values: dict[str, Any] = {
-        "turn_deg": degrees,
-        "interval": remark("interval-deg", low=degrees - half_deg, high=degrees + half_deg)
-        if se
-        else "",
-        "most_deg": math.degrees(_CHOSEN.turn + _CHOSEN.sigmas * se),
-        "most_errors": _CHOSEN.unlike,
-    }
-    misfit, worst = cells.mirror_misfit
-    if misfit <= _CHOSEN.unlike:
-        return Check.judge("symmetry", cells.mirror_images_agree, **values)
-    row = measured.tables["alpha"].iloc[cells.rows[worst]]
-    beta, gamma = row["beta_deg"], row["gamma_deg"]
-    values |= {"beta_deg": beta, "image_deg": -beta, "size_deg": abs(beta), "gamma_deg": gamma}
-    return Check.judge("symmetry", False, code="symmetry-pair", errors=misfit, **values)
-
-
-@declare_check(
-    "up_down",
-    title="up against down",
-    effect=DOUBTFUL,
-    good="down is harder than up",
-    fault="up is harder than down for a level plate",
-    after=SOUND_ALPHA,
-    outcomes={
-        "up_down": Words(
-            "alpha_z(0, 90) = {down:.3g}, alpha_z(0, -90) = {up:.3g} N/cm^3",
-            "alpha_z(0, 90) above the size of alpha_z(0, -90)",
-            "pulling a level plate up takes more than pushing it down ({found}): look whether intrusions and extractions "
-            "are exchanged in the run sheet.",
-        ),
-        "up_down-no-cell": Words("no alpha at {cells} deg"),
-    },
-)
-def check_up_down(measured: MediumMeasurements) -> Check:
-    """Check that pushing a level plate down takes more force than pulling it up."""
-    cells = Cells.of(measured.tables["alpha"], measured.config.grid.angle_tolerance_deg)
-    if cells.push is None or cells.pull is None:
-        without_alpha = [
-            name
-            for name, place in (("(0, 90)", cells.push), ("(0, -90)", cells.pull))
-            if place is None
-        ]
-        return Check.skip("up_down", "up_down-no-cell", cells=" and ".join(without_alpha))
-    (down, up), errors = (values[0, [cells.push, cells.pull]] for values in (cells.force, cells.se))
-    exceeds = bool(abs(up) - down <= _CHOSEN.sigmas * math.hypot(*errors))
-    return Check.judge("up_down", exceeds, down=down, up=up)
-
-
-@dataclass(frozen=True)
-class Cells:
-    """Cells of an alpha table that have alpha.
-
-    `rows`: Row of each cell in the table, shape (n,).
-    `gamma`: rad, shape (n,).
-    `side`: -1 where the sign of alpha_x was turned, as for an extraction; else 1.
-    `force`, `se`: Alpha and its standard error, z and x, N/cm^3, shape (2, n).
-    `turn`: Part of the error of alpha_x by an unknown turn of the mount, N/cm^3.
-    `push`, `pull`: Indices of the cells (0, 90) and (0, -90) deg; None where they have no alpha.
-    `pairs`: Indices of cells on vertical paths that are mirror images of each other, or of themselves, shape (2, k).
-    """
-
-    rows: npt.NDArray[np.intp]
-    gamma: FloatArray
-    side: FloatArray
-    force: FloatArray
-    se: FloatArray
-    turn: FloatArray
-    push: int | None
-    pull: int | None
-    pairs: npt.NDArray[np.intp]
-
-    @classmethod
-    def of(cls, alpha: pd.DataFrame, tolerance_deg: float) -> Cells:
-        """Select the cells of an alpha table that have alpha."""
-        rows = np.flatnonzero(np.isfinite(alpha_columns(alpha)).all(axis=0))
-        table = alpha.iloc[rows].reset_index(drop=True)
-        force = np.stack(alpha_columns(table))
-        se = np.nan_to_num(alpha_columns(table, "_se"))
-        gamma = np.radians(table["gamma_deg"].to_numpy(float))
-        turn = np.nan_to_num(table[column("x", "_turn")].to_numpy(float))
-        beta_deg, gamma_deg = (table[f"{name}_deg"].to_numpy(float) for name in ("beta", "gamma"))
-        ends = rows_at(table, 0, [90, -90], tolerance_deg)
-        push, pull = (int(row) if row >= 0 else None for row in ends)
-        image = rows_at(table, -beta_deg, gamma_deg, tolerance_deg)
-        is_vertical = is_straight_down(0.0, np.abs(gamma_deg), tolerance_deg)
-        first_cells = np.flatnonzero((image >= np.arange(image.size)) & is_vertical)
-        pairs = np.stack([first_cells, image[first_cells]])
-        side = np.where(gamma < 0, -1.0, 1.0)
-        return cls(rows, gamma, side, force, se, turn, push, pull, pairs)
-
-    @property
-    def work(self) -> tuple[FloatArray, FloatArray]:
-        """D = alpha_x cos gamma + alpha_z sin gamma, N/cm^3, and the distance below 0 that noise may cause."""
-        share = np.stack([np.sin(self.gamma), np.cos(self.gamma)])
-        se = np.sqrt(np.sum((share * self.se) ** 2, axis=0))
-        sigmas = np.full(se.shape, _CHOSEN.sigmas)
-        if self.push is not None:
-            sigmas[self.push] = _CHOSEN.sigmas_of_push
-        return np.sum(share * self.force, axis=0), np.maximum(LEAST_WORK, sigmas * se)
-
-    @property
-    def n_negative_work(self) -> int:
-        """Number of cells in which the medium gives energy back."""
-        work, work_noise = self.work
-        return int(np.count_nonzero(work < -work_noise))
-
-    @property
-    def takes_energy(self) -> bool:
-        """True if few cells give energy back, even fewer do so clearly, and the level push down is none of them."""
-        work, work_noise = self.work
-        push_is_negative = self.push is not None and work[self.push] < -work_noise[self.push]
-        n_clear = int(np.count_nonzero(work < -_CHOSEN.clear * work_noise))
-        return (
-            self.n_negative_work < self.fewest_negative
-            and n_clear <= self.most_clear
-            and not push_is_negative
+        power = max(evidence.values()) / math.log(10)
+        mistake, stated_in = likelier_axes
+        return Check.judge(
+            "axes", False, code="axes-others", axes=mistake, power=power, where=stated_in
         )
-
-    @property
-    def fewest_negative(self) -> int:
-        """Number of cells that give energy back from which on this is no accident."""
-        return int(min(_CHOSEN.fewest_cells, self.gamma.size))
-
-    @property
-    def most_clear(self) -> int:
-        """Largest number of cells that may clearly give energy back; in a small table only one may."""
-        return int(max(1, self.gamma.size // _CHOSEN.cells_of_one_mistake))
-
-    @property
-    def _mirror_sums(self) -> tuple[npt.NDArray[np.intp], FloatArray, FloatArray, FloatArray]:
-        """First cell of each pair of mirror images, the pair's sums of z and of x, and the variance of the latter."""
-        cell, mirror_cell = self.pairs
-        z, x = (
-            (values[cell] + values[mirror_cell])
-            for values in (self.force[0] * self.side, self.force[1])
-        )
-        variance = np.maximum(self.se[1] ** 2 - self.turn**2, 0)
-        # a cell that is its own image is added to itself: twice the error, four times the variance
-        error = np.where(
-            cell == mirror_cell, 4 * variance[cell], variance[cell] + variance[mirror_cell]
-        )
-        return cell, z, x, error
-
-    @property
-    def turn_rad(self) -> tuple[float, float]:
-        """Turn of the mount beyond the stated one and its standard error, rad; NaN if not measured.
-
-        Horizontal forces on mirror images are opposite, so their sum, relative to that of the vertical forces, shows
-        the turn.
-        """
-        _, z, x, error = self._mirror_sums
-        weight = z / np.maximum(error + (_CHOSEN.alike * np.abs(z).max(initial=0)) ** 2, 1e-12)
-        size = float(weight @ z)
-        if not size > 0:
-            return math.nan, math.nan
-        return -math.atan2(float(weight @ x), size), math.sqrt(float(weight**2 @ error)) / size
-
-    @property
-    def mirror_images_agree(self) -> bool:
-        """True if horizontal forces on mirror images are opposite: no clear turn of the mount, no pair far from it."""
-        turn, se = self.turn_rad
-        return not (
-            abs(turn) > _CHOSEN.turn + _CHOSEN.sigmas * se or self.mirror_misfit[0] > _CHOSEN.unlike
-        )
-
-    @property
-    def mirror_misfit(self) -> tuple[float, int]:
-        """Largest deviation of a pair from the common turn of the mount, in standard errors, and its first cell."""
-        cell, z, x, error = self._mirror_sums
-        if not cell.size or math.isnan(turn := self.turn_rad[0]):
-            return 0.0, 0
-        tolerance = _CHOSEN.alike * np.abs(z).max()
-        misfit = np.abs(x + math.tan(turn) * z) / np.sqrt(np.maximum(error + tolerance**2, 1e-12))
-        return float(misfit.max()), int(cell[misfit.argmax()])
+    if for_pulls > CLEAR:
+        return Check.judge("axes", False, code="axes-pulls", power=for_pulls / math.log(10))
+    for_beta = max((evidence.pop(name, -math.inf) for name in _STATED_IN), default=-math.inf)
+    open_axes = [remark(f"axes-{name}") for name in evidence if evidence[name] > -CLEAR]
+    if open_axes:
+        return Check.skip("axes", "axes-open", axes=format_remarks(open_axes))
+    power = -max(evidence.values()) / math.log(10)
+    code = "axes-pulls-open" if for_pulls > -CLEAR else "axes"
+    if for_beta > -CLEAR:
+        code = "axes-beta-open"
+    return Check.judge("axes", True, code=code, power=power)

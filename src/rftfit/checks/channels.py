@@ -12,6 +12,7 @@ import pandas as pd
 
 from rftfit.campaign.config import Config, Transducer
 from rftfit.campaign.sheet import Run
+from rftfit.checks.axes import CLEAR, find_likelier_axes
 from rftfit.checks.declared import (
     Check,
     MediumMeasurements,
@@ -21,7 +22,6 @@ from rftfit.checks.declared import (
     flags_on,
 )
 from rftfit.checks.runs import check_drift, check_rods
-from rftfit.checks.shared import CLEAR, find_likelier_axes
 from rftfit.conventions import FloatArray
 from rftfit.directions import has_sign, number_rows
 from rftfit.measure.alpha import alpha_columns

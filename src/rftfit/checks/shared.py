@@ -1,10 +1,9 @@
-"""Checks of all runs of a medium together: errors that many runs share, and axes of the force."""
+"""Check of all runs of a medium together: errors that many runs share."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -21,130 +20,7 @@ from rftfit.checks.declared import (
 from rftfit.measure.alpha import alpha_columns
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.lab_frame import measures_force_x
-from rftfit.measure.verdict_words import (
-    BETA_AND_X_REVERSED,
-    BETA_REVERSED,
-    DOUBTFUL,
-    FEWEST_RUNS,
-    MIXED_UP,
-    NO_RUNS,
-    PULLS,
-    UNUSABLE,
-)
-from rftfit.store.chosen import chosen
-
-CLEAR: float = chosen("checks", "evidence").axes
-"""Log of the Bayes factor above which one choice of axes is clearly better than another."""
-
-
-class LikelierAxes(NamedTuple):
-    """Axes that explain alpha better than the given ones.
-
-    `mistake`: What is wrong with the given ones. `stated_in`: Where they are stated.
-    """
-
-    mistake: Remark
-    stated_in: str
-
-
-_STATED_IN = {
-    BETA_REVERSED: "the sign of beta_deg, which is that of the left edge",
-    BETA_AND_X_REVERSED: "both transducer.axes and the sign of beta_deg",
-}
-"""Where a wrong sign of beta in all runs is mended, by its name; wrong axes are in `transducer.axes`."""
-
-
-def find_likelier_axes(measured: MediumMeasurements) -> LikelierAxes | None:
-    """Find other axes that explain alpha clearly better than the given ones; None where there are none."""
-    axes = measured.tables["axes"]
-    other_axes = axes[~axes["axes"].isin(["as-given", PULLS])].sort_values(
-        "log_bayes_factor", ascending=False, kind="stable"
-    )
-    evidence = other_axes["log_bayes_factor"]
-    if other_axes.empty or not evidence.iloc[0] > CLEAR:
-        return None
-    # on vertical paths alone, another sign of beta does what x reversed does
-    is_likely = (evidence > CLEAR) & (evidence >= evidence.iloc[0] - CLEAR)
-    first, *others = other_axes["axes"][is_likely]
-    mistake = remark(f"axes-{first}")
-    if others:
-        others_text = ", ".join(str(remark(f"axes-{name}")) for name in others)
-        mistake = remark("axes-or", axes=mistake, others=others_text)
-    places = [_STATED_IN.get(name, axes_are_stated_in(measured)) for name in (first, *others)]
-    if measured.config.table:
-        places = [axes_are_stated_in(measured)]
-    return LikelierAxes(mistake, " and ".join(dict.fromkeys(places)))
-
-
-def axes_are_stated_in(measured: MediumMeasurements) -> str:
-    """Say where axes of forces are stated."""
-    return "the columns of the table" if measured.config.table else "transducer.axes"
-
-
-@declare_check(
-    "axes",
-    title="axes of the force",
-    effect=UNUSABLE,
-    good="the axes of the force fit the shape of known media",
-    fault="other axes or signs than the given ones fit the shape of known media",
-    after=SOUND_ALPHA,
-    needed=True,
-    outcomes={
-        "axes": Words(
-            "the given axes explain alpha at least 10^{power:.0f} times better than any others",
-            "at least 55 times better than any others",
-        ),
-        "axes-others": Words(
-            "with {axes} alpha is explained 10^{power:.0f} times better than as given, by the shape of known media",
-            "no axes explain alpha 55 times better than the given ones",
-            "axes or signs look wrong in all runs ({found}): look at {where}.",
-        ),
-        "axes-pulls": Words(
-            "beta of pulls with the other sign explains alpha 10^{power:.0f} times better than the given one, by the shape of "
-            "known media",
-            "beta as given explains alpha of pulls at least as well",
-            "beta of pulls has the wrong sign ({found}): look at beta_deg of runs with a negative gamma_deg.",
-            "beta of pulls has the wrong sign",
-        ),
-        "axes-pulls-open": Words(
-            "the given axes explain alpha at least 10^{power:.0f} times better than any others; these directions do not tell "
-            "whether beta of pulls has the right sign",
-            "at least 55 times better than any others",
-        ),
-        "axes-beta-open": Words(
-            "the given axes explain alpha at least 10^{power:.0f} times better than any others; these directions do not tell "
-            "whether beta has the right sign",
-            "at least 55 times better than any others",
-        ),
-        "axes-open": Words("these directions do not tell the given axes from others: {axes}"),
-        "axes-no-runs": Words("no run has both components of alpha"),
-    },
-)
-def check_axes(measured: MediumMeasurements) -> Check:
-    """Check that the given axes fit the shape of known media better than axes that a config may name by mistake."""
-    axes = measured.tables["axes"]
-    evidence = dict(zip(axes["axes"], axes["log_bayes_factor"].astype(float), strict=True))
-    for_pulls = evidence.pop(PULLS, -math.inf)
-    evidence.pop("as-given", None)
-    if not evidence:
-        return Check.skip("axes", "axes-no-runs")
-    if likelier_axes := find_likelier_axes(measured):
-        power = max(evidence.values()) / math.log(10)
-        mistake, stated_in = likelier_axes
-        return Check.judge(
-            "axes", False, code="axes-others", axes=mistake, power=power, where=stated_in
-        )
-    if for_pulls > CLEAR:
-        return Check.judge("axes", False, code="axes-pulls", power=for_pulls / math.log(10))
-    for_beta = max((evidence.pop(name, -math.inf) for name in _STATED_IN), default=-math.inf)
-    open_axes = [remark(f"axes-{name}") for name in evidence if evidence[name] > -CLEAR]
-    if open_axes:
-        return Check.skip("axes", "axes-open", axes=format_remarks(open_axes))
-    power = -max(evidence.values()) / math.log(10)
-    code = "axes-pulls-open" if for_pulls > -CLEAR else "axes"
-    if for_beta > -CLEAR:
-        code = "axes-beta-open"
-    return Check.judge("axes", True, code=code, power=power)
+from rftfit.measure.verdict_words import DOUBTFUL, FEWEST_RUNS, MIXED_UP, NO_RUNS
 
 
 @declare_check(

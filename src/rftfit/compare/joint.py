@@ -219,7 +219,7 @@ class JointModel:
     # --- the prior
 
     def _locate_runs(self, runs: RunSlopes) -> None:
-        """Sort runs into directions, and set the prior there and, for slopes over the angles, a few degrees beside."""
+        """Sort runs into directions, and set the prior there and, for its derivatives by the angles, a few degrees away."""
         self._sort_into_directions(runs)
         count = self.directions.shape[1]
         self.prior_mean, self.prior_rows = _prior_beside(

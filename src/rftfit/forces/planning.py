@@ -41,9 +41,9 @@ Numbers = Callable[[FloatArray, Map], FloatArray]
 class Target:
     """Numbers that are to be known well, which follow from alpha at the nodes of a map.
 
-    `parts`: names of the numbers. `numbers`: these numbers by some alpha and a map. `divisor`: by what the half width of
-    each is divided, from the numbers by the map's own alpha; `divisor_name` says it. `linear`: whether the numbers are
-    linear in alpha.
+    `parts`: names of the numbers. `numbers`: function that returns them for some alpha and a map. `divisor`: function that
+    takes the numbers by the map's own alpha, and returns what the half width of each is divided by; `divisor_name` says
+    it. `linear`: whether the numbers are linear in alpha.
     """
 
     name: str

@@ -11,6 +11,9 @@ import pandas as pd
 from rftfit.figures.labels import format_interval, percent
 from rftfit.figures.style import format_number
 
+ALPHA_DIGITS = 4
+"""Digits after the point of alpha, zeta and chi in the tables of the page."""
+
 
 def share(x: float | None) -> str:
     """Write a ratio as a percentage."""
@@ -99,7 +102,7 @@ Show = Callable[[float | None], str]
 def numbers(
     heading: str,
     name: str,
-    digits: int = 4,
+    digits: int = ALPHA_DIGITS,
     ends: str = "",
     note: str = "",
     show: Show | None = None,

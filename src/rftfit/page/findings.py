@@ -18,7 +18,7 @@ from rftfit.figures.style import format_number
 from rftfit.forces.peaks import STEEP
 from rftfit.measure.alpha import cell_at, column
 from rftfit.measure.depths import steep_pushes
-from rftfit.page.cells import Row, records
+from rftfit.page.cells import ALPHA_DIGITS, Row, records
 from rftfit.page.live import lacks_directions
 from rftfit.page.outcome import describe_other_kind, media_that_passed
 from rftfit.results import Results
@@ -88,7 +88,7 @@ def _find_verdicts(results: Results) -> Iterable[PageFinding]:
         )
         window = _describe_window_of_sand(results, name)
         sizes.append(
-            f"{format_number(alpha, 4)} N/cm^3{labels.in_brackets(intervals)} in {titles[name]}{window}"
+            f"{format_number(alpha, ALPHA_DIGITS)} N/cm^3{labels.in_brackets(intervals)} in {titles[name]}{window}"
         )
     if sizes:
         ends = f"{'between ' * (len(sizes) > 1)}{' and '.join(sizes)}"
@@ -137,7 +137,7 @@ def _format_mean_and_next_bed(cell: Mapping[Any, Any], confidence: float) -> str
     next_bed = f"next bed, {scatter}," if scatter else "next bed"
     for suffix, name in (("", labels.name_of_mean(cell)), ("_next", next_bed)):
         low, high = (cell.get(column("z", f"_{end}{suffix}")) for end in ("lo", "hi"))
-        if span := labels.format_interval(low, high, 4):
+        if span := labels.format_interval(low, high, ALPHA_DIGITS):
             intervals.append(f"{name} {span}")
     return ", ".join(intervals)
 

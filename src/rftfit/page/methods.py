@@ -30,6 +30,7 @@ from rftfit.model.maps import STEP_DEG
 from rftfit.model.profiles import EPS
 from rftfit.model.scaling import GENERIC, published
 from rftfit.model.shapes import FRICTIONS, TILT_SHARE, published_shapes
+from rftfit.page.cells import ALPHA_DIGITS
 from rftfit.page.findings import list_in_words
 from rftfit.page.live import has_scale_of_map, scaled_from_print
 from rftfit.page.outcome import Outcome
@@ -326,7 +327,9 @@ def _describe_held_errors(results: Results) -> str:
             others_phrase = "; the others do not include the scatter between beds"
         return f"{opening}, and hold the scatter of the runs of a direction that was repeated{others_phrase}."
     spreads = cells_with_error["run_to_run_z_N_per_cm3"]
-    size = f"{format_number(spreads.median(), 4)} N/cm^3" + " (median)" * (len(spreads) > 1)
+    size = f"{format_number(spreads.median(), ALPHA_DIGITS)} N/cm^3" + " (median)" * (
+        len(spreads) > 1
+    )
     treatment = "pooled from repeats, where there are enough"
     if FEW_REPEATS in kinds:
         treatment = f"an assumed {assumed}, moderated by few repeats"

@@ -40,7 +40,18 @@ from rftfit.measure.flags import codes_of
 from rftfit.measure.verdict_words import DOUBTFUL, NOT_CHECKED, NOTHING, SOUND
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import AS_PRINTED, GENERIC, routines
-from rftfit.page.cells import Cell, Note, PageColumn, PageTable, Row, numbers, records, share, texts
+from rftfit.page.cells import (
+    ALPHA_DIGITS,
+    Cell,
+    Note,
+    PageColumn,
+    PageTable,
+    Row,
+    numbers,
+    records,
+    share,
+    texts,
+)
 from rftfit.page.live import (
     fitted_scale,
     has_scale_of_map,
@@ -77,9 +88,6 @@ def medium_title(results: Results, medium: str) -> str:
 
 NO_FAULT = "no fault found"
 """Verdict in words on a medium that fails no check, but lacks a check that a sound medium needs."""
-
-ALPHA_DIGITS = 4
-"""Digits after the point of alpha, zeta and chi in the tables of the page."""
 
 
 def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
@@ -348,13 +356,13 @@ def tabulate_coefficients(results: Results, method: str) -> PageTable:
         def cell(row: Row) -> Cell:
             if "of" in row:
                 fit_row = fit_rows.get((medium, row["of"]), {})
-                return Cell(format_number(fit_row.get("misfit_rms_N_per_cm3"), 4))
+                return Cell(format_number(fit_row.get("misfit_rms_N_per_cm3"), ALPHA_DIGITS))
             fit_row = fit_rows.get((medium, row["term"]), {})
-            text = format_number(fit_row.get("value_N_per_cm3"), 4)
+            text = format_number(fit_row.get("value_N_per_cm3"), ALPHA_DIGITS)
             # a reason that all terms of a medium share is written at the first term alone
             is_written = len(reasons[medium]) > 1 or row["term"] == TERMS[0]
             reason = fit_row.get("reason", "") if is_written else ""
-            notes = (format_interval(fit_row.get("lo"), fit_row.get("hi"), 4), reason)
+            notes = (format_interval(fit_row.get("lo"), fit_row.get("hi"), ALPHA_DIGITS), reason)
             if fit_row.get("kept", True):
                 return Cell(text, notes)
             return Cell(f"[{text}]", notes, "faint")
