@@ -17,6 +17,7 @@ ROW = {
     "motion_log": "push.csv",
 }
 BOX = {"length_cm": 40, "width_cm": 30, "depth_cm": 20}
+OPEN = {"length_cm": 1000, "width_cm": 1000}
 PLATE = {"shape": "plate", "length_cm": 4, "width_cm": 3, "thickness_cm": 0.3}
 
 
@@ -29,6 +30,8 @@ PLATE = {"shape": "plate", "length_cm": 4, "width_cm": 3, "thickness_cm": 0.3}
         ({"fit": {"max_depth_cm": 16.1}, "container": BOX}, ["fit.max_depth_cm"]),
         ({"fit": {}, "container": BOX | {"width_cm": 11}}, []),
         ({"fit": {}, "container": BOX | {"width_cm": 10.9}}, ["container.width_cm"]),
+        # open ground has no walls
+        ({"fit": {"wall_clearance_cm": 1}, "container": BOX | OPEN}, []),
         (
             {"fit": {"wall_clearance_cm": 1, "max_depth_cm": 19}, "container": BOX},
             ["fit.wall_clearance_cm", "fit.max_depth_cm"],

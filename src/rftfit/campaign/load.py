@@ -301,7 +301,9 @@ def _warn_of_near_walls(file: ModelFile[Config], config: Config, runs: list[Run]
         return
     length_cm = max(plate.length_cm for plate in plates)
     box, fit = config.container, config.fit
-    kept_cm = {("fit", "wall_clearance_cm"): fit.wall_clearance_cm}
+    kept_cm: dict[KeyPath, float] = {}
+    if not box.is_open:
+        kept_cm["fit", "wall_clearance_cm"] = fit.wall_clearance_cm
     if fit.max_depth_cm is not None:
         kept_cm["fit", "max_depth_cm"] = box.depth_cm - fit.max_depth_cm
     widths_cm = [getattr(plate, "width_cm", plate.length_cm) for plate in plates]

@@ -275,7 +275,7 @@ def compare_with_known(
 
 
 def _points_to_beta(table: pd.DataFrame, bad: Mask, is_right: Mask, tolerance_deg: float) -> bool:
-    """Return True where only slanted plates have the opposite sign, and a level one on the same path has the right one.
+    """Return True where only slanted plates have the opposite sign, and a level or upright one on the same path the right one.
 
     A reversed channel would reverse both.
     """

@@ -39,7 +39,7 @@ from rftfit.measure.verdict_words import DOUBTFUL, FEWEST_RUNS, MIXED_UP, NO_RUN
         ),
         "shared-labels-open": Words(
             "nothing that many runs share is seen; {seen} would be; an error of the runs with {labels} cannot be told from their "
-            "directions, which no other runs have: push one of these directions without that label",
+            "directions, which few or no other runs have: push one of these directions without that label",
             "less than would be seen by chance in one of 100 sound campaigns",
         ),
         "shared-told": Words(

@@ -317,7 +317,7 @@ SENTENCES = {
     "cause-reversed": "{whose} has the opposite sign in {count} of {size} directions with a clear sign ({rows}): look at its "
     "wires, and at beta_deg and the motion of these runs (on a slanted path a level plate keeps its sign where only beta is wrong)",
     "cause-reversed-beta": "{whose} has the opposite sign in {count} of {size} directions with a clear sign ({rows}), but the right "
-    "one where the plate is level on the same paths: look at the sign of beta_deg of these runs, which is that of the left edge",
+    "one where the plate is level or upright on the same paths: look at the sign of beta_deg of these runs, which is that of the left edge",
     "cause-gain": "{whose} has {times:.2g} times the noise, and about as many times the force, in {count} of {size} runs, "
     "beside the others ({rows}): look at its amplifier and its unit",
     "cause-axes": "{count} of {size} runs fit the shape of known media with {axes} and not as the others ({rows}): look at the "

@@ -935,7 +935,6 @@ def published_medium(medium: str, kind: str = "table") -> Profile:
     >>> round(float(alpha_z), 2)
     0.35
     """
-    choose("medium", medium, MEDIA, "published media")
     choose("profile", kind, PUBLISHED_KINDS)
     table = TableProfile.published(medium)
     profile: Profile = table
