@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from makers import answer_of, json_of, refused
+from makers import answer_of, json_of, refused, run_targets
 from numpy.testing import assert_allclose
 
 import rftfit
@@ -194,7 +194,7 @@ def test_a_damaged_result_is_told_and_made_again(damage, folder):
         assert "files.link-in-the-way" in refused("run", name, folder=folder)
         assert copy.read_bytes() == content + b"\n"
         path.unlink()
-    report = rftfit.run(folder, [name], cores=1)
+    report = run_targets(folder, [name])
     assert f"slopes {SAND}" in report.made
     assert f"slopes {LAB}" not in report.made
     assert report.failed == {}

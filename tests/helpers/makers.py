@@ -483,6 +483,12 @@ def write_rows(sheet, rows, names=()):
         writer.writerows(rows)
 
 
+def run_targets(folder, targets):
+    """Make targets of a campaign by `rftfit.run`, whose processes are forks."""
+    with snakemake_forked():
+        return rftfit.run(folder, targets, cores=1)
+
+
 def run_command(folder, *words, expected_code=None):
     """Run ``rftfit`` with these words in this process, from a campaign's folder.
 

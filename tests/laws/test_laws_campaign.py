@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from makers import MadePush, answer_of, config_of_push, row_of_push, write_campaign
+from makers import MadePush, answer_of, config_of_push, row_of_push, run_targets, write_campaign
 from numpy.testing import assert_allclose
 
 import rftfit
@@ -55,7 +55,7 @@ def make(folder, units, order=1):
     )
     config["intruders"]["narrow"] = config["intruders"]["plate"] | {"width_cm": 2}
     write_campaign(folder, config, rows=rows[::order], logs=logs)
-    report = rftfit.run(folder, [f"results/alpha/{medium}.csv" for medium in MEDIA], cores=1)
+    report = run_targets(folder, [f"results/alpha/{medium}.csv" for medium in MEDIA])
     assert report.failed == {}
     flags = rftfit.open(folder).table("flags/pooled.csv")
     flags = flags[flags["code"] == "pooled-plates"]
@@ -122,7 +122,7 @@ def test_the_order_of_a_stress_table_does_not_matter(tmp_path):
     code, _, error = answer_of("init", "c", "--stress-table", "stress.csv", folder=tmp_path)
     assert code == 0, error
     names = [f"results/alpha/{medium}.csv" for medium in ("plain", "backward")]
-    assert rftfit.run(tmp_path / "c", names, cores=1).failed == {}
+    assert run_targets(tmp_path / "c", names).failed == {}
     plain, backward = (alpha_of(tmp_path / "c", medium) for medium in ("plain", "backward"))
     assert_allclose(backward[ALPHA], plain[ALPHA], rtol=1e-9, atol=1e-12)
     assert len(plain) == len(DIRECTIONS)
