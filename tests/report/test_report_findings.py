@@ -112,6 +112,21 @@ def test_an_error_has_one_verdict():
     assert not any("chance" in verdict for verdict in verdicts.values())
 
 
+def test_the_least_difference_between_runs_that_is_seen(tmp_path):
+    results = page_results(tmp_path)
+    for medium, verdict, seen_from in (
+        ("poppy_LP", "passed", [0.1, 0.2, 0.9]),
+        ("poppy_CP", "passed", [0.3, 0.3, 0.3]),
+        ("yuma", "not checked", [0.7, 0.7, 0.7]),
+    ):
+        check = {"medium": medium, "check": "repeats", "code": "repeats", "verdict": verdict}
+        write(results, f"checks/{medium}.csv", pd.DataFrame([check]))
+        peers = {"seen_from_ratio": seen_from, "times_spread": [1.0, 2.0, np.nan]}
+        write(results, f"peers/{medium}.csv", pd.DataFrame(peers))
+    text = findings(Results(results.campaign))[0].text
+    assert "less than 15 to 30 % of the largest alpha" in text
+
+
 def test_titles_with_commas_are_told_apart(tmp_path):
     results = page_results(tmp_path)
     for medium in ("poppy_LP", "poppy_CP"):

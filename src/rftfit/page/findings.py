@@ -72,6 +72,7 @@ def _find_verdicts(results: Results) -> Iterable[PageFinding]:
         if len(names) <= _MOST_MEDIA:
             subject = list_in_words(names)
         sentences.append(verdict.on(subject, len(names) > 1))
+    sentences += _describe_unseen_difference(results)
     confidence = results.config.fit.confidence
     alpha_cells = []
     for name in labels.usable_media(results, results.media):
@@ -96,6 +97,19 @@ def _find_verdicts(results: Results) -> Iterable[PageFinding]:
     sentences += _describe_lost_pushes(results)
     text = ". ".join(f"{sentence[0].upper()}{sentence[1:]}" for sentence in sentences)
     yield PageFinding(f"{text}.", "believed")
+
+
+def _describe_unseen_difference(results: Results) -> Iterable[str]:
+    """Say how far a single run may be off in media whose runs agree: what is smaller is not told from chance."""
+    percents = []
+    for medium in media_that_passed(results).get("repeats", ()):
+        peers = results.table(f"peers/{medium}.csv")
+        seen_from = peers.loc[peers["times_spread"].notna(), "seen_from_ratio"]
+        percents.append(100 * seen_from.median())
+    if percents:
+        ends = dict.fromkeys(format_number(end, 0) for end in (min(percents), max(percents)))
+        span = " to ".join(ends)
+        yield f"a single run that is off by less than {span} % of the largest alpha (median of runs) is not seen"
 
 
 def _find_media_of_another_kind(results: Results) -> Iterable[PageFinding]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,15 +13,7 @@ from markupsafe import Markup
 
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN
 from rftfit.compare.lessons import summary_of_lessons
-from rftfit.compare.published import (
-    EVIDENCE,
-    NOT_MEASURED,
-    SAME,
-    TEXT,
-    VERDICTS,
-    is_zeta_of_terms,
-    sum_of_terms,
-)
+from rftfit.compare.published import EVIDENCE, NOT_MEASURED, SAME, TEXT, VERDICTS
 from rftfit.compare.sands import MODELS, WORTH
 from rftfit.figures.labels import (
     PROFILES,
@@ -328,11 +320,9 @@ def _describe_numbers_of_paper(results: Results, medium: Medium) -> dict[str, st
     penetration = results.table("penetration.csv")
     is_of_medium = (penetration["medium"] == medium.name) & (penetration["method"] == AS_PRINTED)
     by_transform = penetration[is_of_medium]
-    terms = coefficients(published_as)
-    sum_text = "" if is_zeta_of_terms(terms) else f"its terms: {sum_of_terms(terms):.3f}"
     notes = {}
-    for name, digits, why in (("zeta", 3, sum_text), ("chi", 2, "")):
-        note = f"paper {format_number(printed[name], digits)}{in_brackets(why)}"
+    for name, digits in (("zeta", 3), ("chi", 2)):
+        note = f"paper {format_number(printed[name], digits)}"
         transformed = by_transform[name].dropna()
         if len(transformed):
             number = format_number(float(transformed.iloc[0]), ALPHA_DIGITS)
@@ -435,12 +425,23 @@ def tabulate_scaling(results: Results) -> tuple[PageTable, PageTable]:
     rows_by_configured: dict[bool, list[Row]] = {True: [], False: []}
     for row in _without_repeated_reasons(results, "penetration.csv"):
         rows_by_configured[row["method"] in (method, *routines(method))].append(row)
-    other_rows = rows_by_configured[False]
+    other_rows = _join_methods(rows_by_configured[False])
     other_scaling = PageTable("Scaling by the other methods", columns, other_rows)
     rows_with_errors = [row for row in rows_by_configured[True] if row["zeta_errors"]]
     return PageTable(
         f"Errors behind {ZETA}", [*medium_and_method, errors], rows_with_errors
     ), other_scaling
+
+
+def _join_methods(rows: Iterable[Row]) -> list[Row]:
+    """Join rows of a medium whose numbers are the same by several methods; the column of the method names all of these."""
+    joined: dict[tuple[str, ...], Row] = {}
+    for row in rows:
+        numbers_of_row = tuple(f"{row[name]}" for name in ("medium", "zeta", "chi", "reason"))
+        first = joined.setdefault(numbers_of_row, row)
+        if first is not row:
+            joined[numbers_of_row] = first | {"method": f"{first['method']}; {row['method']}"}
+    return [*joined.values()]
 
 
 _RMS_OVER_PEAK = numbers(
