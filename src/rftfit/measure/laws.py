@@ -46,7 +46,7 @@ class DepthLaw(NamedTuple):
             return [power_fit(depth, component, self.at_cm) for component in stress]
         return intercept_fits(depth, stress, self.at_cm)
 
-    def shares(self, depth: FloatArray, stress: FloatArray) -> FloatArray:
+    def weights(self, depth: FloatArray, stress: FloatArray) -> FloatArray:
         """Weights of the runs of a horizontal cell, shape (n,): alpha is the sum of weight times stress over depth.
 
         `depth`, `stress`: cm and N/cm^2, shape (n,), at two depths or more.
