@@ -64,6 +64,7 @@ def trace_run(
         run, readings, _mark_motion(time, spans, -LONGEST_RAMP_S)
     )
     good = ~readings.saturated
+    # from here on z is counted from the surface, also where the force shows it
     path, surface = place_surface(
         config, run, path, time[good], readings.force[0, good], clock.se_s or 0.0
     )
@@ -95,7 +96,7 @@ def trace_run(
         travel, is_measured = compliance.travel_at(force[0])
         z = z + travel
         why[~is_measured & (why == RowStatus.GOOD)] = RowStatus.YIELDED
-    # a log whose zero is known from elsewhere need not hold a rest in air
+    # a log whose zero comes from another log or from the config need not hold a rest in air
     rests_in_air = config.zero.method == "air" and zero_log is None
     phase = np.full(time.size, _OTHER)
     phase[in_air & ~moving & rests_in_air] = _AIR
@@ -118,19 +119,19 @@ def trace_run(
     return Trace(
         run,
         readings.time,
-        phase,
-        x,
-        z,
-        angle,
-        force,
-        why,
-        zero,
-        clock,
-        tuple(flags),
-        (force_log.rows, motion_log.rows),
-        surface,
-        lab_frame.channel_facts(readings.channels, in_stroke),
-        hold_s,
+        phase=phase,
+        x=x,
+        z=z,
+        angle=angle,
+        force=force,
+        why=why,
+        zero=zero,
+        clock=clock,
+        flags=tuple(flags),
+        rows=(force_log.rows, motion_log.rows),
+        surface=surface,
+        channels=lab_frame.channel_facts(readings.channels, in_stroke),
+        hold_s=hold_s,
     )
 
 
@@ -183,14 +184,18 @@ _AIR, _APPROACH, _PAUSE, _STROKE, _OTHER = range(len(PHASES))
 _CHOSEN = chosen("measure", "trace")
 
 HELD_SE: float = _CHOSEN.held_se
-"""Standard error of the clock, relative to the time for which a position is repeated, held or by a coarse sensor."""
+"""Standard error of the clock over the time for which the motion log repeats a position."""
 
 
 def _position_in_steps(path: IntruderPath, start: float, end: float) -> tuple[float, list[Remark]]:
     """Return the time for which a position is repeated while the arm moves, s, and its flag; 0 if steps are small."""
     inside = (path.time >= start) & (path.time <= end)
-    parts = [coordinate[inside] for coordinate in (path.x, path.z)]
-    position = max(parts, key=lambda coordinate: np.ptp(coordinate) if coordinate.size else 0.0)
+    # the axis along which the arm moves farther
+    position = max(
+        path.x[inside],
+        path.z[inside],
+        key=lambda coordinate: np.ptp(coordinate) if coordinate.size else 0.0,
+    )
     holds = find_holds(position)
     if holds.rows < 2 or holds.step < _CHOSEN.least_step_cm:
         return 0.0, []
@@ -201,11 +206,15 @@ def _position_in_steps(path: IntruderPath, start: float, end: float) -> tuple[fl
 
 
 def _mark_motion(time: FloatArray, spans: FloatArray, ramp_s: float = LONGEST_RAMP_S) -> np.ndarray:
-    """Return True for samples in a stretch of motion, made longer by `ramp_s` at both ends (shorter if negative)."""
+    """Return True for samples in a stretch of motion, made longer by `ramp_s` at both ends (shorter if negative).
+
+    `time`: s, shape (n,), increasing. `spans`: Start and end of each stretch, s, shape (k, 2).
+    """
     moving = np.zeros(time.size, dtype=bool)
-    starts = np.searchsorted(time, spans[:, 0] - ramp_s, side="right")
-    for begin, stop in zip(starts, np.searchsorted(time, spans[:, 1] + ramp_s), strict=True):
-        moving[begin:stop] = True
+    first_rows = np.searchsorted(time, spans[:, 0] - ramp_s, side="right")
+    stop_rows = np.searchsorted(time, spans[:, 1] + ramp_s)
+    for first, stop in zip(first_rows, stop_rows, strict=True):
+        moving[first:stop] = True
     return moving
 
 
@@ -245,6 +254,7 @@ def _zero_of_log(
     unloaded = lab_frame.force_in_lab_frame(zero_log, config.transducer)
     age = _age_of_zero(zero_log, unloaded.time, force_log, stroke_s)
     most_min, file = config.zero.log_age_min, zero_log.path.name
+    # of an unknown age the largest allowed one is assumed
     minutes = most_min if age is None else age.minutes
     zero = lab_frame.zero_of_log(unloaded.force, config.transducer.drift_N_per_min, minutes)
     flags = []
@@ -257,7 +267,7 @@ def _zero_of_log(
 
 
 class _Age(NamedTuple):
-    """Time between a zero log and the stroke, and the times of both as text."""
+    """Time between a zero log and the stroke; times of both, formatted, for the sentence `zero-log-old`."""
 
     minutes: float
     logged: str
@@ -267,7 +277,10 @@ class _Age(NamedTuple):
 def _age_of_zero(
     zero_log: Log, zero_time: FloatArray, force_log: Log, stroke_s: float
 ) -> _Age | None:
-    """Age of the zero of a run, between the middles of both logs; None unless both state dates or times of day."""
+    """Age of the zero of a run, from the middle of its zero log to the middle of the stroke.
+
+    None unless both logs state dates or times of day. `zero_time`, `stroke_s`: s.
+    """
     logged_s = float(zero_time.mean())
     between_s = abs(stroke_s - logged_s)
     if epoch_unit(logged_s) == epoch_unit(stroke_s) == "s":
@@ -325,45 +338,44 @@ def _find_steps(
     A step in the stroke is a flag. After a step in air before the stroke the rows before it have another zero; after a
     step in air behind the stroke, the rows from it on.
     """
-    has_other_zero = np.zeros(readings.time.size, dtype=bool)
+    time = readings.time
+    has_other_zero = np.zeros(time.size, dtype=bool)
     flags: list[Remark] = []
     stepping_channels = may_step(readings.channels)
     if not stepping_channels.size:
         return flags, has_other_zero
-    rows = rows_within(readings.time, AWAY_S)
-    step_s = (readings.time[-1] - readings.time[0]) / (readings.time.size - 1)
+    rows = rows_within(time, AWAY_S)
+    step_s = (time[-1] - time[0]) / (time.size - 1)
     stroke_start = int(np.argmax(in_stroke))
     for number in stepping_channels:
-        name, channel = lab_frame.CHANNELS[number], readings.channels[number]
-        for step in find_steps(channel, rows):
+        for step in find_steps(readings.channels[number], rows):
+            row, both_sides = step.row, slice(step.row - 1, step.row + 1)
             # over a gap a force may change by any amount
-            if readings.time[step.row] - readings.time[step.row - 1] > USUAL_STEPS * step_s:
+            if time[row] - time[row - 1] > USUAL_STEPS * step_s:
                 continue
-            what: dict[str, Any] = {
-                "channel": name,
+            facts: dict[str, Any] = {
+                "channel": lab_frame.CHANNELS[number],
                 "newtons": step.size,
-                "when": f"{readings.time[step.row]:.2f} s",
+                "when": f"{time[row]:.2f} s",
             }
-            before = slice(0, step.row) if step.row <= stroke_start else slice(step.row, None)
-            if in_stroke[step.row - 1 : step.row + 1].all():
-                if not readings.saturated[step.row - 1 : step.row + 1].any():
-                    flags.append(remark("force-steps", **what))
-            elif in_air[step.row - 1 : step.row + 1].all():
-                has_other_zero[before] = True
-                side = "before it" if before.start == 0 else "from it on"
-                count = before.indices(channel.size)
-                flags.append(remark("zero-steps", count=count[1] - count[0], side=side, **what))
+            if in_stroke[both_sides].all():
+                if not readings.saturated[both_sides].any():
+                    flags.append(remark("force-steps", **facts))
+            elif in_air[both_sides].all():
+                side, first, stop = "before it", 0, row
+                if row > stroke_start:
+                    side, first, stop = "from it on", row, time.size
+                has_other_zero[first:stop] = True
+                flags.append(remark("zero-steps", count=stop - first, side=side, **facts))
     return flags, has_other_zero
 
 
 def _rest_of_zero(
     time: FloatArray, at_rest: np.ndarray, in_air: np.ndarray, has_other_zero: np.ndarray
 ) -> np.ndarray:
-    """Return the rows that show the zero of the stroke: at rest, or also moving in air where the rest is too short."""
-    left = at_rest & ~has_other_zero
-    if np.count_nonzero(left) >= lab_frame.fewest_for_zero(time):
-        return np.asarray(left)
-    return np.asarray(in_air & ~has_other_zero)
+    """Mark the rows that show the zero of the stroke: at rest, or also moving in air where the rest is too short."""
+    has_rest = np.count_nonzero(at_rest & ~has_other_zero) >= lab_frame.fewest_for_zero(time)
+    return np.asarray((at_rest if has_rest else in_air) & ~has_other_zero)
 
 
 # --- Flags of a trace: doubts that do not stop the run.
@@ -375,28 +387,22 @@ _NO_LOSS = (REPEATED, BLANK, OTHER_SOURCE)
 
 def _flag_lost_rows(force: Log, motion: Log, *, whole_lines: bool) -> list[Remark]:
     """Flag the rows that were lost from each log; `whole_lines`: a line of the file holds both force and motion."""
-    lost = [
-        {
-            reason: count
-            for reason, count in (*log.dropped.items(), *log.missing.items())
-            if reason not in _NO_LOSS
-        }
-        for log in (force, motion)
-    ]
-    parts = (" (force)", " (motion)") if force.path == motion.path else ("", "")
     flags = []
-    for lost_of_log, lost_beside, log, suffix in zip(
-        lost, lost[::-1], (force, motion), parts, strict=True
-    ):
-        for reason, count in lost_of_log.items():
+    for log, other, kind in ((force, motion, "force"), (motion, force, "motion")):
+        suffix = f" ({kind})" if force.path == motion.path else ""
+        counts_of_other = other.dropped | other.missing
+        for reason, count in (log.dropped | log.missing).items():
+            if reason in _NO_LOSS:
+                continue
             # a lost line of one table is lost to both logs, so it is named once; a lost cell is not
-            of_both = whole_lines and reason not in OF_CELLS and lost_beside.get(reason) == count
-            file = log.path.name + ("" if of_both else suffix)
-            when = log.stretches.get(reason)
-            more = {"when": format_stretches(when)} if when else {}
-            flags.append(
-                remark(dropped_rows(reason).code, count=count, file=file, why=reason, **more)
+            of_both = (
+                whole_lines and reason not in OF_CELLS and counts_of_other.get(reason) == count
             )
+            file = log.path.name + ("" if of_both else suffix)
+            facts = {"count": count, "file": file, "why": reason}
+            if when := log.stretches.get(reason):
+                facts["when"] = format_stretches(when)
+            flags.append(remark(dropped_rows(reason).code, **facts))
     for log in (force, motion):
         if when := log.stretches.get(SET_BACK):
             at = f"{when[0][0]:.2f} s"
@@ -407,19 +413,19 @@ def _flag_lost_rows(force: Log, motion: Log, *, whole_lines: bool) -> list[Remar
 
 
 def _gaps(stroke_time: FloatArray, max_gap_s: float) -> Iterator[Remark]:
-    """Flag gaps in the times of the stroke, s."""
-    missed = np.diff(gaps(stroke_time, max_gap_s), axis=1)
-    if missed.size == 1:
-        yield remark("gap", seconds=missed[0, 0])
-    elif missed.size:
-        yield remark("gaps", count=missed.size, seconds=missed.sum(), longest=missed.max())
+    """Flag gaps in the times of the stroke, s, that are longer than `max_gap_s`."""
+    seconds = np.diff(gaps(stroke_time, max_gap_s), axis=1)
+    if seconds.size == 1:
+        yield remark("gap", seconds=seconds[0, 0])
+    elif seconds.size:
+        yield remark("gaps", count=seconds.size, seconds=seconds.sum(), longest=seconds.max())
 
 
 def format_stretches(stretches: Sequence[tuple[float, float]]) -> str:
-    """Format start and end of some stretches of a log, s."""
-    listed = [f"{start:.2f} to {stop:.2f} s" for start, stop in stretches[:3]]
-    remainder = len(stretches) - len(listed)
-    return ", ".join(listed) + (f" and {remainder} stretches more" if remainder > 0 else "")
+    """Format start and end, s, of the first three stretches of a log, and the number of further ones."""
+    listed = ", ".join(f"{start:.2f} to {stop:.2f} s" for start, stop in stretches[:3])
+    remainder = len(stretches) - 3
+    return listed + (f" and {remainder} stretches more" if remainder > 0 else "")
 
 
 def _flag_doubts(
