@@ -111,9 +111,7 @@ def alpha_table(
     for (beta, gamma), cell, numbers in zip(directions, cells, numbers_of_cells, strict=True):
         cell_keys = {"medium": medium, "beta_deg": beta, "gamma_deg": gamma}
         rows.append(cell_keys | numbers | cell.columns)
-    # a medium without any plate run has an empty table with the same columns
-    columns = ["medium", "beta_deg", "gamma_deg", *_NUMBER_COLUMNS, *_BED_COLUMNS, *_RUN_COLUMNS]
-    return pd.DataFrame(rows, columns=columns)
+    return pd.DataFrame(rows, columns=_COLUMNS)
 
 
 QUANTITIES = ("", "_se", "_lo", "_hi", "_lo_next", "_hi_next")
@@ -247,11 +245,12 @@ class _Cell:
         return _values_of(self.runs, name)
 
 
-_NUMBER_COLUMNS = [
-    column(c, q) for c in COMPONENTS for q in (*QUANTITIES, *(f"_{s}" for s in SOURCES))
-]
-_BED_COLUMNS = [f"run_to_run_{c}_N_per_cm3" for c in COMPONENTS]
-_RUN_COLUMNS = [
+_COLUMNS = [
+    "medium",
+    "beta_deg",
+    "gamma_deg",
+    *(column(c, q) for c in COMPONENTS for q in (*QUANTITIES, *(f"_{s}" for s in SOURCES))),
+    *(f"run_to_run_{c}_N_per_cm3" for c in COMPONENTS),
     "depth_from_cm",
     "depth_to_cm",
     "n_runs",
@@ -263,6 +262,7 @@ _RUN_COLUMNS = [
     *MARKS,
     *REASON,
 ]
+"""Columns of an alpha table; numbers that a cell does not have are NaN."""
 
 
 def _combine_runs(runs: list[Row], horizontal: bool, depths: int, law: DepthLaw) -> _Cell:
@@ -339,8 +339,7 @@ def _calculate_numbers(
     ]
     rows: list[dict[str, float | str]] = []
     for i, cell in enumerate(cells):
-        row: dict[str, float | str] = dict.fromkeys([*_NUMBER_COLUMNS, *_BED_COLUMNS], math.nan)
-        row["spread"] = spread.source
+        row: dict[str, float | str] = {"spread": spread.source}
         rows.append(row)
         if not cell.runs:
             continue

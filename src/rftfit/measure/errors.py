@@ -151,13 +151,13 @@ def half_width_of_bed(spread: float, confidence: float) -> float:
     return normal_quantile(confidence) * spread
 
 
-USUAL_BEDS = Spread(relative=USUAL_BED_SPREAD, source=ASSUMED)
-
-Group = tuple["FloatArray", "FloatArray"]
+RepeatedRuns = tuple["FloatArray", "FloatArray"]
 """alpha and its standard error, N/cm^3, of the runs of one cell and depth; z and x, shape (2, runs), NaN if unknown."""
 
 
-def spread_of_beds(groups: Sequence[Group], stated: tuple[float, float] | None = None) -> Spread:
+def spread_of_beds(
+    groups: Sequence[RepeatedRuns], stated: tuple[float, float] | None = None
+) -> Spread:
     """Estimate how alpha differs between beds, from the first of these that there is.
 
     1. Repeats with at least `LEAST_DOF` degrees of freedom.
@@ -180,7 +180,7 @@ def spread_of_beds(groups: Sequence[Group], stated: tuple[float, float] | None =
             constant, relative = stated
             return Spread(constant, relative, source=STATED if any(stated) else AS_PREPARED)
         if not dof:
-            return USUAL_BEDS
+            return Spread(relative=USUAL_BED_SPREAD, source=ASSUMED)
     means = (np.nan_to_num(alpha.mean(axis=1)) for alpha, _ in groups)
     largest = max(float(np.hypot(*mean)) for mean in means)
     repeats = _make_repeats(repeated, largest)
@@ -192,7 +192,7 @@ def spread_of_beds(groups: Sequence[Group], stated: tuple[float, float] | None =
     return Spread(scatter=scatter, largest=largest, source=source)
 
 
-def _make_repeats(groups: Sequence[Group], largest: float) -> Repeats:
+def _make_repeats(groups: Sequence[RepeatedRuns], largest: float) -> Repeats:
     """Make the `Repeats` of some cells; `largest`: largest alpha of the medium, N/cm^3."""
     squares, sizes, x_known = [], [], []
     for alpha, se in groups:

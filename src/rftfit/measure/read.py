@@ -39,11 +39,9 @@ def read_logs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, Lo
 
 def _force_of_columns(campaign: Campaign, run: Run, log: Log) -> Log:
     """Turn the columns of a force log into time and F1 to F3, row by row."""
-    source, units = (
-        source_of(campaign.config, run, "force_log"),
-        log_columns.chain_units(campaign.config),
-    )
-    log = readings.without_missing(log, campaign.config.force_log.missing)
+    config = campaign.config
+    source, units = source_of(config, run, "force_log"), log_columns.chain_units(config)
+    log = readings.without_missing(log, config.force_log.missing)
     log = log_columns.convert_gauges(log, campaign.calibration, units)
     log = log_columns.map_columns(log, source, units, "force_log")
     return log_columns.check_complete(log, run, log_columns.FORCE_QUANTITIES, "force")
@@ -68,7 +66,7 @@ def _force_rows(campaign: Campaign, run: Run) -> RowTreatment:
     return RowTreatment(
         convert=partial(_force_of_columns, campaign, run),
         clean=lambda log: readings.without_spikes(readings.clean(log), channels, limits),
-        renew=lambda log: without_repeats(log, transducer),
+        drop_repeats=lambda log: without_repeats(log, transducer),
         limits=dict(zip(channels, limits, strict=True)),
     )
 
@@ -80,7 +78,7 @@ def _motion_rows(campaign: Campaign, run: Run) -> RowTreatment:
         clean=lambda log: readings.without_holds(
             readings.without_lone_positions(readings.clean(log))
         ),
-        renew=lambda log: log,
+        drop_repeats=lambda log: log,
         limits={},
     )
 
@@ -175,8 +173,8 @@ def _treat_log(
         return treatment.clean(treatment.convert(log))
     except LogError as error:
         # the ledger names files without the folder of the raw data
-        text = str(error).replace(str(campaign.raw / file), file)
-        return LogError(error.code, text, error.rows)
+        message = str(error).replace(str(campaign.raw / file), file)
+        return LogError(error.code, message, error.rows)
 
 
 def same_table(config: Config, run: Run) -> bool:
