@@ -30,7 +30,7 @@ from rftfit.measure.laws import (
     replace_slope_of_few,
 )
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
-from rftfit.measure.samples import split_runs
+from rftfit.measure.samples import StrokeColumns, split_runs, stack_components
 from rftfit.store.chosen import chosen
 
 _CHOSEN = chosen("measure", "fits")
@@ -64,9 +64,7 @@ def fit_medium(
     """
     ledger = Ledger()
     rows_by_run = split_runs(tared)
-    columns = {name: tared[name].to_numpy() for name in ("depth_cm", "x_cm", "path_cm", "why")}
-    force = tared[["force_z_N", "force_x_N"]].to_numpy().T
-    tare_force = tared[["tare_z_N", "tare_x_N"]].to_numpy().T
+    columns = {name: tared[name].to_numpy() for name in tared.columns.drop("run_id")}
     facts: dict[str, Row] = {row["run_id"]: row for row in status.to_dict("records")}
     rows_of_tares = tares.filter(["run_id", *REASON]).to_dict("records")
     why_no_tare = {row["run_id"]: reason_of(row) for row in rows_of_tares}
@@ -89,9 +87,7 @@ def fit_medium(
                 facts[name] for name in (run.run_id, run.tare_run) if name in facts
             ]
             samples = {name: values[stroke_rows] for name, values in columns.items()}
-            stroke = _make_stroke(
-                samples, force[:, stroke_rows], tare_force[:, stroke_rows], run_and_tare_facts
-            )
+            stroke = _make_stroke(samples, run_and_tare_facts)
             line_end_cm = (linear_to_cm or {}).get(run.run_id)
             fit = fit_run(
                 run, stroke, campaign.config, line_end_cm, law=law, verdicts_only=verdicts_only
@@ -464,7 +460,7 @@ def _linearity_flags(
     is_curved = curved(slope.nonlinear_p, slope.nonlinear_ratio, slope.alpha, deepest, visible)
     percent = 100 * slope.nonlinear_ratio
     code = "not-linear" if pull_skip_cm is None else "pull-not-linear"
-    skip = {} if pull_skip_cm is None else {"skip": pull_skip_cm}
+    skip: Row = {} if pull_skip_cm is None else {"skip": pull_skip_cm}
     return tuple(
         remark(code, component=COMPONENTS[k], percent=percent[k], **skip)
         for k in np.flatnonzero(is_curved)
@@ -530,9 +526,7 @@ FIT_COLUMNS = [
 ]
 
 
-def _make_stroke(
-    samples: dict[str, np.ndarray], force: FloatArray, tare_force: FloatArray, facts: list[Row]
-) -> Stroke:
+def _make_stroke(samples: StrokeColumns, facts: list[Row]) -> Stroke:
     """Make the `Stroke` of one run from its samples; `facts`: its row in the table of runs, then that of its tare."""
     depth, run = samples["depth_cm"], facts[0]
     # an error of the clocks shifts the depth by speed x error
@@ -544,7 +538,7 @@ def _make_stroke(
         depth,
         x=samples["x_cm"],
         path=samples["path_cm"],
-        force=force,
+        force=stack_components(samples, "force"),
         why=samples["why"],
         zero_variance=np.array(
             [[fact[f"zero_var_{c}_N2"] for c in COMPONENTS] for fact in facts], dtype=float
@@ -552,7 +546,7 @@ def _make_stroke(
         zero_dof=np.array([[fact["zero_dof"]] * 2 for fact in facts], dtype=float),
         depth_sd=math.hypot(speed * float(run["clock_se_s"]), surface_se_cm),
         clock_cm=math.copysign(speed * common_s, depth[-1] - depth[0]),
-        tare=tare_force,
+        tare=stack_components(samples, "tare"),
     )
 
 

@@ -128,8 +128,13 @@ def check_ledger(
         )
 
 
-USED_AS = {"plate": "slope", "leg": "leg-curve", "rod": "tare", "leg_air": "tare"}
-USED_AS["robot"] = "mean-speed"
+USED_AS = {
+    "plate": "slope",
+    "leg": "leg-curve",
+    "rod": "tare",
+    "leg_air": "tare",
+    "robot": "mean-speed",
+}
 """Main use of the rows of each kind of run, as a code of the ledger."""
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, Literal
 
 import numpy as np
@@ -150,10 +150,15 @@ def map_columns(log: Log, source: AnyLog, units: Mapping[str, str], key: str) ->
     # time first: a rate needs it, whatever the file calls it
     for quantity, chosen in sorted(source.columns.items(), key=lambda entry: entry[0] != "time"):
         clock = columns.get("time"), units_of_columns.get("time", "s")
+        read = partial(_read_quantity, log, quantity, chain_unit=units[quantity], clock=clock)
         try:
-            columns[quantity], units_of_columns[quantity] = _read_sum_of_columns(
-                log, quantity, chosen, units[quantity], clock
-            )
+            values, unit = read(chosen)
+            if chosen.plus is not None:
+                added = ColumnEntry(column=chosen.plus.column, unit=chosen.plus.unit)
+                added_values, added_unit = read(added)
+                factors = _factors_of(quantity)
+                values = values + added_values * (factors[added_unit] / factors[unit])
+            columns[quantity], units_of_columns[quantity] = values, unit
         except ValueError as error:
             problems.append(f"{key}.columns.{quantity}: {error}")
         if quantity[0] == "F":
@@ -192,23 +197,6 @@ def _describe_unapplied_scaling(name: str, scaling: str) -> str:
 def _column_name(column: str | int | None) -> str:
     """Name of a column that the config states by its name or by its number."""
     return f"column {column}" if isinstance(column, int) else str(column)
-
-
-def _read_sum_of_columns(
-    log: Log,
-    quantity: str,
-    chosen: ColumnEntry,
-    chain_unit: str,
-    clock: tuple[FloatArray | None, str],
-) -> tuple[FloatArray, str]:
-    """Return the values of a quantity and their unit; adds a second column where the config names one."""
-    values, unit = _read_quantity(log, quantity, chosen, chain_unit, clock)
-    if chosen.plus is None:
-        return values, unit
-    second = ColumnEntry(column=chosen.plus.column, unit=chosen.plus.unit)
-    second_values, second_unit = _read_quantity(log, quantity, second, chain_unit, clock)
-    factors = _factors_of(quantity)
-    return values + second_values * (factors[second_unit] / factors[unit]), unit
 
 
 def _read_quantity(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -30,10 +30,9 @@ def read_logs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, Lo
         runs_together = runs[start : start + _AT_A_TIME]
         zeros |= _read_zeros(campaign, runs_together, zeros)
         both = [LogOfRun(run, key, getattr(run, key)) for run in runs_together for key in _LOG_KEYS]
-        logs = iter(_load_logs(campaign, both))
-        for run, force_log, motion_log in zip(runs_together, logs, logs, strict=True):
-            force = _treat_log(campaign, run, run.force_log, force_log, _force_rows)
-            motion = _treat_log(campaign, run, run.motion_log, motion_log, _motion_rows)
+        logs = _read_together(campaign, both)
+        # the force log and the motion log of each run in turn
+        for run, force, motion in zip(runs_together, logs, logs, strict=True):
             yield run, Logs(force, motion, zeros.get(_zero_key(run)))
 
 
@@ -114,13 +113,8 @@ def _read_zeros(
         for run in reversed(runs)
         if run.zero_log and _zero_key(run) not in zeros_read
     }
-    logs = _load_logs(
-        campaign, [LogOfRun(run, "force_log", run.zero_log) for run in run_of_zero.values()]
-    )
-    return {
-        key: _treat_log(campaign, run, run.zero_log, log, _force_rows)
-        for (key, run), log in zip(run_of_zero.items(), logs, strict=True)
-    }
+    logs = [LogOfRun(run, "force_log", run.zero_log) for run in run_of_zero.values()]
+    return dict(zip(run_of_zero, _read_together(campaign, logs), strict=True))
 
 
 def _zero_key(run: Run) -> tuple[str, str, str]:
@@ -134,6 +128,12 @@ class LogOfRun(NamedTuple):
     run: Run
     key: LogKey
     file: str
+
+
+def _read_together(campaign: Campaign, logs: Sequence[LogOfRun]) -> Iterator[Log | LogError]:
+    """Read some logs in their order, and yield each converted and cleaned, or the error why it cannot be used."""
+    for log_of_run, log in zip(logs, _load_logs(campaign, logs), strict=True):
+        yield _treat_log(campaign, log_of_run, log)
 
 
 def _load_logs(campaign: Campaign, logs: Sequence[LogOfRun]) -> list[Log | LongLog | LogError]:
@@ -157,14 +157,11 @@ def _load_logs(campaign: Campaign, logs: Sequence[LogOfRun]) -> list[Log | LongL
 
 
 def _treat_log(
-    campaign: Campaign,
-    run: Run,
-    file: str,
-    log: Log | LongLog | LogError,
-    treatment_of: Callable[[Campaign, Run], RowTreatment],
+    campaign: Campaign, log_of_run: LogOfRun, log: Log | LongLog | LogError
 ) -> Log | LogError:
-    """Convert and clean a log, or return the error why not; its message names `file` as the run sheet does."""
-    treatment = treatment_of(campaign, run)
+    """Convert and clean a log, or return the error why not; its message names the file as the run sheet does."""
+    run, key, file = log_of_run
+    treatment = (_force_rows if key == "force_log" else _motion_rows)(campaign, run)
     try:
         if isinstance(log, LogError):
             raise log

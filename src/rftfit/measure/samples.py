@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
+from rftfit.conventions import COMPONENTS, FloatArray
 from rftfit.measure.stretches import find_equal_stretches
 
 PHASES = ("air", "approach", "pause", "stroke", "other")
@@ -67,6 +68,11 @@ def split_runs(table: pd.DataFrame) -> dict[str, slice]:
 
 StrokeColumns = dict[str, np.ndarray]
 """Samples of the stroke of one run, in the order of recording: arrays of shape (n,) by column."""
+
+
+def stack_components(columns: Mapping[str, np.ndarray], quantity: str) -> FloatArray:
+    """Stack z and x of a `quantity`, ``force`` or ``tare``, N, shape (2, n)."""
+    return np.stack([columns[f"{quantity}_{c}_N"] for c in COMPONENTS])
 
 
 def strokes(samples: pd.DataFrame) -> dict[str, StrokeColumns]:

@@ -108,7 +108,8 @@ def _fit_autoregression(residual: FloatArray, order: int) -> FloatArray:
     rho = (products / np.where(products[0] > 0, products[0], 1.0)).T
     # a little more than 1, so that a series of zeros has a solution too
     rho[:, 0] = 1 + 1e-9
-    matrix = rho[:, _lags_apart(order)]
+    index = np.arange(order)
+    matrix = rho[:, np.abs(index[:, None] - index)]
     coefficients = np.asarray(np.linalg.solve(matrix, rho[:, 1:, None])[..., 0], dtype=float)
     total = coefficients.sum(axis=1)
     # corrects the bias of a sample autocorrelation, which is too low by (1 + 3 rho) / n (Kendall 1954)
@@ -117,12 +118,6 @@ def _fit_autoregression(residual: FloatArray, order: int) -> FloatArray:
     )
     coefficients[:, 0] += raised - total
     return coefficients
-
-
-@lru_cache
-def _lags_apart(order: int) -> npt.NDArray[np.intp]:
-    """Distance between the indices of two samples, shape (order, order)."""
-    return np.abs(np.subtract.outer(np.arange(order), np.arange(order)))
 
 
 def _variance_ratios(weight: FloatArray, coefficients: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -64,7 +64,7 @@ class IntruderPath:
                 coordinate[start + 2 * steps] - coordinate[start]
                 for coordinate in (mean.time, mean.x, mean.z, mean.angle)
             )
-            speed = _time_at_stated_speed(*changes, arm) / step_s
+            speed = _time_at_stated_speed(arm, *changes) / step_s
             is_last = 4 * steps * usual_step_s > _CHOSEN.longest_step_s or 2 * steps > most_steps
             if is_last or not is_encoder_noise(self.time, speed):
                 spans = moving_spans(self.time, speed)
@@ -81,7 +81,7 @@ class IntruderPath:
         # from the end of each stretch to the start of the next one
         rests = np.stack([spans[:-1, 1], spans[1:, 0]])
         changes = (np.diff(coordinate, axis=0)[0] for coordinate in self.pose_at(rests))
-        travel_s = _time_at_stated_speed(*changes, arm)
+        travel_s = _time_at_stated_speed(arm, *changes)
         rest_s = rests[1] - rests[0]
         first, last = np.searchsorted(self.time, rests)
         is_rest = (
@@ -171,7 +171,7 @@ class AveragedPath(NamedTuple):
     noise_cm: float
 
 
-def _time_at_stated_speed(x: FloatArray, z: FloatArray, angle: FloatArray, arm: Arm) -> FloatArray:
+def _time_at_stated_speed(arm: Arm, x: FloatArray, z: FloatArray, angle: FloatArray) -> FloatArray:
     """Time that the arm needs for some changes of position, cm, and angle, rad, at the speeds of the config, s."""
     return np.asarray(
         np.maximum(np.hypot(x, z) / arm.speed_cm_per_s, np.abs(angle) / arm.leg_speed_rad_per_s)

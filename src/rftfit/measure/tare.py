@@ -10,11 +10,11 @@ import pandas as pd
 
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
-from rftfit.conventions import COMPONENTS, FloatArray
+from rftfit.conventions import FloatArray
 from rftfit.measure.flags import REASON, Remark, reason_cells, reason_of, remark
 from rftfit.measure.lab_frame import lacks_force_x
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
-from rftfit.measure.samples import StrokeColumns, join_runs, strokes
+from rftfit.measure.samples import StrokeColumns, join_runs, stack_components, strokes
 
 TARE_KINDS = ("rod", "leg_air")
 _TARED_COLUMNS = (
@@ -160,13 +160,8 @@ def _rms_forces(stroke: StrokeColumns) -> tuple[float, float]:
     good = stroke["why"] == RowStatus.GOOD
     if not good.any():
         return np.nan, np.nan
-    force, tare = (_stack_components(stroke, quantity)[:, good] for quantity in ("force", "tare"))
+    force, tare = (stack_components(stroke, quantity)[:, good] for quantity in ("force", "tare"))
     return float(np.sqrt(np.mean((force + tare) ** 2))), float(np.sqrt(np.mean(tare**2)))
-
-
-def _stack_components(stroke: StrokeColumns, quantity: str) -> FloatArray:
-    """Stack z and x of a `quantity`, ``force`` or ``tare``, N, shape (2, n)."""
-    return np.stack([stroke[f"{quantity}_{c}_N"] for c in COMPONENTS])
 
 
 def _tare_of(run: Run, stroke: StrokeColumns, ledger: Ledger) -> Tare | Remark:
@@ -179,7 +174,7 @@ def _tare_of(run: Run, stroke: StrokeColumns, ledger: Ledger) -> Tare | Remark:
         return reason
     ledger.add(run, run.force_log, USED, good_samples, remark("tare"))
     return Tare.from_samples(
-        abscissa, stroke[abscissa][good], _stack_components(stroke, "force")[:, good]
+        abscissa, stroke[abscissa][good], stack_components(stroke, "force")[:, good]
     )
 
 

@@ -87,8 +87,13 @@ def trace_run(
     zero_log_flags: list[Remark] = []
     if isinstance(zero_log, Log):
         zero, zero_log_flags = _zero_of_log(config, zero_log, force_log, middle_s)
+    elif config.zero.method == "stated":
+        zero = lab_frame.stated_zero(config.zero, config.transducer)
     else:
-        zero = _find_run_zero(config, readings, at_rest, middle_s, float(clear_cm.min()))
+        drift, least_cm = config.transducer.drift_N_per_min, float(clear_cm.min())
+        zero = lab_frame.find_zero(
+            readings.time, readings.force, at_rest, middle_s, drift, least_cm
+        )
     # a slow noise of the zero between rest and stroke does not show in the rest
     zero = replace(zero, variance=zero.variance + config.transducer.slow_noise_N**2)
     force = readings.force - zero.force
@@ -228,20 +233,6 @@ def _row_status(
     why[(time < path.time[0]) | (time > path.time[-1])] = RowStatus.NO_MOTION
     why[saturated] = RowStatus.SATURATED
     return why
-
-
-def _find_run_zero(
-    config: Config,
-    readings: lab_frame.ForceReadings,
-    at_rest: np.ndarray,
-    middle_s: float,
-    clear_cm: float,
-) -> lab_frame.Zero:
-    """Find the zero of a run without a zero log: stated by the config, or from the rest in air."""
-    if config.zero.method == "stated":
-        return lab_frame.stated_zero(config.zero, config.transducer)
-    drift = config.transducer.drift_N_per_min
-    return lab_frame.find_zero(readings.time, readings.force, at_rest, middle_s, drift, clear_cm)
 
 
 # --- The zero by another log, recorded without load
@@ -399,7 +390,7 @@ def _flag_lost_rows(force: Log, motion: Log, *, whole_lines: bool) -> list[Remar
                 whole_lines and reason not in OF_CELLS and counts_of_other.get(reason) == count
             )
             file = log.path.name + ("" if of_both else suffix)
-            facts = {"count": count, "file": file, "why": reason}
+            facts: dict[str, Any] = {"count": count, "file": file, "why": reason}
             if when := log.stretches.get(reason):
                 facts["when"] = format_stretches(when)
             flags.append(remark(dropped_rows(reason).code, **facts))
