@@ -118,11 +118,12 @@ def search_lags(
     `time` (force clock) and `motion_time`: s. `starts`: Offsets, s; the steps of the lags are counted from one of them.
     """
     lag = _make_lags(time, motion_time, starts)
-    block_size = -(-time.size // _CHOSEN.readings)
-    count = time.size // block_size
     # means of neighbours: the search needs no more readings than the function has bends
-    time = time[: count * block_size].reshape(count, block_size).mean(axis=1)
-    force = force[: count * block_size].reshape(count, block_size).mean(axis=1)
+    block_size = math.ceil(time.size / _CHOSEN.readings)
+    used = time.size - time.size % block_size
+    time, force = (
+        readings[:used].reshape(-1, block_size).mean(axis=1) for readings in (time, force)
+    )
     total = float(((force - force.mean()) ** 2).sum())
     share = np.ones(lag.size)
     if not total > 0:
@@ -270,6 +271,7 @@ def _cut_to_push(time: FloatArray, force: FloatArray) -> tuple[FloatArray, Float
     time, force = time[fresh], force[fresh]
     if time.size < _CHOSEN.min_readings:
         raise Refused("few-readings", found=time.size, wanted=_CHOSEN.min_readings)
+    # the median size of the difference of two normal numbers is 0.954 standard deviations: 0.6745 sqrt(2)
     noise = float(np.median(np.abs(np.diff(force)))) / 0.954 + 1e-12
     start = float(np.median(force[: max(8, force.size // 50)]))
     peak = int(np.argmax(force))
@@ -280,8 +282,9 @@ def _cut_to_push(time: FloatArray, force: FloatArray) -> tuple[FloatArray, Float
         raise Refused("no-rise", newtons=force[peak] - start, noise=noise)
     if peak + 1 < _CHOSEN.min_readings:
         raise Refused("begins-in-push", found=peak + 1, wanted=_CHOSEN.min_readings)
-    block_size = -(-(peak + 1) // _CHOSEN.most_readings)
     # readings of a fast transducer are averaged: the motion log is no faster than these means
+    block_size = math.ceil((peak + 1) / _CHOSEN.most_readings)
+    # the last block ends with the largest force
     push = slice((peak + 1) % block_size, peak + 1)
     time, force = (
         readings[push].reshape(-1, block_size).mean(axis=1) for readings in (time, force)

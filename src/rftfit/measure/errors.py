@@ -194,20 +194,20 @@ def spread_of_beds(
 
 def _make_repeats(groups: Sequence[RepeatedRuns], largest: float) -> Repeats:
     """Make the `Repeats` of some cells; `largest`: largest alpha of the medium, N/cm^3."""
-    squares, sizes, x_known = [], [], []
+    squares, sizes, has_both = [], [], []
     for alpha, se in groups:
-        is_known = np.isfinite(alpha).all(axis=1).reshape(2, 1)
+        is_measured = np.isfinite(alpha).all(axis=1).reshape(2, 1)
         # a component that any of the runs lacks counts as 0
-        known_alpha = np.where(is_known, alpha, 0.0)
-        squares.append(along_and_across(known_alpha, np.where(is_known, se**2, 0.0)))
-        sizes.append(float(np.hypot(*known_alpha.mean(axis=1))))
-        x_known.append(bool(is_known.all()))
+        measured_alpha = np.where(is_measured, alpha, 0.0)
+        squares.append(along_and_across(measured_alpha, np.where(is_measured, se**2, 0.0)))
+        sizes.append(float(np.hypot(*measured_alpha.mean(axis=1))))
+        has_both.append(bool(is_measured.all()))
     along, across, noise_along, noise_across = np.array(squares).T
     return Repeats(
         dof=np.array([alpha.shape[1] - 1.0 for alpha, _ in groups]),
         along=along,
         across=across,
-        across_known=np.array(x_known),
+        across_known=np.array(has_both),
         noise_along=noise_along,
         noise_across=noise_across,
         size=np.array(sizes),
@@ -217,25 +217,25 @@ def _make_repeats(groups: Sequence[RepeatedRuns], largest: float) -> Repeats:
 
 def bed_of_mean(
     alpha: FloatArray,
-    share: FloatArray,
+    weights: FloatArray,
     noise: ErrorTerm,
     bed_error: ErrorTerm,
     source: str,
     *,
     shown_by_runs: bool = True,
 ) -> tuple[ErrorTerm, ErrorTerm, str]:
-    """Return the errors of a mean of runs by noise and by beds, and where the error by beds is known from.
+    """Return the errors of a mean of runs by noise and by beds, and the source of the latter.
 
     Where the spread is assumed or comes from few repeats, the scatter of these runs counts instead, if it is larger
     than the assumed spread and the noise together. This scatter includes the noise, which is then returned as 0.
 
-    `alpha`, `share`: alpha of the n runs, N/cm^3, and their weights in the mean, shape (n,).
+    `alpha`, `weights`: alpha of the n runs, N/cm^3, and their weights in the mean, shape (n,).
     `noise`: Error of the mean by the noise of the logs.
-    `bed_error`: Error of a single bed, known from `source`.
+    `bed_error`, `source`: Error of a single bed, and its source.
     `shown_by_runs`: False where the runs are no repeats of one another.
     """
     n = alpha.size
-    expected = ErrorTerm(bed_error.sd * math.sqrt(float(share @ share)), bed_error.dof)
+    expected = ErrorTerm(bed_error.sd * math.sqrt(float(weights @ weights)), bed_error.dof)
     # a table may state no errors: then rows that stand in it twice do not make one
     if source in (REPEATS, STATED) or n < 2 or not shown_by_runs or math.isnan(noise.sd):
         return noise, expected, source
@@ -293,8 +293,8 @@ def surface_error(
     `is_given`: False where each run found its own surface, so that the error of the run already includes that of the
     surface.
     """
-    clear = np.isfinite(offset) & (se <= _CHOSEN.clear_cm)
-    offset, noise = offset[clear], se[clear] ** 2
+    is_clear = np.isfinite(offset) & (se <= _CHOSEN.clear_cm)
+    offset, noise = offset[is_clear], se[is_clear] ** 2
     n, prior_runs = int(offset.size), _CHOSEN.prior_runs
     run, session, dof = 0.0, 0.0, GIVEN_DOF
     if is_given and n >= prior_runs:

@@ -359,10 +359,10 @@ def _main_cause(why: np.ndarray, x: FloatArray, widest: float) -> tuple[Remark, 
     if not counts.any():
         return ()
     main = RowStatus(int(counts.argmax()))
-    share = {"count": counts.max(), "size": why.size, "why": remark(main.code)}
+    facts = {"count": counts.max(), "size": why.size, "why": remark(main.code)}
     if main is not RowStatus.WALL:
-        return (remark("most-samples", **share),)
-    return (remark("most-beyond-wall", **share, first=x[0], last=x[-1], low=-widest, high=widest),)
+        return (remark("most-samples", **facts),)
+    return (remark("most-beyond-wall", **facts, first=x[0], last=x[-1], low=-widest, high=widest),)
 
 
 # --- The slope of a run, and its flags
@@ -454,7 +454,7 @@ def _linearity_flags(
     """Flag the components whose curvature is both significant and large enough to matter.
 
     `deepest`: Depth of the end of the window, cm.
-    `visible`: Least stress that counts, N/cm^2.
+    `visible`: Stress that the transducer resolves, N/cm^2; a smaller curvature does not count.
     `pull_skip_cm`: Path at the start of a pull that is left out; None for a push.
     """
     is_curved = curved(slope.nonlinear_p, slope.nonlinear_ratio, slope.alpha, deepest, visible)

@@ -87,7 +87,7 @@ def lacks_force_x(config: Config, run: Run) -> bool:
 
 
 def force_in_lab_frame(log: Log, transducer: Transducer) -> ForceReadings:
-    """Turn a force log into the lab frame."""
+    """Turn a force log into forces z and x in the lab frame; refuse it if its units are not those of the config."""
     name, unit = log.path.name, transducer.force_unit
     channels = np.array([log.columns[channel] for channel in CHANNELS])
     for index, channel in enumerate(CHANNELS):
@@ -95,6 +95,7 @@ def force_in_lab_frame(log: Log, transducer: Transducer) -> ForceReadings:
     time = log.columns["time"] * unit_factor(TIME_TO_S, log.units["time"], "s", f"{name}: time")
     limits = np.array(transducer.range_N)[:, None]
     saturated = np.asarray((np.abs(channels) >= NEAR_FULL_RANGE * limits).any(axis=0))
+    # the matrix gives x, then z
     force = (sensor_to_lab(transducer) @ channels)[::-1]
     return ForceReadings(time, force, log.columns.get("arm_moving"), saturated, channels)
 

@@ -123,18 +123,19 @@ def _read_parts(log: LongLog) -> Iterator[Log]:
     blocks: list[Log] = []
     rows = 0
 
-    def part() -> Log:
-        whole = join_blocks(blocks)
-        return whole.without_blank_columns() if log.reader.keeps_blanks else whole
+    def join() -> Log:
+        """Join the blocks that were read since the last part."""
+        part = join_blocks(blocks)
+        return part.without_blank_columns() if log.reader.keeps_blanks else part
 
     for block in log.reader.stream(log.path):
         blocks.append(block)
         rows += block.rows
         if rows >= MOST_ROWS:
-            yield part()
+            yield join()
             blocks, rows = [], 0
     if blocks:
-        yield part()
+        yield join()
 
 
 def average(log: Log, count: int, limits: Mapping[str, float]) -> Log:

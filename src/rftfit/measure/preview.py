@@ -81,28 +81,23 @@ def _open_medium(
     # excluded and absent runs are already reported with the run sheet
     opened = [run for run in runs if not run.excluded and run.run_id not in absent]
     preview = LogPreview(runs=len(opened), passed_over=len(all_runs) - len(runs))
-    refused: dict[str, dict[Run, Remark]] = defaultdict(dict)
-    doubted: dict[str, dict[Run, Remark]] = defaultdict(dict)
-    for run in opened:
-        for reason in reasons[run.run_id]:
-            refused[reason.code][run] = reason
-        for flag in flags[run.run_id]:
-            doubted[flag.code].setdefault(run, flag)
-    lost = {run for members in refused.values() for run in members}
+    members: dict[tuple[str, str], dict[Run, Remark]] = defaultdict(dict)
+    for outcome, remarks in (("refused", reasons), ("flagged", flags)):
+        for run in opened:
+            for remark in remarks[run.run_id]:
+                members[outcome, remark.code].setdefault(run, remark)
+    lost = {run for (outcome, _), runs in members.items() if outcome == "refused" for run in runs}
     judged_runs = [run for run in opened if run.kind not in TARE_KINDS] or opened
-    severity: Severity = "error" if lost.issuperset(judged_runs) else "warning"
-    for members_by_code, code, fate in (
-        (refused, "refused", "dropped"),
-        (doubted, "flagged", "flagged"),
-    ):
-        for members in members_by_code.values():
-            place = _make_place(medium, list(members), len(opened), f"would be {fate}")
-            sentence = str(next(iter(members.values())))
-            preview.problems.append(
-                Problem(f"logs.{code}", place, None, sentence, severity=severity)
-            )
-        # a flag drops no run
-        severity = "warning"
+    leaves_none = lost.issuperset(judged_runs)
+    for (outcome, _), remark_by_run in members.items():
+        is_refused = outcome == "refused"
+        fate = "dropped" if is_refused else "flagged"
+        place = _make_place(medium, list(remark_by_run), len(opened), f"would be {fate}")
+        sentence = str(next(iter(remark_by_run.values())))
+        severity: Severity = "error" if is_refused and leaves_none else "warning"
+        preview.problems.append(
+            Problem(f"logs.{outcome}", place, None, sentence, severity=severity)
+        )
     return preview
 
 

@@ -133,9 +133,11 @@ class RunScatter:
         )
         by_floor = along + across
         variance = float(self.weight @ by_floor)
+        # the estimate V of a variance with n degrees of freedom has itself the variance 2 V^2 / n
         of_repeats = 2 * (along**2 + across**2) / self.dof
-        error = float(self.weight @ (of_repeats + (by_floor - variance) ** 2))
-        return variance, 2 * variance**2 / error if error > 0 else math.inf
+        variance_of_variance = float(self.weight @ (of_repeats + (by_floor - variance) ** 2))
+        dof = 2 * variance**2 / variance_of_variance if variance_of_variance > 0 else math.inf
+        return variance, dof
 
 
 def level_of_floors(size: FloatArray, largest: FloatArray | float) -> FloatArray:

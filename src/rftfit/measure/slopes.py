@@ -447,8 +447,8 @@ def _zero_stress_depth(
         return intercept, intercept  # NaN
     spread = float(depth.var()) * depth.size
     variance = noise * (1 / depth.size + float(depth.mean()) ** 2 / spread) + shift
-    size = np.where(slope == 0, np.nan, slope)
-    return -intercept / size, np.sqrt(variance) / np.abs(size)
+    divisor = np.where(slope == 0, np.nan, slope)
+    return -intercept / divisor, np.sqrt(variance) / np.abs(divisor)
 
 
 def level_path(depth: FloatArray) -> bool:
@@ -485,29 +485,29 @@ def _test_curvature(
     An equal shift of all stresses looks like curvature of a line through zero, so the test includes the variances
     `shift` of such shifts, (N/cm^2)^2, with their degrees of freedom, shape (m, k).
     """
+    # depth squared less its projection on depth
     bend = depth**2 - depth * float(depth**2 @ depth) / float(depth @ depth)
     power = float(bend @ bend)
     # depths of 0 and a single other one have no curvature either
     if level_path(depth) or power <= _NO_BEND * float(depth**2 @ depth**2):
         nothing = np.full(alpha.size, np.nan)
         return _CurvatureTest(nothing, nothing, np.zeros(alpha.size), residual, nothing)
-    size = residual @ bend / power
-    residual_after = residual - size[:, None] * bend
+    curvature = residual @ bend / power
+    residual_after = residual - curvature[:, None] * bend
     scatter, count = weighted_sum_variance(residual_after, bend, np.stack([depth, bend]))
     lever = float(bend.sum()) / power
     variances = np.vstack([scatter / power**2, shift * lever**2])
     dof = combine_dof(variances, np.vstack([np.full(alpha.size, count), shift_dof]))
     error = np.sqrt(variances.sum(axis=0))
     safe = np.where(error > 0, error, 1.0)
-    p_value = np.where(error > 0, student_p(size / safe, dof), 1.0)
+    p_value = np.where(error > 0, student_p(curvature / safe, dof), 1.0)
     deepest = int(np.argmax(depth))
     end_stress = alpha * depth[deepest]
     reference = np.where(end_stress == 0, 1.0, np.abs(end_stress))
     # what noise does not explain, in squares: it grows from 0, so that a larger error of the
     # zero, which explains more, never makes the whole error smaller
     by_noise = student_quantile(1 - CURVED_P, dof) * error
-    excess = np.sqrt(np.maximum(size**2 - by_noise**2, 0.0)) * np.abs(
-        bend[deepest] / depth[deepest]
-    )
-    ratio = size * bend[deepest] / reference
+    beyond_noise = np.sqrt(np.maximum(curvature**2 - by_noise**2, 0.0))
+    excess = beyond_noise * np.abs(bend[deepest] / depth[deepest])
+    ratio = curvature * bend[deepest] / reference
     return _CurvatureTest(p_value, ratio, excess, residual_after, scatter / power)

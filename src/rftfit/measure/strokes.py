@@ -261,12 +261,11 @@ def _stretches_along_path(
     mean, noise_cm = motion.averaged(arm)
     least_turn_cm = max(_CHOSEN.times_noise * noise_cm, motion.flicker_cm)
     along: list[_StrokeSpan] = []
+    # length, cm, and gamma, degrees, of every straight stretch below the surface
     seen: list[tuple[float, float]] = []
-    stretches = [
-        stretch
-        for first, last in spans
-        for stretch in _split_at_turns(mean, float(first), float(last), least_turn_cm)
-    ]
+    stretches: list[tuple[float, float]] = []
+    for first, last in spans.tolist():
+        stretches += _split_at_turns(mean, first, last, least_turn_cm)
     for first, last in stretches:
         start, end = _part_below_surface(mean, first, last)
         (x0, x1), (z0, z1), _ = mean.pose_at(np.array([start, end]))
@@ -282,11 +281,13 @@ def _stretches_along_path(
         fastest = motion.fastest_below()
         raise Refused("too-slow", least=SHORTEST_CM, stated=arm.speed_cm_per_s, fastest=fastest)
     if not along:
-        ways = mirror(np.zeros(len(seen)), np.radians([angle_deg for _, angle_deg in seen]))[1]
-        off = np.abs(wrap_gamma(ways - math.radians(run.motion_gamma_deg)))
+        # would the mirror image of a stretch be along the path?
+        gamma = np.radians([angle_deg for _, angle_deg in seen])
+        _, mirrored_gamma = mirror(np.zeros(gamma.size), gamma)
+        off = np.abs(wrap_gamma(mirrored_gamma - math.radians(run.motion_gamma_deg)))
         raise Refused(
             "other-direction",
-            cure=MIRROR * bool((off <= tolerance).any()),
+            cure=MIRROR if (off <= tolerance).any() else "",
             seen=", ".join(f"{angle_deg:.1f}" for _, angle_deg in seen),
             seen_deg=max(seen)[1],
             tolerance=arm.angle_tolerance_deg,
@@ -420,10 +421,15 @@ def _check_plate(motion: IntruderPath, start: float, end: float, run: Run, arm: 
 
 
 def _find_rotations(motion: IntruderPath, spans: FloatArray) -> list[_StrokeSpan]:
-    """Find the turns of a leg toward positive theta."""
-    turns = np.degrees(np.diff(motion.pose_at(spans)[2])).ravel().tolist()
-    if not turns or max(turns, key=abs) < 0 or max(turns) < _CHOSEN.least_turn_deg:
-        turns_text = ", ".join(f"{turn:+.0f}" for turn in turns) or "nothing"
-        raise Refused("no-rotation", seen=turns_text, least=_CHOSEN.least_turn_deg)
-    strokes = [(turn, *span) for turn, span in zip(turns, spans.tolist(), strict=True)]
-    return [stroke for stroke in strokes if stroke[0] >= _CHOSEN.least_turn_deg]
+    """Find the stretches of motion in which a leg turns far enough toward positive theta; refuse if there are none.
+
+    Refused, too, if the largest turn is the other way.
+    """
+    _, _, theta = motion.pose_at(spans)
+    turns = np.degrees(np.diff(theta)).ravel().tolist()
+    least_deg = _CHOSEN.least_turn_deg
+    if not turns or max(turns, key=abs) < 0 or max(turns) < least_deg:
+        seen = ", ".join(f"{turn:+.0f}" for turn in turns) or "nothing"
+        raise Refused("no-rotation", seen=seen, least=least_deg)
+    strokes = zip(turns, spans.tolist(), strict=True)
+    return [(turn, start, end) for turn, (start, end) in strokes if turn >= least_deg]

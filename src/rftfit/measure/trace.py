@@ -226,7 +226,10 @@ def _mark_motion(time: FloatArray, spans: FloatArray, ramp_s: float = LONGEST_RA
 def _row_status(
     time: FloatArray, path: IntruderPath, saturated: np.ndarray, max_gap_s: float
 ) -> np.ndarray:
-    """Return the `RowStatus` of each force sample, by gaps of the motion log and saturation."""
+    """Return the `RowStatus` of each force sample: good, in a gap of the motion log, outside of that, or saturated.
+
+    `time`: Times of the samples on the clock of `path`, s. Of several reasons the last one counts.
+    """
     why = np.full(time.size, RowStatus.GOOD, dtype=np.int8)
     for start, end in gaps(path.time, max_gap_s):
         why[(time > start) & (time < end)] = RowStatus.MOTION_GAP
@@ -403,7 +406,7 @@ def _flag_lost_rows(force: Log, motion: Log, *, whole_lines: bool) -> list[Remar
     return list(dict.fromkeys(flags))
 
 
-def _gaps(stroke_time: FloatArray, max_gap_s: float) -> Iterator[Remark]:
+def _flag_gaps(stroke_time: FloatArray, max_gap_s: float) -> Iterator[Remark]:
     """Flag gaps in the times of the stroke, s, that are longer than `max_gap_s`."""
     seconds = np.diff(gaps(stroke_time, max_gap_s), axis=1)
     if seconds.size == 1:
@@ -431,7 +434,7 @@ def _flag_doubts(
 
     `stroke`: True for the samples of the stroke. `lost_s`: Time of the stroke that the force log lacks, s.
     """
-    yield from _gaps(readings.time[stroke], config.clock.max_gap_s)
+    yield from _flag_gaps(readings.time[stroke], config.clock.max_gap_s)
     if lost_s > config.clock.max_gap_s:
         yield remark("force-log-short", seconds=lost_s)
     if zero.drift_N > config.transducer.max_drift_N:
