@@ -49,21 +49,20 @@ def same_readings(sheet: Mapping[str, Run], runs: pd.DataFrame) -> dict[str, tup
     Several strokes of one log are no copies of each other, and neither are rods: a tare may serve several runs. But
     runs of a table of stress are all in one file, and may be copies.
     """
-    groups: dict[str, list[str]] = {}
+    groups: dict[str, list[Run]] = {}
     for name, digest in zip(runs["run_id"], runs["readings"], strict=True):
         if digest and sheet[name].kind in ("plate", "leg"):
-            groups.setdefault(digest, []).append(name)
-
-    def copies(first: Run, second: Run) -> bool:
-        """Return True if two runs with the same readings are copies."""
-        is_stress_table = first.intruder == UNIT_AREA
-        return first is not second and (is_stress_table or first.force_log != second.force_log)
-
-    return {
-        name: tuple(run_id for run_id in group if copies(sheet[name], sheet[run_id]))
-        for group in groups.values()
-        for name in group
-    }
+            groups.setdefault(digest, []).append(sheet[name])
+    copies: dict[str, tuple[str, ...]] = {}
+    for group in groups.values():
+        for run in group:
+            is_stress_table = run.intruder == UNIT_AREA
+            copies[run.run_id] = tuple(
+                other.run_id
+                for other in group
+                if other is not run and (is_stress_table or other.force_log != run.force_log)
+            )
+    return copies
 
 
 def near_copies(groups: Sequence[Sequence[str]], tared: pd.DataFrame) -> dict[str, tuple[str, ...]]:

@@ -201,7 +201,8 @@ def find_stroke(motion: IntruderPath, spans: FloatArray, run: Run, arm: Arm) -> 
         upside_down = mean.z[0] < min(lowest + 0.1, mean.z.max() - 1)
         code = "upside-down" if upside_down else "surface-not-reached"
         raise Refused(code, lowest=lowest, least=-UNDERGROUND_CM)
-    strokes = _stretches_along_path(motion, spans, run, arm)
+    least_turn_cm = max(hidden, motion.flicker_cm)
+    strokes = _stretches_along_path(motion, mean, least_turn_cm, spans, run, arm)
     start, end = _select_stroke(strokes, run, "cm", _cure_of_several(strokes, motion, run))
     _check_plate(motion, start, end, run, arm)
     return start, end
@@ -251,15 +252,22 @@ MIRROR = (
 
 
 def _stretches_along_path(
-    motion: IntruderPath, spans: FloatArray, run: Run, arm: Arm
+    motion: IntruderPath,
+    mean: IntruderPath,
+    least_turn_cm: float,
+    spans: FloatArray,
+    run: Run,
+    arm: Arm,
 ) -> list[_StrokeSpan]:
-    """Find straight stretches below the surface along the path that the run sheet names; refuse if there are none."""
+    """Find straight stretches below the surface along the path that the run sheet names; refuse if there are none.
+
+    `mean`: Path whose positions are means of neighbouring readings. `least_turn_cm`: Way back or aside up to which it
+    is noise. `spans`: Stretches of motion, s, shape (k, 2).
+    """
     wanted_x, wanted_z = (
         float(component) for component in direction(math.radians(run.motion_gamma_deg))
     )
     tolerance = math.radians(arm.angle_tolerance_deg)
-    mean, noise_cm = motion.averaged(arm)
-    least_turn_cm = max(_CHOSEN.times_noise * noise_cm, motion.flicker_cm)
     along: list[_StrokeSpan] = []
     # length, cm, and gamma, degrees, of every straight stretch below the surface
     seen: list[tuple[float, float]] = []
