@@ -115,7 +115,8 @@ def search_lags(
 ) -> LagProfile:
     """Try every lag at which the logs overlap by at least half of the shorter log, by a spline of force over depth.
 
-    `time` (force clock) and `motion_time`: s. `starts`: Offsets, s; the steps of the lags are counted from one of them.
+    `time` (s, on the force clock), `force` (N): shape (n,). `motion_time` (s, on the motion clock), `depth` (cm): shape (m,).
+    `starts`: Offsets, s; the steps of the lags are counted from the one nearest to their middle.
     """
     lag = _make_lags(time, motion_time, starts)
     # means of neighbours: the search needs no more readings than the function has bends

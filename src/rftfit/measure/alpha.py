@@ -362,7 +362,9 @@ def _calculate_numbers(
                 (errors_of_mean, errors_of_next), of_outliers, strict=True
             ):
                 terms["bed"] = wider(terms["bed"], of_outlier, confidence)
-            row |= _format_component(c, alpha[k, i], errors_of_mean, errors_of_next, confidence)
+            row |= _make_component_columns(
+                c, alpha[k, i], errors_of_mean, errors_of_next, confidence
+            )
             if spread.source != AS_PREPARED:
                 row[f"run_to_run_{c}_N_per_cm3"] = bed_error.sd
             if row["spread"] != OF_CELL:
@@ -370,7 +372,7 @@ def _calculate_numbers(
     return rows
 
 
-def _format_component(
+def _make_component_columns(
     c: str,
     alpha: float,
     errors_of_mean: Mapping[Source, ErrorTerm],

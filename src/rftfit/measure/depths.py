@@ -98,6 +98,7 @@ def offset_of_law(curved: CurvedLaw, fits: pd.DataFrame) -> FloatArray:
             (end ** (power + 1) - top ** (power + 1)) / (power + 1) / (end - top)
             for power in powers
         )
+        # least squares: covariance of depth and stress over the variance of depth
         slope = (product - depth * stress) / (square - depth**2)
         return np.where(end > top, depth - stress / slope, np.nan)
 

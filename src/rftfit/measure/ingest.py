@@ -213,6 +213,7 @@ def samples_of(traces: list[Trace]) -> pd.DataFrame:
     """Put the samples of all runs into one long table."""
     return samples_table(
         {
+            # in the order of `SAMPLE_COLUMNS`
             trace.run.run_id: (
                 trace.time,
                 trace.phase,

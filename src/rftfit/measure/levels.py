@@ -90,14 +90,14 @@ def two_clusters(values: FloatArray) -> tuple[float, Mask] | None:
     return clear, above if mark_above else ~above
 
 
-def shifted_runs(common: FloatArray, start: FloatArray, sigma: FloatArray) -> Mask:
-    """Find the consecutive runs whose common shift of `start` is most significant, and mark them, shape (runs,).
+def shifted_runs(common: FloatArray, level: FloatArray, sigma: FloatArray) -> Mask:
+    """Find the consecutive runs whose common shift of `level` is most significant, and mark them, shape (runs,).
 
     `common`: Columns of effects that all runs share and that are fitted beside the shift, shape (runs, k).
-    `start`: Values of the runs, with standard errors `sigma`, shape (runs,).
+    `level`: Number of each run, with the standard errors `sigma`, shape (runs,).
     If the shifted runs are more than half, the others are marked.
     """
-    count, fewest = start.size, _fewest_in_cluster(start.size)
+    count, fewest = level.size, _fewest_in_cluster(level.size)
     # runs at which a stretch may begin or end, at most 301
     ends = np.unique(np.linspace(0, count, min(count, 300) + 1).astype(int))
     first, last = (ends[k] for k in np.triu_indices(ends.size, 1))
@@ -109,7 +109,7 @@ def shifted_runs(common: FloatArray, start: FloatArray, sigma: FloatArray) -> Ma
     basis, sizes, _ = np.linalg.svd(common / sigma[:, None], full_matrices=False)
     # columns that depend on each other take one degree of freedom
     basis = basis[:, sizes > 1e-9 * sizes.max(initial=0.0)]
-    scaled_residual = start / sigma
+    scaled_residual = level / sigma
     scaled_residual = scaled_residual - basis @ (basis.T @ scaled_residual)
     # sums over each stretch, as differences of cumulative sums
     sums = np.zeros((count + 1, 2 + basis.shape[1]))

@@ -440,6 +440,8 @@ def _zero_stress_depth(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the depth at which the line with a free intercept has no stress, and its standard error, cm.
 
+    The depth is -intercept / slope, its error that of the line at zero depth over the slope; shape (k,) each.
+
     `noise`: Variance of the noise, of `_test_curvature`, (N/cm^2)^2, shape (k,).
     `shift`: Variance of errors that are the same in all samples, (N/cm^2)^2, shape (k,).
     """
