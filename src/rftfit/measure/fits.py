@@ -96,8 +96,8 @@ def fit_medium(
             why[stroke_rows] = fit.why
             _account_for_samples(ledger, run, stroke, fit)
             ledger.flag(run, *fit.flags)
-        rows.append(_make_row(run, fit, clock_cm, campaign.config, facts_of_run["note"]))
-    windows = pd.DataFrame({"run_id": tared["run_id"], "why": why})
+        rows.append(make_fit_row(run, fit, clock_cm, campaign.config, facts_of_run["note"]))
+    windows = tared[["run_id"]].assign(why=why)
     return pd.DataFrame(rows, columns=FIT_COLUMNS), windows, ledger
 
 
@@ -562,8 +562,8 @@ def _account_for_samples(ledger: Ledger, run: Run, stroke: Stroke, fit: RunFit) 
         ledger.add(run, run.force_log, USED, good, remark("slope"))
 
 
-def _make_row(run: Run, fit: RunFit, clock_cm: float, config: Config, note: str) -> Row:
-    """Row of a run in the table of fits."""
+def make_fit_row(run: Run, fit: RunFit, clock_cm: float, config: Config, note: str) -> Row:
+    """Make the row of a run in the table of fits; without a slope its numbers are left out."""
     row: Row = {
         "run_id": run.run_id,
         "medium": run.medium,

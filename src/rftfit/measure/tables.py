@@ -9,7 +9,7 @@ import pandas as pd
 
 from rftfit.campaign.load import Campaign
 from rftfit.measure.alpha import N_REPEATS, column
-from rftfit.measure.fits import FIT_COLUMNS, filed_under
+from rftfit.measure.fits import FIT_COLUMNS, RunFit, filed_under, make_fit_row
 from rftfit.measure.flags import NO_DATA, dropped_rows, reason_columns, remark
 from rftfit.measure.ingest import RUN_COLUMNS
 from rftfit.measure.lab_frame import is_symmetric, readings_digest
@@ -87,23 +87,11 @@ def fit_alpha_table(
         numbers = {name: float(values[0]) for name, values in campaign.numbers[run.run_id].items()}
         beta, gamma, _ = filed_under(run)
         excluded = [remark("excluded", why=run.reason)] if run.excluded else []
-        row = {
-            "run_id": run.run_id,
-            "medium": medium,
-            "beta_deg": beta,
-            "gamma_deg": gamma,
-            "direction": run.direction,
-            "mirrored": False,
-            "tare_run": "",
-            "n_points": 0,
-            "note": "",
-            N_REPEATS: 1,
-            "depth_from_cm": numbers["depth_from_cm"],
-            "depth_to_cm": numbers["depth_to_cm"],
-            **reason_columns(excluded),
-            "lever_per_cm": 0.0,  # the errors that the table states include that of the surface
-            "clock_cm": 0.0,
-        }
+        window = numbers["depth_from_cm"], numbers["depth_to_cm"]
+        fit = RunFit(beta, gamma, *window, reason=tuple(excluded))
+        row = make_fit_row(run, fit, 0.0, campaign.config, note="")
+        # the errors that the table states include that of the surface
+        row |= {"mirrored": False, "lever_per_cm": 0.0, N_REPEATS: 1}
         rows.append(row)
         if excluded:
             continue
@@ -127,5 +115,5 @@ def fit_alpha_table(
             row |= {column(c, name): number for name, number in numbers_of_component.items()}
             row[f"alpha_{c}_dof"] = dof
         ledger.add(run, run.force_log, USED, 1, remark("slope"))
-    windows = pd.DataFrame({"run_id": tared["run_id"], "why": tared["why"]})
+    windows = tared[["run_id", "why"]]
     return pd.DataFrame(rows, columns=[*FIT_COLUMNS, N_REPEATS]), windows, ledger
