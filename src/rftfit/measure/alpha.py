@@ -1,4 +1,4 @@
-"""From fits of runs to the table alpha(beta, gamma) of one medium, with the spread between runs."""
+"""The table alpha(beta, gamma) of one medium: made from the fits of its runs, with every error, and read by columns and cells."""
 
 from __future__ import annotations
 

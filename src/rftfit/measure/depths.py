@@ -51,7 +51,7 @@ class CurvedLaw(NamedTuple):
         return "c + alpha depth" if math.isnan(self.power) else f"depth^{self.power:.2f}"
 
 
-LAW_OF_CODE: dict[str, LawName] = {
+_LAW_OF_CODE: dict[str, LawName] = {
     "linearity": "power",
     "linearity-or-surface": "power",
     "law-power": "power",
@@ -73,7 +73,7 @@ def curved_law(fits: pd.DataFrame, checks: pd.DataFrame, tolerance_deg: float) -
     linearity_rows = checks[
         (checks["check"] == "linearity") & checks["verdict"].isin((FAILED, ACCEPTED))
     ]
-    law = LAW_OF_CODE.get(str(next(iter(linearity_rows["code"]), "")))
+    law = _LAW_OF_CODE.get(str(next(iter(linearity_rows["code"]), "")))
     if law is None:
         return None
     power = math.nan

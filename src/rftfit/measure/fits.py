@@ -241,7 +241,7 @@ def filed_under(run: Run) -> tuple[float, float, float]:
 # --- Which samples count
 
 
-def farthest_x(plate: AnyPlate, beta: float, container: Container, fit: Fit) -> float:
+def _farthest_x(plate: AnyPlate, beta: float, container: Container, fit: Fit) -> float:
     """Largest distance of the plate's centre from the middle of the container, cm, for clearance from both walls.
 
     `beta`: Angle of the plate, rad.
@@ -273,7 +273,7 @@ def classify_samples(
     else:
         if run.direction == "extraction":
             why[stroke.path < fit.extraction_skip_cm] = RowStatus.STARTUP
-        why[np.abs(stroke.x) > farthest_x(plate, beta, box, fit)] = RowStatus.WALL
+        why[np.abs(stroke.x) > _farthest_x(plate, beta, box, fit)] = RowStatus.WALL
         if run.direction == "horizontal":
             why[stroke.path < fit.horizontal_skip_cm] = RowStatus.STARTUP
             return why
@@ -330,15 +330,15 @@ def _why_no_slope(
     elif not depth.any():
         return (remark("zero-depths"),)
     elif not is_level and not is_stress_table:
-        lacking = too_short(depth, plate, config.fit)
+        lacking = _why_too_short(depth, plate, config.fit)
     if lacking is None:
         return ()
-    widest = farthest_x(plate, math.radians(run.beta_deg), config.container, config.fit)
+    widest = _farthest_x(plate, math.radians(run.beta_deg), config.container, config.fit)
     return (lacking, *_main_cause(why, stroke.x, widest))
 
 
-def too_short(depth: FloatArray, plate: AnyPlate, fit: Fit) -> Remark | None:
-    """Return a remark if a window covers too little depth to give a slope; None if it covers enough."""
+def _why_too_short(depth: FloatArray, plate: AnyPlate, fit: Fit) -> Remark | None:
+    """Return the reason why a window covers too little depth (cm, shape (n,)) to give a slope; None if it covers enough."""
     stated = fit.min_depth_cm
     least_cm = plate.length_cm / 10 if stated is None else stated
     covered = float(np.ptp(depth))
@@ -352,7 +352,7 @@ def too_short(depth: FloatArray, plate: AnyPlate, fit: Fit) -> Remark | None:
 def _main_cause(why: np.ndarray, x: FloatArray, widest: float) -> tuple[Remark, ...]:
     """Return the main reason why samples of a stroke do not count, to be added to another reason.
 
-    `x`: Positions, cm. `widest`: Largest allowed distance from the middle, cm, from `farthest_x`.
+    `x`: Positions, cm. `widest`: Largest allowed distance from the middle, cm, from `_farthest_x`.
     """
     counts = np.bincount(why)
     counts[RowStatus.GOOD] = 0

@@ -45,7 +45,7 @@ def ingest_medium(
     stages use.
     """
     traces, rows, ledger = ingest_traces(campaign, medium, clocks)
-    return samples_of(traces), pd.DataFrame(rows, columns=list(RUN_COLUMNS)), ledger
+    return _join_samples(traces), pd.DataFrame(rows, columns=list(RUN_COLUMNS)), ledger
 
 
 def ingest_traces(
@@ -209,7 +209,7 @@ def _make_run_row(
     return RUN_COLUMNS | row | trace.channels
 
 
-def samples_of(traces: list[Trace]) -> pd.DataFrame:
+def _join_samples(traces: list[Trace]) -> pd.DataFrame:
     """Put the samples of all runs into one long table."""
     return samples_table(
         {

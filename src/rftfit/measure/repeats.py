@@ -24,7 +24,7 @@ _CHOSEN = chosen("measure", "repeats")
 FLOORS = np.array(_CHOSEN.floors)
 """Floors f, as fractions of the largest force. With the last one the scatter is nearly the same in all directions."""
 
-USUAL_FLOORS = np.array(_CHOSEN.usual_floors)
+_USUAL_FLOORS = np.array(_CHOSEN.usual_floors)
 """Probability of each floor before any repeat is seen."""
 
 _SCATTERS = np.geomspace(_CHOSEN.least_scatter, _CHOSEN.most_scatter, 500)
@@ -152,7 +152,7 @@ def level_of_floors(size: FloatArray, largest: FloatArray | float) -> FloatArray
 def usual_scatter(along: float, across: float) -> RunScatter:
     """Make the scatter that is assumed before any repeat is seen, relative to the largest force."""
     by_floor = np.ones(FLOORS.size)
-    return RunScatter(along * by_floor, across * by_floor, USUAL_FLOORS, 0.0)
+    return RunScatter(along * by_floor, across * by_floor, _USUAL_FLOORS, 0.0)
 
 
 def scatter_of_repeats(

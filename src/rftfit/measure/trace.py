@@ -395,7 +395,7 @@ def _flag_lost_rows(force: Log, motion: Log, *, whole_lines: bool) -> list[Remar
             file = log.path.name + ("" if of_both else suffix)
             facts: dict[str, Any] = {"count": count, "file": file, "why": reason}
             if when := log.stretches.get(reason):
-                facts["when"] = format_stretches(when)
+                facts["when"] = _format_stretches(when)
             flags.append(remark(dropped_rows(reason).code, **facts))
     for log in (force, motion):
         if when := log.stretches.get(SET_BACK):
@@ -415,7 +415,7 @@ def _flag_gaps(stroke_time: FloatArray, max_gap_s: float) -> Iterator[Remark]:
         yield remark("gaps", count=seconds.size, seconds=seconds.sum(), longest=seconds.max())
 
 
-def format_stretches(stretches: Sequence[tuple[float, float]]) -> str:
+def _format_stretches(stretches: Sequence[tuple[float, float]]) -> str:
     """Format start and end, s, of the first three stretches of a log, and the number of further ones."""
     listed = ", ".join(f"{start:.2f} to {stop:.2f} s" for start, stop in stretches[:3])
     remainder = len(stretches) - 3
