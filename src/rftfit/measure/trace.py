@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -249,31 +249,24 @@ def _zero_of_log(
     age = _age_of_zero(zero_log, unloaded.time, force_log, stroke_s)
     most_min, file = config.zero.log_age_min, zero_log.path.name
     # of an unknown age the largest allowed one is assumed
-    minutes = most_min if age is None else age.minutes
+    minutes = most_min if age is None else age["minutes"]
     zero = lab_frame.zero_of_log(unloaded.force, config.transducer.drift_N_per_min, minutes)
     flags = []
     if age is not None and minutes > most_min:
-        flags.append(remark("zero-log-old", file=file, most=most_min, **age._asdict()))
+        flags.append(remark("zero-log-old", file=file, most=most_min, **age))
     change, times_noise = lab_frame.change_within(unloaded.force)
     if change > config.transducer.max_drift_N and times_noise > chosen("measure", "zero").moves:
         flags.append(remark("zero-log-moves", file=file, newtons=change, times=times_noise))
     return zero, flags
 
 
-class _Age(NamedTuple):
-    """Time between a zero log and the stroke; times of both, formatted, for the sentence `zero-log-old`."""
-
-    minutes: float
-    logged: str
-    pushed: str
-
-
 def _age_of_zero(
     zero_log: Log, zero_time: FloatArray, force_log: Log, stroke_s: float
-) -> _Age | None:
-    """Age of the zero of a run, from the middle of its zero log to the middle of the stroke.
+) -> dict[str, Any] | None:
+    """Age of the zero of a run, minutes, from the middle of its zero log to that of the stroke, and both formatted.
 
-    None unless both logs state dates or times of day. `zero_time`, `stroke_s`: s.
+    The keys are those of the sentence `zero-log-old`. None unless both logs state dates or times of day. `zero_time`,
+    `stroke_s`: s.
     """
     logged_s = float(zero_time.mean())
     between_s = abs(stroke_s - logged_s)
@@ -288,7 +281,7 @@ def _age_of_zero(
     logged, pushed = (
         datetime.fromtimestamp(seconds, UTC).strftime(form) for seconds in (logged_s, stroke_s)
     )
-    return _Age(between_s / 60, logged, pushed)
+    return {"minutes": between_s / 60, "logged": logged, "pushed": pushed}
 
 
 # --- Steps and ends of channels
