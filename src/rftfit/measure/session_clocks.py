@@ -110,7 +110,7 @@ class SessionClock:
     offset_s: float = math.nan
     drift: float = math.nan
     reference_s: float = math.nan
-    covariance: FloatArray = field(default_factory=lambda: np.zeros((2, 2)))
+    covariance: tuple[tuple[float, ...], ...] = ((0.0, 0.0), (0.0, 0.0))
     hours: int = 0
     pushes: int = 0
     contradiction: str = ""
@@ -119,12 +119,12 @@ class SessionClock:
     @property
     def drift_se(self) -> float:
         """Standard error of the drift."""
-        return math.sqrt(self.covariance[1, 1])
+        return math.sqrt(self.covariance[1][1])
 
     def fit_at(self, time_s: float) -> ClockFit:
         """Clock of a run at a time of the force log, s; its error is common to all runs of the session."""
         design = np.array([1.0, time_s - self.reference_s])
-        variance = float(design @ self.covariance @ design)
+        variance = float(design @ np.array(self.covariance) @ design)
         # the force lags the depth in all pushes alike: more pushes do not make this error smaller
         se_s = math.sqrt(variance + BUILD_UP_S**2)
         offset_s = self.offset_s + self.drift * (time_s - self.reference_s)
@@ -283,7 +283,7 @@ def find_session_clock(pushes: list[Push], settings: ClockSettings) -> SessionCl
         offset_s=base + float(fitted[0]),
         drift=float(fitted[1]),
         reference_s=reference,
-        covariance=covariance,
+        covariance=tuple(map(tuple, covariance.tolist())),
         hours=round(float(np.median([row["offset_hours"] for row in aligned]))),
         pushes=len(aligned),
     )
