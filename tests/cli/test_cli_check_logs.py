@@ -99,7 +99,7 @@ def test_what_a_run_would_drop_is_what_check_tells(folder):
 
 
 def test_a_log_that_is_too_large_is_left_to_the_run(folder, monkeypatch):
-    monkeypatch.setattr("rftfit.measure.readable.LARGEST_BYTES", 1000)
+    monkeypatch.setattr("rftfit.measure.preview.LARGEST_BYTES", 1000)
     code, output = check(folder)
     assert code == 0
     assert "12 runs with a log of more than 0.001 MB, not opened" in output

@@ -111,7 +111,7 @@ def test_copies_are_found_among_many_repeats_of_any_length():
 
 
 def sheet(*names, kind="plate"):
-    return {n: SimpleNamespace(kind=kind, intruder="", force_log=n) for n in names}
+    return {n: SimpleNamespace(run_id=n, kind=kind, intruder="", force_log=n) for n in names}
 
 
 def test_copies_are_told_from_runs_of_one_file():

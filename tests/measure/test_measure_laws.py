@@ -17,9 +17,9 @@ NOTHING = np.zeros((1, 1)), np.ones((1, 1))
 def test_an_exact_line_is_found():
     laws = other_laws(DEPTH, (0.2 * (DEPTH - 0.3))[None], 5.0)
     assert laws is not None
-    assert laws["free_intercept"][0].alpha == pytest.approx(0.2 * 4.7 / 5, rel=1e-9)
+    assert laws.free_intercept[0].alpha == pytest.approx(0.2 * 4.7 / 5, rel=1e-9)
     # a line that begins deeper looks like a power above 1
-    assert laws["power"][0].exponent > 1.05
+    assert laws.power[0].exponent > 1.05
     assert other_laws(np.full(700, 5.0), np.ones((1, 700)), 5.0) is None
 
 
@@ -31,9 +31,8 @@ def test_the_gain_is_that_of_each_sample():
     after = other_laws(DEPTH, (stress + small)[None], 5.0)
     assert before is not None
     assert after is not None
-    for law in ("free_intercept", "power"):
-        change = after[law][0].alpha - before[law][0].alpha
-        assert change == pytest.approx(float(before[law][0].gain @ small), rel=1e-2)
+    for (old,), (new,) in zip(before, after, strict=True):
+        assert new.alpha - old.alpha == pytest.approx(float(old.gain @ small), rel=1e-2)
 
 
 @pytest.mark.parametrize(
@@ -59,7 +58,7 @@ def test_the_chosen_law_covers_what_the_line_misses(law, truth, exponent, offset
 def test_exponents_are_found(exponent):
     laws = other_laws(DEPTH, (0.3 * 5 * (DEPTH / 5) ** exponent)[None], 5.0)
     assert laws is not None
-    (power,) = laws["power"]
+    (power,) = laws.power
     assert power.exponent == pytest.approx(exponent, abs=1e-4)
     assert power.alpha == pytest.approx(0.3, rel=1e-4)
     np.testing.assert_allclose(power.residual, 0, atol=1e-4)
@@ -74,8 +73,8 @@ def test_exponents_are_found(exponent):
 def test_a_component_that_is_not_felt_has_no_power():
     laws = other_laws(DEPTH, np.zeros((1, DEPTH.size)), 5.0)
     assert laws is not None
-    assert laws["power"][0].alpha == 0
-    assert laws["power"][0].exponent == pytest.approx(1.0)
+    assert laws.power[0].alpha == 0
+    assert laws.power[0].exponent == pytest.approx(1.0)
 
 
 def test_a_stress_that_is_no_power_has_no_exponent():
@@ -84,9 +83,9 @@ def test_a_stress_that_is_no_power_has_no_exponent():
     for stress in (np.exp(-2 * DEPTH), np.exp(3 * DEPTH)):
         laws = other_laws(DEPTH, stress[None], 5.0)
         assert laws is not None
-        assert np.isnan(laws["power"][0].exponent)
+        assert np.isnan(laws.power[0].exponent)
         (alpha, _), *_ = np.linalg.lstsq(tangent, stress, rcond=None)
-        assert laws["power"][0].alpha == pytest.approx(alpha, rel=1e-6)
+        assert laws.power[0].alpha == pytest.approx(alpha, rel=1e-6)
 
 
 @pytest.mark.parametrize(

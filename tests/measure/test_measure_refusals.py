@@ -20,7 +20,7 @@ from rftfit.measure.log_columns import complete_motion_log
 from rftfit.measure.session_clocks import find_clock
 from rftfit.measure.strokes import IntruderPath, find_stroke
 from rftfit.measure.surface import find_surface, place_surface
-from rftfit.measure.trace import _gaps
+from rftfit.measure.trace import _flag_gaps
 
 NAN = float("nan")
 PUSH = plate_run("a", medium="sand")
@@ -264,7 +264,7 @@ def test_x_is_counted_from_the_middle_of_the_container():
 def test_many_gaps_are_one_flag(holes, code, numbers):
     time = np.arange(0, 60, 0.01)
     kept = ~np.any([(time > start) & (time < end) for start, end in holes], axis=0)
-    (flag,) = _gaps(time[kept], 0.1)
+    (flag,) = _flag_gaps(time[kept], 0.1)
     assert flag.code == code
     np.testing.assert_allclose([*flag.values.values()], numbers, rtol=0.06)
 

@@ -60,3 +60,20 @@ def test_two_rows_of_a_direction_have_an_interval(tmp_path):
     assert cell["alpha_z_hi_N_per_cm3"] == pytest.approx(1.5855 + 4.302653 * 0.1525, abs=1e-3)
     assert 0.8 < cell["alpha_z_lo_N_per_cm3"] < 1.433
     assert 1.738 < cell["alpha_z_hi_N_per_cm3"] < min(2.4, cell["alpha_z_hi_next_N_per_cm3"])
+
+
+def test_a_direction_of_few_depths_has_alpha_at_depth(tmp_path):
+    """By the power that the pushes of many depths show."""
+    random = np.random.default_rng(4)
+    header = "beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2,run_id"
+    rows = []
+    for beta, gamma in [(b, g) for b in (0, 30, 60, -30) for g in (90, 60, 45)]:
+        for depth in np.arange(1.0, 6.5, 1.0 if beta == 60 else 0.25):
+            stress = 0.5 * depth**1.6 * (1 + 0.002 * random.normal())
+            rows.append(f"{beta},{gamma},{depth},{stress},{0.3 * stress},r{beta}_{gamma}")
+    alpha_of(tmp_path, "--stress-table", [header, *rows])
+    cells = pd.read_csv(tmp_path / "lab" / "results" / "alpha_at_depth" / "sand.csv")
+    few = cells[(cells["beta_deg"] == 60) & (cells["depth_cm"] == 5)]
+    assert len(few) == 3
+    np.testing.assert_allclose(few["alpha_z_N_per_cm3"], 0.5 * 5**0.6, rtol=5e-3)
+    assert few["alpha_z_se_N_per_cm3"].gt(0).all()

@@ -24,7 +24,7 @@ def fits_of(widths_cm, gamma_deg=90.0):
         stress = (K_C / (width_cm / 100) + K_PHI) * (DEPTH_CM / 100) ** N / 1e4
         laws = other_laws(DEPTH_CM, stress[None], 6.0)
         assert laws is not None
-        power, free = laws["power"][0], laws["free_intercept"][0]
+        power, free = laws.power[0], laws.free_intercept[0]
         line = float(stress @ DEPTH_CM / (DEPTH_CM @ DEPTH_CM))
         intercept, slope = np.polynomial.Polynomial.fit(DEPTH_CM, stress, 1).convert().coef
         rows.append(

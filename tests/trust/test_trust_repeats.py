@@ -7,7 +7,13 @@ import pytest
 from seeds import seeds
 
 from rftfit import TableProfile
-from rftfit.measure.errors import REPEATS, Part, bed_of_mean, combined_half_width, spread_of_beds
+from rftfit.measure.errors import (
+    REPEATS,
+    ErrorTerm,
+    bed_of_mean,
+    combined_half_width,
+    spread_of_beds,
+)
 
 SPREAD = 0.005
 """Standard deviation between runs, N/cm^3."""
@@ -117,7 +123,7 @@ def test_few_repeats_cover_with_intervals_that_are_of_use(cells, percent, beds):
             n = alpha.shape[1]
             mean, share = alpha.mean(axis=1), np.full(n, 1 / n)
             for component in (0, 1):
-                noise = Part(float(error[component, 0]) / math.sqrt(n))
+                noise = ErrorTerm(float(error[component, 0]) / math.sqrt(n))
                 bed_error = spread.error_at(mean, component)
                 errors = bed_of_mean(alpha[component], share, noise, bed_error, spread.source)
                 half = combined_half_width(errors[:2], 0.95)
@@ -139,7 +145,7 @@ def test_one_repeated_direction_covers_in_beds_that_differ_much(runs, percent):
         spread = spread_of_beds([z_alone(alpha, np.zeros(runs))])
         share = np.full(runs, 1 / runs)
         of_bed = error_of_z(spread, alpha.mean())
-        errors = bed_of_mean(alpha, share, Part(0.0), of_bed, spread.source)
+        errors = bed_of_mean(alpha, share, ErrorTerm(0.0), of_bed, spread.source)
         off = abs(alpha.mean() - 0.4 * np.exp((percent / 100) ** 2 / 2))
         inside.append(off <= combined_half_width(errors[:2], 0.95))
         inside_moderated.append(off <= combined_half_width([of_bed], 0.95) / math.sqrt(runs))
@@ -197,12 +203,12 @@ def covered(truth, counts, scatter, heavy_tailed, random):
     next_runs = drawn_runs(truth, largest, scatter, heavy_tailed, random)
     se = np.full(runs.shape, NOISE * largest)
     spread = spread_of_beds([(runs[:, cell == k], se[:, cell == k]) for k in range(counts.size)])
-    noise, inside = Part(NOISE * largest), []
+    noise, inside = ErrorTerm(NOISE * largest), []
     for k, n in enumerate(counts):
         mean = runs[:, cell == k].mean(axis=1)
         for component in (0, 1):
             bed = spread.error_at(mean, component)
-            of_mean = [Part(part.sd / math.sqrt(n), part.dof) for part in (bed, noise)]
+            of_mean = [ErrorTerm(part.sd / math.sqrt(n), part.dof) for part in (bed, noise)]
             half_of_mean, half_of_next = (
                 combined_half_width(parts, 0.95) for parts in (of_mean, [*of_mean, bed, noise])
             )

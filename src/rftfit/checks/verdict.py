@@ -81,7 +81,7 @@ def verdict_on(checks: pd.DataFrame, fits: pd.DataFrame, flags: Flags) -> Verdic
         is_in_all = without_tare == len(used_runs)
         runs = "" if is_in_all else f"in {without_tare} of {len(used_runs)} runs "
         return Verdict(DOUBTFUL, f"{runs}{remark('no-tare')}")
-    if giving := len(flags.runs_beside_others("gives-back")):
+    if giving := len(flags.runs_flagged_by_checks("gives-back")):
         runs = f"in {giving} of {len(used_runs)} runs"
         return Verdict(DOUBTFUL, f"{runs} {CHECKS['work'].fault}")
     unchecked = checks[checks["verdict"] == NOT_CHECKED].set_index("check")["found"]

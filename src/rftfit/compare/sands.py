@@ -12,7 +12,7 @@ from rftfit.campaign.load import Campaign
 from rftfit.conventions import FloatArray
 from rftfit.directions import is_straight_down
 from rftfit.measure.alpha import bed_spread, cell_at, column
-from rftfit.measure.errors import Part, SurfaceError, combined_half_width, errors_of
+from rftfit.measure.errors import ErrorTerm, SurfaceError, combined_half_width, errors_of
 from rftfit.measure.fits import Row, fit_medium
 from rftfit.measure.flags import Remark, quoted, reason_columns, reason_of, remark
 from rftfit.measure.samples import split_runs
@@ -144,8 +144,8 @@ def _slope_and_zeta(
         return {}, why
     alpha, se = float(fit[column("z")]), float(fit[column("z", "_se")])
     moved = alpha * float(fit["lever_per_cm"])
-    parts = [Part(se, float(fit["alpha_z_dof"])), Part(moved * surface.run, surface.dof)]
-    parts += [Part(moved * surface.session), Part(alpha * bed_and_rod)]
+    parts = [ErrorTerm(se, float(fit["alpha_z_dof"])), ErrorTerm(moved * surface.run, surface.dof)]
+    parts += [ErrorTerm(moved * surface.session), ErrorTerm(alpha * bed_and_rod)]
     half = combined_half_width(parts, confidence) if math.isfinite(se) else math.nan
     row = {column("z"): alpha, column("z", "_lo"): alpha - half, column("z", "_hi"): alpha + half}
     row["nonlinear_z_ratio"] = float(fit["nonlinear_z_ratio"])

@@ -235,7 +235,7 @@ def describe_problem(fit: Row, flags: Flags, shared: Collection[Remark] = ()) ->
     """Say in few words what is wrong with a run; empty if nothing is, apart from the flags that all runs share."""
     run_id = str(fit["run_id"])
     flags_of_run = [flag for flag in flags.of_run(run_id) if flag not in shared]
-    text = format_remarks([*reason_of(fit), *flags_of_run, *flags.of_run_beside_others(run_id)])
+    text = format_remarks([*reason_of(fit), *flags_of_run, *flags.of_run_by_checks(run_id)])
     # a component that no sensor measured is not missing
     measured = "z" if run_id in flags.runs_with("no-force-x") else "zx"
     if not text and not np.isfinite([fit[f"alpha_{c}_N_per_cm3"] for c in measured]).all():

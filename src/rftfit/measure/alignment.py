@@ -21,7 +21,7 @@ _CHOSEN = chosen("measure", "alignment")
 
 
 def smooth_basis(depth: FloatArray, knots: int, span: FloatArray | None = None) -> FloatArray:
-    """Cubic B-splines on even knots (at least 2) at each depth (n,): shape (n, knots + 2).
+    """Values of the cubic B-splines on even knots (at least 2) at each depth (n,): shape (n, knots + 2).
 
     `span`: Depths whose range the knots cover, by default `depth`. A depth beyond the range counts as its nearest end.
     """
@@ -29,19 +29,23 @@ def smooth_basis(depth: FloatArray, knots: int, span: FloatArray | None = None) 
     low, high = float(abscissa.min()), float(abscissa.max())
     width = (high - low) / (knots - 1) or 1.0
     position = np.clip((depth - low) / width, 0, (knots - 1) * (1 - 1e-12))
-    cell = position.astype(int)
-    u = position - cell
-    # the four cubic B-splines that reach into a cell
-    parts = ((1 - u) ** 3, 3 * u**3 - 6 * u**2 + 4, -3 * u**3 + 3 * u**2 + 3 * u + 1, u**3)
+    # interval between two knots that holds the depth, and the position in it, from 0 to 1
+    interval = position.astype(int)
+    u = position - interval
+    # six times the four B-splines that are not 0 in an interval
+    splines = ((1 - u) ** 3, 3 * u**3 - 6 * u**2 + 4, -3 * u**3 + 3 * u**2 + 3 * u + 1, u**3)
     basis = np.zeros((depth.size, knots + 2))
     rows = np.arange(depth.size)
-    for column, spline in enumerate(parts):
-        basis[rows, cell + column] = spline / 6
+    for column, spline in enumerate(splines):
+        basis[rows, interval + column] = spline / 6
     return basis
 
 
 def contact_basis(depth: FloatArray, surface: float, deepest: float, knots: int) -> FloatArray:
-    """Basis of a force that is constant above the surface and smooth below: shape (n, knots + 3)."""
+    """Basis of a force that is constant above the surface and, below it, depth below it times a smooth function of that.
+
+    Shape (n, knots + 3), for depths (n,) of which `deepest` is the largest, cm.
+    """
     depth_below = np.maximum(depth - surface, 0.0)
     inner = smooth_basis(depth_below, knots, np.array([0.0, max(deepest - surface, 1e-6)]))
     return np.column_stack([np.ones(depth.size), depth_below[:, None] * inner])
@@ -109,16 +113,18 @@ def search_lags(
     depth: FloatArray,
     starts: Sequence[float],
 ) -> LagProfile:
-    """Try every lag at which the logs overlap by at least half of the shorter log.
+    """Try every lag at which the logs overlap by at least half of the shorter log, by a spline of force over depth.
 
-    `time` (force clock) and `motion_time`: s. `starts`: Offsets, s; the steps of the lags are counted from one of them.
+    `time` (s, on the force clock), `force` (N): shape (n,). `motion_time` (s, on the motion clock), `depth` (cm): shape (m,).
+    `starts`: Offsets, s; the steps of the lags are counted from the one nearest to their middle.
     """
     lag = _make_lags(time, motion_time, starts)
-    block_size = -(-time.size // _CHOSEN.readings)
-    count = time.size // block_size
     # means of neighbours: the search needs no more readings than the function has bends
-    time = time[: count * block_size].reshape(count, block_size).mean(axis=1)
-    force = force[: count * block_size].reshape(count, block_size).mean(axis=1)
+    block_size = math.ceil(time.size / _CHOSEN.readings)
+    used = time.size - time.size % block_size
+    time, force = (
+        readings[:used].reshape(-1, block_size).mean(axis=1) for readings in (time, force)
+    )
     total = float(((force - force.mean()) ** 2).sum())
     share = np.ones(lag.size)
     if not total > 0:
@@ -131,7 +137,7 @@ def search_lags(
         if np.ptp(depth_now) <= 0:
             continue
         basis = smooth_basis(depth_now, _CHOSEN.knots)
-        # a trace of ridge, as not every basis function is visited at every lag
+        # the ridge keeps it regular, as at some lags no reading lies where a basis function is not 0
         normal = basis.T @ basis + 1e-9 * np.eye(basis.shape[1])
         moment = basis.T @ force
         explained = float(moment @ np.linalg.solve(normal, moment))
@@ -147,13 +153,11 @@ def _make_lags(time: FloatArray, motion_time: FloatArray, starts: Sequence[float
     step = max(_CHOSEN.finest_s, (last_lag - first_lag) / _CHOSEN.lags)
     # counted from the given offsets, so that an offset of exactly some hours is among them
     nearest_start = min(starts, key=lambda start: abs(start - (first_lag + last_lag) / 2))
-    low, high = (
-        int(np.ceil((first_lag - nearest_start) / step)),
-        int(np.floor((last_lag - nearest_start) / step)),
-    )
-    if high < low:
+    first_step = math.ceil((first_lag - nearest_start) / step)
+    last_step = math.floor((last_lag - nearest_start) / step)
+    if last_step < first_step:
         raise Refused("no-overlap")
-    return np.asarray(nearest_start + step * np.arange(low, high + 1))
+    return np.asarray(nearest_start + step * np.arange(first_step, last_step + 1))
 
 
 BUILD_UP_S: float = _CHOSEN.build_up_s
@@ -183,8 +187,8 @@ class Alignment:
     candidates: FloatArray
 
 
-class _Refined(NamedTuple):
-    """Offset and drift after least squares, and the force that they explain."""
+class _OffsetFit(NamedTuple):
+    """Offset (s), drift and reference time (s) by least squares; depth (cm) and fitted force (N) of each reading."""
 
     offset: float
     drift: float
@@ -236,25 +240,21 @@ def estimate_clocks(
     if rise < _CHOSEN.rise_to_slow_noise * noise:
         raise Refused("no-rise", newtons=rise, noise=noise)
     whole_hours = round(chosen.offset / HOUR_S) if are_hours else 0
+    shares = [float(((pushed - fit.fitted) ** 2).mean() / pushed.var()) for fit in candidates]
     return Alignment(
-        ClockFit(chosen.offset, chosen.drift, chosen.reference, 0.0, 0, se, whole_hours),
-        math.sqrt(chosen.drift_variance),
-        1 - float(residual.var() / pushed.var()),
-        profile,
-        time,
-        pushed,
-        chosen.depth,
-        chosen.fitted,
-        np.array(
-            [
-                [fit.offset for fit in candidates],
-                [float(((pushed - fit.fitted) ** 2).mean() / pushed.var()) for fit in candidates],
-            ]
-        ),
+        ClockFit(chosen.offset, chosen.drift, chosen.reference, se_s=se, hours=whole_hours),
+        drift_se=math.sqrt(chosen.drift_variance),
+        explained=1 - float(residual.var() / pushed.var()),
+        profile=profile,
+        time=time,
+        force=pushed,
+        depth=chosen.depth,
+        fitted=chosen.fitted,
+        candidates=np.array([[fit.offset for fit in candidates], shares]),
     )
 
 
-def _choose_best_fit(candidates: list[_Refined], force: FloatArray) -> _Refined:
+def _choose_best_fit(candidates: list[_OffsetFit], force: FloatArray) -> _OffsetFit:
     """Return the fit with the smallest misfit; refuse if a fit at another offset is about as good."""
     misfit = [float(((force - fit.fitted) ** 2).sum()) for fit in candidates]
     best = candidates[int(np.argmin(misfit))]
@@ -272,6 +272,7 @@ def _cut_to_push(time: FloatArray, force: FloatArray) -> tuple[FloatArray, Float
     time, force = time[fresh], force[fresh]
     if time.size < _CHOSEN.min_readings:
         raise Refused("few-readings", found=time.size, wanted=_CHOSEN.min_readings)
+    # the median size of the difference of two normal numbers is 0.954 standard deviations: 0.6745 sqrt(2)
     noise = float(np.median(np.abs(np.diff(force)))) / 0.954 + 1e-12
     start = float(np.median(force[: max(8, force.size // 50)]))
     peak = int(np.argmax(force))
@@ -282,8 +283,9 @@ def _cut_to_push(time: FloatArray, force: FloatArray) -> tuple[FloatArray, Float
         raise Refused("no-rise", newtons=force[peak] - start, noise=noise)
     if peak + 1 < _CHOSEN.min_readings:
         raise Refused("begins-in-push", found=peak + 1, wanted=_CHOSEN.min_readings)
-    block_size = -(-(peak + 1) // _CHOSEN.most_readings)
     # readings of a fast transducer are averaged: the motion log is no faster than these means
+    block_size = math.ceil((peak + 1) / _CHOSEN.most_readings)
+    # the last block ends with the largest force
     push = slice((peak + 1) % block_size, peak + 1)
     time, force = (
         readings[push].reshape(-1, block_size).mean(axis=1) for readings in (time, force)
@@ -294,20 +296,21 @@ def _cut_to_push(time: FloatArray, force: FloatArray) -> tuple[FloatArray, Float
 def _find_starts(time: FloatArray, motion_time: FloatArray) -> tuple[list[float], bool]:
     """Return offsets, s, from which lags are counted, and True if they are whole hours.
 
-    Whole hours count if they make the logs overlap. Else the clocks have unrelated zeros, and the logs are taken to
-    start together.
+    Whole hours count if they make the logs overlap by half of the shorter one. Else the clocks have unrelated zeros,
+    and the logs are taken to start together.
     """
-    length, motion_length = float(np.ptp(time)), float(np.ptp(motion_time))
-    shortest = min(length, motion_length)
+    # from the middle of the force log to that of the motion log
     between = (motion_time[0] + motion_time[-1] - time[0] - time[-1]) / 2
-    nearest_hour, most_apart = round(between / HOUR_S), (length + motion_length) / 2 - shortest / 2
-    hours = [
+    # half the longer log
+    most_apart = max(float(np.ptp(time)), float(np.ptp(motion_time))) / 2
+    nearest_hour = round(between / HOUR_S)
+    offsets = [
         hour * HOUR_S
         for hour in (nearest_hour - 1, nearest_hour, nearest_hour + 1)
-        if abs(hour) <= 26
+        # clocks of time zones differ by a day and two hours at most
+        if abs(hour) <= 26 and abs(between - hour * HOUR_S) < most_apart
     ]
-    overlap = [offset for offset in hours if abs(between - offset) < most_apart]
-    return overlap or [float(motion_time[0] - time[0])], bool(overlap)
+    return offsets or [float(motion_time[0] - time[0])], bool(offsets)
 
 
 def _refine_offset(
@@ -318,11 +321,13 @@ def _refine_offset(
     max_drift: float,
     offset: float,
     knots: int,
-) -> _Refined:
+) -> _OffsetFit:
     """Refine an offset by least squares (Gauss-Newton) of offset, drift and surface.
 
-    The force is a smooth function of depth with `knots` knots, whose weights are fitted in each step and projected out
-    of the derivatives.
+    The force at time t is a smooth function of depth(t + offset + drift x (t - reference)), the basis of which
+    `contact_basis` gives. Its weights are fitted in each step and projected out of the derivatives (variable projection).
+
+    `offset`: Start, s. `knots`: Number of knots of the function.
     """
     drift, reference = 0.0, float(time.mean())
     surface = contact_depth(np.interp(time + offset, motion_time, depth), force)
@@ -333,24 +338,17 @@ def _refine_offset(
         )
         deepest = float(depth_now.max())
         surface = min(surface, deepest - 0.05)
-
-        def smooth(
-            depth_cm: FloatArray, surface_cm: float = surface, deepest: float = deepest
-        ) -> FloatArray:
-            """Return the basis of the force at some depths, with this step's surface or another one."""
-            return contact_basis(depth_cm, surface_cm, deepest, knots)
-
-        basis = smooth(depth_now)
+        basis_at = partial(contact_basis, deepest=deepest, knots=knots)
+        basis = basis_at(depth_now, surface)
         weights = np.linalg.lstsq(basis, force, rcond=None)[0]
         fitted = basis @ weights
         residual = force - fitted
         # derivatives of the fitted force by the offset (s) and by the depth of the surface (cm)
-        change_per_s = (smooth(ahead) - smooth(behind)) @ weights / (2 * _CHOSEN.step_s)
-        difference = (
-            smooth(depth_now, surface + _CHOSEN.step_cm)
-            - smooth(depth_now, surface - _CHOSEN.step_cm)
-        ) @ weights
-        change_per_cm = difference / (2 * _CHOSEN.step_cm)
+        difference = basis_at(ahead, surface) - basis_at(behind, surface)
+        change_per_s = difference @ weights / (2 * _CHOSEN.step_s)
+        difference = basis_at(depth_now, surface + _CHOSEN.step_cm)
+        difference -= basis_at(depth_now, surface - _CHOSEN.step_cm)
+        change_per_cm = difference @ weights / (2 * _CHOSEN.step_cm)
         power = float(change_per_s @ change_per_s)
         if power <= 0:
             raise Refused("force-constant")
@@ -368,9 +366,8 @@ def _refine_offset(
         lever = jacobian[1]
         # a prior of standard deviation max_drift keeps the drift small unless the data show one
         variance = float(weighted_sum_variance(residual[None], lever)[0][0])
-        prior_weights = (
-            variance / max(float(lever @ lever), 1e-300) / np.array([1e3, max_drift, 1.0]) ** 2
-        )
+        prior_sd = np.array([1e3, max_drift, 1.0])
+        prior_weights = variance / max(float(lever @ lever), 1e-300) / prior_sd**2
         normal = jacobian @ jacobian.T + np.diag(prior_weights + 1e-12 * power)
         pseudo_inverse = np.linalg.solve(normal, jacobian)
         prior_pull = np.array([0.0, prior_weights[1] * drift, 0.0])
@@ -385,24 +382,25 @@ def _refine_offset(
     of_drift = float(weighted_sum_variance(residual[None], pseudo_inverse[1])[0][0])
     # the prior holds the drift near 0: the error of the offset by that is added
     shrunk = np.linalg.solve(normal, [0.0, prior_weights[1] * max_drift, 0.0])
-    return _Refined(
+    return _OffsetFit(
         offset,
         drift,
         reference,
-        scatter + float(shrunk[0] ** 2),
-        of_drift + float(shrunk[1] ** 2),
-        depth_now,
-        fitted,
+        offset_variance=scatter + float(shrunk[0] ** 2),
+        drift_variance=of_drift + float(shrunk[1] ** 2),
+        depth=depth_now,
+        fitted=fitted,
     )
 
 
 def _fitted_terms_factor(
     residual: FloatArray, weight: FloatArray, variance: float, terms: int
 ) -> float:
-    """Factor by which a variance grows because `terms` terms were fitted to the residuals.
+    """Factor m / (m - terms), at most 3, by which a variance grows because `terms` terms were fitted to the residuals.
 
-    Autocorrelated residuals count as fewer independent ones.
+    m is the number of independent residuals: autocorrelated ones count as fewer. `variance`: Variance of the sum of
+    weight times residual.
     """
-    white = float(residual.var()) * float(weight @ weight)
-    independent = residual.size * min(white / max(variance, 1e-300), 1.0)
+    if_independent = float(residual.var()) * float(weight @ weight)
+    independent = residual.size * min(if_independent / max(variance, 1e-300), 1.0)
     return max(1.0, independent / max(independent - terms, independent / 3))

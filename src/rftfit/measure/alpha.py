@@ -1,4 +1,4 @@
-"""From fits of runs to the table alpha(beta, gamma) of one medium, with the spread between runs."""
+"""The table alpha(beta, gamma) of one medium: made from the fits of its runs, with every error, and read by columns and cells."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from rftfit.measure.errors import (
     REPEATS,
     SOURCES,
     USUAL_BED_SPREAD,
-    Part,
+    ErrorTerm,
     Slopes,
     Source,
     Spread,
@@ -36,6 +36,8 @@ from rftfit.measure.errors import (
     gradient,
     scaled_slopes,
     spread_of_beds,
+    wider,
+    without_included,
 )
 from rftfit.measure.flags import (
     MARKS,
@@ -109,9 +111,7 @@ def alpha_table(
     for (beta, gamma), cell, numbers in zip(directions, cells, numbers_of_cells, strict=True):
         cell_keys = {"medium": medium, "beta_deg": beta, "gamma_deg": gamma}
         rows.append(cell_keys | numbers | cell.columns)
-    # a medium without any plate run has an empty table with the same columns
-    columns = ["medium", "beta_deg", "gamma_deg", *_NUMBER_COLUMNS, *_BED_COLUMNS, *_RUN_COLUMNS]
-    return pd.DataFrame(rows, columns=columns)
+    return pd.DataFrame(rows, columns=_COLUMNS)
 
 
 QUANTITIES = ("", "_se", "_lo", "_hi", "_lo_next", "_hi_next")
@@ -166,22 +166,14 @@ def _collect_repeats(cells: list[list[Row]]) -> list[tuple[FloatArray, FloatArra
     counted_run_ids: set[str] = set()
     groups = []
     for runs in cells:
-        new_runs = [
-            run
-            for run in runs
-            if any(math.isfinite(run[column(c)]) for c in COMPONENTS)
-            and run["run_id"] not in counted_run_ids
-        ]
+        measured = [run for run in runs if any(math.isfinite(run[column(c)]) for c in COMPONENTS)]
+        new_runs = [run for run in measured if run["run_id"] not in counted_run_ids]
+        if not new_runs:
+            continue
         counted_run_ids.update(str(run["run_id"]) for run in new_runs)
-        is_level = new_runs and new_runs[0]["gamma_deg"] == 0
-        runs_of_depths = (
-            _split_by_depth(new_runs)
-            if is_level and math.isfinite(new_runs[0]["depth_from_cm"])
-            else [new_runs]
-        )
-        for runs_at_depth in filter(None, runs_of_depths):
-            alpha = _alpha_of_runs(runs_at_depth, "")
-            groups.append((alpha, np.sqrt(_variance_between(runs_at_depth))))
+        is_level = new_runs[0]["gamma_deg"] == 0 and math.isfinite(new_runs[0]["depth_from_cm"])
+        for repeats in _split_by_depth(new_runs) if is_level else [new_runs]:
+            groups.append((_of_components(repeats, ""), np.sqrt(_variance_between(repeats))))
     return groups
 
 
@@ -197,65 +189,68 @@ def _variance_without(runs: list[Row], errors: Sequence[str]) -> FloatArray:
 
     `errors`: Endings of the columns of these errors, for example ``_tare``.
     """
-    variance = _alpha_of_runs(runs, "_se") ** 2
+    variance = _of_components(runs, "_se") ** 2
     for error in errors:
-        variance -= _alpha_of_runs(runs, error) ** 2
-    clock = np.array([[_clock_error_of_run(run, c) for run in runs] for c in COMPONENTS])
+        variance -= _of_components(runs, error) ** 2
+    # change of alpha by one standard error of the clock that all runs of a session share
+    clock = (
+        _of_components(runs, "") * _values_of(runs, "lever_per_cm") * _values_of(runs, "clock_cm")
+    )
     return np.asarray(np.maximum(variance - clock**2, 0.0))
 
 
-def _alpha_of_runs(runs: list[Row], quantity: str) -> FloatArray:
-    """Return a quantity of `QUANTITIES` or an error, for z and x, shape (2, runs); 0 where a table does not have it."""
-    return np.array(
-        [[run.get(column(c, quantity), 0.0) for run in runs] for c in COMPONENTS], float
-    )
+def _of_components(runs: list[Row], quantity: str) -> FloatArray:
+    """Return a quantity of `QUANTITIES` or an error of each run, z and x, N/cm^3, shape (2, runs)."""
+    return np.stack([_values_of(runs, column(c, quantity)) for c in COMPONENTS])
 
 
-def _clock_error_of_run(run: Row, component: str) -> float:
-    """Change of alpha, N/cm^3, by one standard error of the clock that all runs of a session share."""
-    lever = float(run.get("lever_per_cm", 0.0)) * float(run.get("clock_cm", 0.0))
-    return float(run[column(component)]) * lever
+def _values_of(runs: list[Row], name: str) -> FloatArray:
+    """Return a column of the runs, shape (runs,); 0 where a run does not have it."""
+    return np.array([run.get(name, 0.0) for run in runs], dtype=float)
 
 
 def _split_by_depth(runs: list[Row]) -> list[list[Row]]:
     """Group horizontal runs by their depth; depths within a tolerance are one, as no arm reaches a depth exactly."""
+    runs_by_depth: dict[int, list[Row]] = {}
     ordered = sorted(runs, key=lambda row: float(row["depth_from_cm"]))
-    depth_number = number_depths(np.array([run["depth_from_cm"] for run in ordered], dtype=float))
-    return [
-        [run for run, number in zip(ordered, depth_number, strict=True) if number == group_number]
-        for group_number in np.unique(depth_number)
-    ]
+    for run, number in zip(
+        ordered, number_depths(_values_of(ordered, "depth_from_cm")), strict=True
+    ):
+        runs_by_depth.setdefault(int(number), []).append(run)
+    return [runs_by_depth[number] for number in sorted(runs_by_depth)]
 
 
 @dataclass(frozen=True)
 class _Cell:
-    """The runs of one direction, and their shares in its alpha: alpha is the sum of `share` times alpha of each run.
+    """The runs of one direction that count, as rows of fits; alpha of the cell is the sum of weight times alpha of each.
 
-    `level`: True for horizontal runs, whose means at several depths are fitted.
-    `line`: True where stress is a line through zero of depth.
+    `weights`: shape (runs,).
+    `is_level`: True for horizontal runs, whose means at several depths are fitted.
+    `is_line`: True where the law of stress is a line through zero of depth.
     `columns`: Depths, runs and reasons of the row in the alpha table.
     """
 
     runs: list[Row]
-    share: FloatArray
-    level: bool
-    line: bool
+    weights: FloatArray
+    is_level: bool
+    is_line: bool
     columns: dict[str, float | int | str]
 
     def weighted_sum(self, name: str) -> float:
-        """Sum over the runs of share times the value of a column."""
-        return float(self.share @ self.values_of(name))
+        """Sum over the runs of weight times the value of a column."""
+        return float(self.weights @ self.values_of(name))
 
     def values_of(self, name: str) -> FloatArray:
-        """Values of a column, one a run; 0 where a run does not have it."""
-        return np.array([run.get(name, 0.0) for run in self.runs], dtype=float)
+        """Values of a column, shape (runs,); 0 where a run does not have it."""
+        return _values_of(self.runs, name)
 
 
-_NUMBER_COLUMNS = [
-    column(c, q) for c in COMPONENTS for q in (*QUANTITIES, *(f"_{s}" for s in SOURCES))
-]
-_BED_COLUMNS = [f"run_to_run_{c}_N_per_cm3" for c in COMPONENTS]
-_RUN_COLUMNS = [
+_COLUMNS = [
+    "medium",
+    "beta_deg",
+    "gamma_deg",
+    *(column(c, q) for c in COMPONENTS for q in (*QUANTITIES, *(f"_{s}" for s in SOURCES))),
+    *(f"run_to_run_{c}_N_per_cm3" for c in COMPONENTS),
     "depth_from_cm",
     "depth_to_cm",
     "n_runs",
@@ -267,10 +262,11 @@ _RUN_COLUMNS = [
     *MARKS,
     *REASON,
 ]
+"""Columns of an alpha table; numbers that a cell does not have are NaN."""
 
 
 def _combine_runs(runs: list[Row], horizontal: bool, depths: int, law: DepthLaw) -> _Cell:
-    """Choose the runs of one cell that count, their shares in its alpha, and the reasons why others do not count."""
+    """Choose the runs of one cell that count, their weights in its alpha, and the reasons why others do not count."""
     good = [run for run in runs if math.isfinite(run[column("z")])]
     # a campaign without logs may hold the stress at all depths of a horizontal motion as one run
     horizontal &= all(run.get("direction", "horizontal") == "horizontal" for run in good)
@@ -286,23 +282,20 @@ def _combine_runs(runs: list[Row], horizontal: bool, depths: int, law: DepthLaw)
     elif good and horizontal and not any(run["depth_to_cm"] for run in good):
         reasons.append(remark("zero-depths"))
         used_runs = []
-    from_to = [
-        [run.get(f"depth_{end}_cm", math.nan) for run in used_runs] for end in ("from", "to")
-    ]
-    top, deep = min(from_to[0], default=math.nan), max(from_to[1], default=math.nan)
+    top = min((run.get("depth_from_cm", math.nan) for run in used_runs), default=math.nan)
+    deep = max((run.get("depth_to_cm", math.nan) for run in used_runs), default=math.nan)
     holds_depth = top - SAME_DEPTH_CM <= law.at_cm <= deep + SAME_DEPTH_CM
     if used_runs and math.isfinite(law.at_cm) and not holds_depth:
         reasons.append(remark("outside-window", at=law.at_cm, top=top, deep=deep))
         used_runs = []
     # by default alpha is the mean of the runs
-    share = np.full(len(used_runs), 1 / max(len(used_runs), 1))
-    if horizontal:
-        depth = np.array([(run["depth_from_cm"] + run["depth_to_cm"]) / 2 for run in used_runs])
-        alpha = np.array([[run[column(c)] for run in used_runs] for c in COMPONENTS])
+    weights = np.full(len(used_runs), 1 / max(len(used_runs), 1))
+    # runs at one depth cannot be fitted by another law: their mean counts
+    if horizontal and used_runs and (n_depths > 1 or law.name == "through_zero"):
+        depth = (_values_of(used_runs, "depth_from_cm") + _values_of(used_runs, "depth_to_cm")) / 2
+        alpha = _of_components(used_runs, "")
         larger = alpha[int(np.square(alpha).sum(axis=1).argmax())]
-        # runs at one depth cannot be fitted by another law: their mean counts
-        if used_runs and (n_depths > 1 or law.name == "through_zero"):
-            share = law.shares(depth, larger * depth)
+        weights = law.weights(depth, larger * depth)
     tares = dict.fromkeys(str(run.get("tare_run", "")) for run in used_runs)
     columns = {
         "depth_from_cm": top,
@@ -316,7 +309,7 @@ def _combine_runs(runs: list[Row], horizontal: bool, depths: int, law: DepthLaw)
         "tare_runs": " ".join(filter(None, tares)),
     }
     columns |= mark_columns() | reason_columns(reasons)
-    return _Cell(used_runs, share, horizontal, law.name == "through_zero", columns)
+    return _Cell(used_runs, weights, horizontal, law.name == "through_zero", columns)
 
 
 def _calculate_numbers(
@@ -330,81 +323,85 @@ def _calculate_numbers(
     shape: Slopes | None,
 ) -> list[dict[str, float | str]]:
     """Return the numbers in the row of each cell: alpha, its errors by name, its interval, that of the next push."""
-    alpha = {
-        c: np.array([cell.weighted_sum(column(c)) if cell.runs else math.nan for cell in cells])
-        for c in COMPONENTS
-    }
+    # shape (2, cells): z and x
+    alpha = np.array(
+        [
+            [cell.weighted_sum(column(c)) if cell.runs else math.nan for cell in cells]
+            for c in COMPONENTS
+        ]
+    )
     beta, gamma = np.array(directions, dtype=float).reshape(-1, 2).T
-    both_alpha = np.stack([alpha[c] for c in COMPONENTS])
-    shape_slopes = scaled_slopes(shape, beta, gamma, both_alpha)
-    alpha_per_deg = {
-        c: np.hypot(*gradient(beta, gamma, alpha[c], slopes).T)
-        for c, slopes in zip(COMPONENTS, shape_slopes, strict=True)
-    }
+    alpha_per_deg = [
+        np.hypot(*gradient(beta, gamma, alpha_of_component, slopes).T)
+        for alpha_of_component, slopes in zip(
+            alpha, scaled_slopes(shape, beta, gamma, alpha), strict=True
+        )
+    ]
     rows: list[dict[str, float | str]] = []
     for i, cell in enumerate(cells):
-        row: dict[str, float | str] = dict.fromkeys([*_NUMBER_COLUMNS, *_BED_COLUMNS], math.nan)
-        rows.append(row | {"spread": spread.source})
+        row: dict[str, float | str] = {"spread": spread.source}
+        rows.append(row)
         if not cell.runs:
             continue
-        mirror_signs = np.where(cell.values_of("mirrored"), -1.0, 1.0)
-        mean_sign = float(cell.share @ mirror_signs / cell.share.sum())
-        # where x was not measured, it is taken to be as large as z
-        alpha_x = alpha["z"][i] if math.isnan(alpha["x"][i]) else alpha["x"][i]
-        # a small turn of the mount mixes the components
-        change_per_rad = {"z": -mean_sign * alpha_x, "x": mean_sign * alpha["z"][i]}
-        for component_index, c in enumerate(COMPONENTS):
-            bed_error = spread.error_at(both_alpha[:, i], component_index)
+        for k, c in enumerate(COMPONENTS):
+            angle = float(alpha_per_deg[k][i]) * errors.angle_deg
+            bed_error = spread.error_at(alpha[:, i], k)
             errors_of_mean = _errors_of_runs(cell, c, surface, bed_error)
-            # the mean of independent errors is smaller than each of them
-            mean_factor = math.sqrt(float(cell.share @ cell.share))
-            angle = float(alpha_per_deg[c][i]) * errors.angle_deg
-            errors_of_mean["angle"] = Part(angle * mean_factor)
+            errors_of_mean |= _errors_of_setup(cell, c, alpha[:, i], angle, errors)
             lever = math.sqrt(float(np.mean(cell.values_of("lever_per_cm") ** 2)))
-            errors_of_next: dict[Source, Part] = {
-                "surface": Part(surface.run * abs(alpha[c][i]) * lever, surface.dof),
-                "angle": Part(angle),
+            errors_of_next: dict[Source, ErrorTerm] = {
+                "surface": ErrorTerm(surface.run * abs(alpha[k, i]) * lever, surface.dof),
+                "angle": ErrorTerm(angle),
             }
-            errors_of_mean["turn"] = Part(change_per_rad[c] * math.radians(errors.turn_deg))
-            rod_slope = cell.weighted_sum(column(c, "_rod"))
-            errors_of_mean["rod"] = Part(rod_slope * errors.tare_percent / 100)
             source = _add_bed_errors(
                 errors_of_mean, errors_of_next, cell, c, bed_error, spread.source, confidence
             )
-            outlier_offsets = [
-                outliers.get(str(run["run_id"]), (0.0, 0.0))["zx".index(c)] for run in cell.runs
-            ]
-            of_outliers = _outlier_errors(cell, c, np.array(outlier_offsets), confidence)
-            for parts, of_outlier in zip(
+            offsets = [outliers.get(str(run["run_id"]), (0.0, 0.0))[k] for run in cell.runs]
+            of_outliers = _outlier_errors(cell, c, np.array(offsets), confidence)
+            for terms, of_outlier in zip(
                 (errors_of_mean, errors_of_next), of_outliers, strict=True
             ):
-                bed_errors = parts["bed"], of_outlier
-                parts["bed"] = max(
-                    bed_errors, key=lambda error: combined_half_width([error], confidence)
-                )
-            half_of_mean = combined_half_width(errors_of_mean.values(), confidence)
-            # what all runs share is in the errors of the mean, and counts once
-            half_of_next = combined_half_width(
-                [*errors_of_mean.values(), *errors_of_next.values()], confidence
+                terms["bed"] = wider(terms["bed"], of_outlier, confidence)
+            row |= _make_component_columns(
+                c, alpha[k, i], errors_of_mean, errors_of_next, confidence
             )
-            se = math.sqrt(sum(error.sd**2 for error in errors_of_mean.values()))
-            ends = (
-                alpha[c][i] + width
-                for width in (-half_of_mean, half_of_mean, -half_of_next, half_of_next)
-            )
-            values = (alpha[c][i], se, *ends)
-            row = {column(c, q): value for q, value in zip(QUANTITIES, values, strict=True)}
-            row |= {column(c, f"_{name}"): error.sd for name, error in errors_of_mean.items()}
             if spread.source != AS_PREPARED:
                 row[f"run_to_run_{c}_N_per_cm3"] = bed_error.sd
-            known_from = OF_CELL if OF_CELL in (source, rows[-1]["spread"]) else source
-            rows[-1] |= row | {"spread": known_from}
+            if row["spread"] != OF_CELL:
+                row["spread"] = source
     return rows
+
+
+def _make_component_columns(
+    c: str,
+    alpha: float,
+    errors_of_mean: Mapping[Source, ErrorTerm],
+    errors_of_next: Mapping[Source, ErrorTerm],
+    confidence: float,
+) -> dict[str, float]:
+    """Return the columns of one component: alpha, the ends of its intervals, and its errors by name.
+
+    `errors_of_next`: What the next push adds to the errors of the mean.
+    """
+    mean_terms = errors_of_mean.values()
+    half_width = combined_half_width(mean_terms, confidence)
+    # what all runs share is in the errors of the mean, and counts once
+    half_width_of_next = combined_half_width([*mean_terms, *errors_of_next.values()], confidence)
+    numbers = {
+        "": alpha,
+        "_se": math.sqrt(sum(error.sd**2 for error in mean_terms)),
+        "_lo": alpha - half_width,
+        "_hi": alpha + half_width,
+        "_lo_next": alpha - half_width_of_next,
+        "_hi_next": alpha + half_width_of_next,
+        **{f"_{name}": error.sd for name, error in errors_of_mean.items()},
+    }
+    return {column(c, quantity): number for quantity, number in numbers.items()}
 
 
 def _outlier_errors(
     cell: _Cell, c: str, outlier_offsets: FloatArray, confidence: float
-) -> tuple[Part, Part]:
+) -> tuple[ErrorTerm, ErrorTerm]:
     """Errors of a cell with outlying runs: of its mean, and what the next push adds to that.
 
     With three repeats or more these are the scatter of the repeats. Else the interval of the mean reaches as far as
@@ -413,76 +410,87 @@ def _outlier_errors(
     `outlier_offsets`: alpha of each outlying run minus that of the other runs, N/cm^3, shape (runs,); 0 for the others.
     """
     n = len(cell.runs)
-    if outlier_offsets.any() and n > 2 and not cell.level:
+    if outlier_offsets.any() and n > 2 and not cell.is_level:
         scatter = float(cell.values_of(column(c)).std(ddof=1))
-        return Part(scatter / math.sqrt(n), n - 1.0), Part(scatter, n - 1.0)
-    moved = float(np.abs(cell.share @ outlier_offsets))
-    return Part(moved / combined_half_width([Part(1.0)], confidence)), Part(0.0)
+        return ErrorTerm(scatter / math.sqrt(n), n - 1.0), ErrorTerm(scatter, n - 1.0)
+    moved = float(np.abs(cell.weights @ outlier_offsets))
+    return ErrorTerm(moved / combined_half_width([ErrorTerm(1.0)], confidence)), ErrorTerm(0.0)
 
 
 def _errors_of_runs(
-    cell: _Cell, c: str, surface: SurfaceError, bed_error: Part
-) -> dict[Source, Part]:
+    cell: _Cell, c: str, surface: SurfaceError, bed_error: ErrorTerm
+) -> dict[Source, ErrorTerm]:
     """Errors of one component of alpha that come from the logs, the tares, the surface and the clocks."""
-    alpha, se = cell.values_of(column(c)), cell.values_of(column(c, "_se"))
-    dof = cell.values_of(f"alpha_{c}_dof")
-    startup, tare, curvature = (
-        cell.values_of(column(c, f"_{name}")) for name in ("startup", "tare", "curvature")
-    )
-    noise_variances = _noise_variance(cell, c) * cell.share**2
+    noise_variances = _noise_variance(cell, c) * cell.weights**2
     # the error of a shared tare is the same in all its runs, but has the other sign in a mirrored run
     is_mirrored_x = (c == "x") & (cell.values_of("mirrored") != 0)
-    signed = np.where(is_mirrored_x, -1.0, 1.0) * cell.share * tare
+    signed = np.where(is_mirrored_x, -1.0, 1.0) * cell.weights * cell.values_of(column(c, "_tare"))
     tare_names = np.array([str(run.get("tare_run", "")) for run in cell.runs])
     tare_errors = [float(signed[tare_names == name].sum()) for name in dict.fromkeys(tare_names)]
     # change of alpha for a surface that is 1 cm off, by run
-    change_per_cm = cell.share * alpha * cell.values_of("lever_per_cm")
-    tare_sign = 1.0 if sum(tare_errors) >= 0 else -1.0
+    change_per_cm = cell.weights * cell.values_of(column(c)) * cell.values_of("lever_per_cm")
+    # surface and clock errors that all runs share: more runs do not make them smaller
+    session = surface.session * float(change_per_cm.sum())
+    clocks = float(change_per_cm @ cell.values_of("clock_cm"))
     return {
-        "noise": Part(
-            math.sqrt(float(noise_variances.sum())), float(combine_dof(noise_variances, dof))
+        "noise": ErrorTerm(
+            math.sqrt(float(noise_variances.sum())),
+            float(combine_dof(noise_variances, cell.values_of(f"alpha_{c}_dof"))),
         ),
-        # a start-up moves all depths the same way, so its parts add up before they are squared
-        "startup": Part(float(cell.share @ startup)),
-        "tare": Part(tare_sign * math.hypot(*tare_errors)),
-        "surface": Part(surface.run * float(np.sqrt(change_per_cm @ change_per_cm)), surface.dof),
-        "session": _session_error(
-            surface.session * float(change_per_cm.sum()), _clock_error_of_cell(cell, c)
+        # a start-up moves all depths the same way, so its effects add up before they are squared
+        "startup": ErrorTerm(cell.weighted_sum(column(c, "_startup"))),
+        "tare": ErrorTerm(math.copysign(math.hypot(*tare_errors), sum(tare_errors) + 0.0)),
+        "surface": ErrorTerm(
+            surface.run * float(np.sqrt(change_per_cm @ change_per_cm)), surface.dof
         ),
-        "curvature": Part(
-            float(cell.share @ curvature) + _nonlinearity_over_depths(cell, alpha, se, bed_error)
+        # the sign is that of the larger error
+        "session": ErrorTerm(math.copysign(math.hypot(session, clocks), session + clocks)),
+        "curvature": ErrorTerm(
+            cell.weighted_sum(column(c, "_curvature"))
+            + _nonlinearity_over_depths(cell, c, bed_error)
         ),
     }
 
 
-def _clock_error_of_cell(cell: _Cell, c: str) -> float:
-    """Error of a cell by the common error of the clocks, N/cm^3; more runs do not make it smaller."""
-    return float(cell.share @ np.array([_clock_error_of_run(run, c) for run in cell.runs]))
+def _errors_of_setup(
+    cell: _Cell, c: str, alpha: FloatArray, angle_error: float, errors: ErrorSettings
+) -> dict[Source, ErrorTerm]:
+    """Errors of one component by the angle of the plate, by a turn of the mount, and by the bed around the rods.
 
-
-def _session_error(surface: float, clocks: float) -> Part:
-    """Error of a session by its surface and its clocks, both N/cm^3, with the sign of the larger one."""
-    if not clocks:
-        return Part(surface)
-    return Part(math.copysign(math.hypot(surface, clocks), surface + clocks))
+    `alpha`: z and x of the cell, N/cm^3, shape (2,). `angle_error`: Error of one run by its angle, N/cm^3.
+    """
+    alpha_z, alpha_x = alpha
+    if math.isnan(alpha_x):
+        # where x was not measured, it is taken to be as large as z
+        alpha_x = alpha_z
+    mirror_signs = np.where(cell.values_of("mirrored"), -1.0, 1.0)
+    mean_sign = float(cell.weights @ mirror_signs / cell.weights.sum())
+    # a small turn of the mount mixes the components
+    change_per_rad = mean_sign * (alpha_z if c == "x" else -alpha_x)
+    return {
+        # the mean of independent errors is smaller than each of them
+        "angle": ErrorTerm(angle_error * math.sqrt(float(cell.weights @ cell.weights))),
+        "turn": ErrorTerm(change_per_rad * math.radians(errors.turn_deg)),
+        "rod": ErrorTerm(cell.weighted_sum(column(c, "_rod")) * errors.tare_percent / 100),
+    }
 
 
 def _noise_variance(cell: _Cell, c: str) -> FloatArray:
     """Variance of alpha of each run by noise alone, without start-up, tare, curvature and clock, (N/cm^3)^2."""
     variance = _variance_without(cell.runs, ("_startup", "_tare", "_curvature"))
-    return np.asarray(variance["zx".index(c)])
+    return np.asarray(variance[COMPONENTS.index(c)])
 
 
-def _noise_of_next(cell: _Cell, c: str, *, scatter: bool) -> Part:
+def _noise_of_next(cell: _Cell, c: str, *, scatter: bool) -> ErrorTerm:
     """Noise of one further run like those of the cell.
 
     A row of a table may be the mean of n runs: a single run then has n times its variance. With `scatter` the
     scatter of the rows counts as an error too and holds their variance once, so that n - 1 times the variance remains.
     """
     variance = _noise_variance(cell, c) * (_runs_behind(cell) - scatter)
-    # the shares add up to 1, but where stress over depth depends on depth
-    sd = float(cell.share.sum()) * math.sqrt(float(variance.mean()))
-    return Part(sd, float(combine_dof(variance, cell.values_of(f"alpha_{c}_dof"))))
+    # the weights add up to 1, but where stress over depth depends on depth
+    sd = float(cell.weights.sum()) * math.sqrt(float(variance.mean()))
+    return ErrorTerm(sd, float(combine_dof(variance, cell.values_of(f"alpha_{c}_dof"))))
 
 
 def _runs_behind(cell: _Cell) -> FloatArray:
@@ -490,54 +498,52 @@ def _runs_behind(cell: _Cell) -> FloatArray:
     return np.array([run.get(N_REPEATS, 1.0) for run in cell.runs], dtype=float)
 
 
-def _nonlinearity_over_depths(
-    cell: _Cell, alpha: FloatArray, se: FloatArray, bed_error: Part
-) -> float:
+def _nonlinearity_over_depths(cell: _Cell, c: str, bed_error: ErrorTerm) -> float:
     """Error of a horizontal cell, N/cm^3, whose runs leave the line through zero by more than noise and bed; else 0."""
-    if not (cell.level and cell.line) or alpha.size < 3:
+    alpha, se = cell.values_of(column(c)), cell.values_of(column(c, "_se"))
+    if not (cell.is_level and cell.is_line) or alpha.size < 3:
         return 0.0
-    mean = float(cell.share @ alpha)
-    deviation, noise = alpha - mean, np.hypot(se, bed_error.sd)
+    deviation = alpha - float(cell.weights @ alpha)
     # within three standard errors no run clearly leaves the line
-    if (np.abs(deviation) <= 3 * noise).all():
+    if (np.abs(deviation) <= 3 * np.hypot(se, bed_error.sd)).all():
         return 0.0
-    # the share grows with the square of the depth
-    return float(np.abs(deviation[cell.share.argmax()])) / math.sqrt(3)
+    # the weight grows with the square of the depth: the deepest run counts
+    return float(np.abs(deviation[cell.weights.argmax()])) / math.sqrt(3)
 
 
 def _add_bed_errors(
-    errors_of_mean: dict[Source, Part],
-    errors_of_next: dict[Source, Part],
+    errors_of_mean: dict[Source, ErrorTerm],
+    errors_of_next: dict[Source, ErrorTerm],
     cell: _Cell,
     c: str,
-    bed_error: Part,
-    known_from: str,
+    bed_error: ErrorTerm,
+    spread_source: str,
     confidence: float,
 ) -> str:
-    """Add the error of the bed to the errors of the mean and of one further run; return where that error is known from.
+    """Add the error of the bed to the errors of the mean and of one further run; return the source of that error.
 
     Repeats differ also by their surfaces and angles. So where repeats show the error of the bed, the errors of
-    surface and angle are subtracted from it: together the three are as wide as the wider of both.
+    surface and angle are subtracted from it.
+
+    `bed_error`, `spread_source`: Error of a single bed, and the source of it.
     """
     alpha, noise = cell.values_of(column(c)), errors_of_mean["noise"]
     errors_of_mean["noise"], errors_of_mean["bed"], source = bed_of_mean(
-        alpha, cell.share, noise, bed_error, known_from, shown_by_runs=not cell.level
+        alpha, cell.weights, noise, bed_error, spread_source, shown_by_runs=not cell.is_level
     )
     scatter = source == OF_CELL and errors_of_mean["noise"] != noise
     errors_of_next["noise"] = _noise_of_next(cell, c, scatter=scatter)
-    if known_from == AS_PREPARED:
+    if spread_source == AS_PREPARED:
         # also where an interval does not include the scatter between beds, the next bed is another
-        bed_error = Part(USUAL_BED_SPREAD * abs(float(cell.share @ alpha)))
+        bed_error = ErrorTerm(USUAL_BED_SPREAD * abs(float(cell.weights @ alpha)))
     errors_of_next["bed"] = bed_of_next(alpha, bed_error, confidence, scatter=scatter)
-    if known_from == AS_PREPARED and not scatter and (_runs_behind(cell) > 1).all():
+    if spread_source == AS_PREPARED and not scatter and (_runs_behind(cell) > 1).all():
         # several runs stand behind each row, and what these differ by holds their beds
-        errors_of_next["bed"] = Part(0.0)
+        errors_of_next["bed"] = ErrorTerm(0.0)
     if source in (REPEATS, OF_CELL):
-        for parts in (errors_of_mean, errors_of_next):
-            half_square = combined_half_width([parts["bed"]], confidence) ** 2
-            half_square -= combined_half_width([parts["surface"], parts["angle"]], confidence) ** 2
-            unit = combined_half_width([Part(1.0, parts["bed"].dof)], confidence)
-            parts["bed"] = Part(math.sqrt(max(half_square, 0.0)) / unit, parts["bed"].dof)
+        for terms in (errors_of_mean, errors_of_next):
+            included = terms["surface"], terms["angle"]
+            terms["bed"] = without_included(terms["bed"], included, confidence)
     return source
 
 

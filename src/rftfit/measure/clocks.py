@@ -6,23 +6,23 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
 from rftfit.measure.flags import Refused
+from rftfit.measure.stretches import find_stretches
 
 HOUR_S = 3600.0
 LONGEST_RAMP_S = 0.1
-"""Time in which the arm speeds up or slows down."""
+"""Longest time in which the arm speeds up or slows down."""
 _JITTER_S = 0.1
 """Longest motion or rest that counts as jitter."""
 
 
 @dataclass(frozen=True)
 class ClockFit:
-    """Motion time = force time + offset + drift x (force time - reference).
+    """Fit of two clocks: motion time = force time + offset + drift x (force time - reference).
 
-    An edge is a time at which the arm starts or stops.
+    By default both logs are on one clock. An edge is a time at which the arm starts or stops.
 
     `residual_s`: Root mean square of the edges about the fit.
     `edges`: Number of edges; 0 for logs on one clock.
@@ -31,11 +31,11 @@ class ClockFit:
     `shared_se_s`: Standard error that all runs have in common.
     """
 
-    offset_s: float
-    drift: float
-    reference_s: float
-    residual_s: float
-    edges: int
+    offset_s: float = 0.0
+    drift: float = 0.0
+    reference_s: float = 0.0
+    residual_s: float = 0.0
+    edges: int = 0
     se_s: float | None = None
     hours: int | None = None
     shared_se_s: float = 0.0
@@ -46,11 +46,11 @@ class ClockFit:
             return self.se_s
         if self.edges == 0:
             return 0.0
+        edge_variance = self.residual_s**2 * self.edges / max(self.edges - 2, 1)
         # an arm that moves for a whole number of samples has all its edges at the same time after a
         # sample: the residuals do not show this error, which has the variance step^2 / 12
-        apart = self.residual_s**2 * self.edges / max(self.edges - 2, 1)
-        common = max(step_s**2 / 12 - apart, 0.0)
-        return math.sqrt(common + apart / self.edges)
+        common_variance = max(step_s**2 / 12 - edge_variance, 0.0)
+        return math.sqrt(common_variance + edge_variance / self.edges)
 
     @property
     def whole_hours(self) -> int:
@@ -76,9 +76,10 @@ def moving_spans(time: FloatArray, speed: FloatArray) -> FloatArray:
     first, stop = find_stretches(speed > _MOVING)
     starts = _interpolate_crossing(time, speed, first - 1, first)
     ends = _interpolate_crossing(time, speed, stop - 1, stop)
-    rests = starts[1:] - ends[:-1] > _JITTER_S
-    starts = starts[np.append(True, rests)[: starts.size]]
-    ends = ends[np.append(rests, True)[: ends.size]]
+    # a stretch ends at its stop if a rest follows, and the next one starts behind that rest
+    is_rest = starts[1:] - ends[:-1] > _JITTER_S
+    starts = starts[np.append(True, is_rest)[: starts.size]]
+    ends = ends[np.append(is_rest, True)[: ends.size]]
     spans: FloatArray = np.array([starts, ends]).T
     return np.asarray(spans[ends - starts > _JITTER_S])
 
@@ -88,12 +89,6 @@ def is_encoder_noise(time: FloatArray, speed: FloatArray) -> bool:
     first, stop = find_stretches(speed > _MOVING)
     short = time[stop - 1] - time[first] < _JITTER_S
     return bool(short.size and short.mean() > 0.5)
-
-
-def find_stretches(is_inside: npt.NDArray[np.bool_]) -> npt.NDArray[np.intp]:
-    """Return the first row of every stretch of True, and the row after its last one, shape (2, k)."""
-    edges = np.flatnonzero(np.diff(is_inside, prepend=False, append=False))
-    return edges.reshape(-1, 2).T
 
 
 def whole_spans(spans: FloatArray, first: float, last: float) -> FloatArray:
@@ -141,16 +136,17 @@ def _fit_edges(force_edges: FloatArray, motion_edges: FloatArray) -> ClockFit:
     difference = motion_edges - force_edges
     offset = float(difference.mean())
     reference = float(force_edges.mean())
-    # the rate differs by parts in 1e5: over a run of seconds that is far below an edge's own
-    # error, so a drift is fitted only where the lever arm is long
+    # rates differ by some 1e-5: over a run of seconds that is far below the error of an edge, so a
+    # drift is fitted only to a run of more than ten minutes
     lever = force_edges - reference
     drift = 0.0
     if np.ptp(force_edges) > 600:
         drift = float(lever @ difference / (lever @ lever))
     residual = difference - offset - drift * lever
-    # the ramp moves starts and ends apart by the same time in opposite directions: that is no disagreement
+    # a ramp shifts starts and ends by the same time in opposite directions: that is no disagreement
     edge_pairs = residual.reshape(-1, 2)
     ramp = float((edge_pairs[:, 0] - edge_pairs[:, 1]).mean()) / 2
-    residual = (edge_pairs - [ramp, -ramp]).ravel() if abs(ramp) < LONGEST_RAMP_S else residual
-    spread = float(np.sqrt(np.mean(residual**2)))
-    return ClockFit(offset, drift, reference, spread, force_edges.size)
+    if abs(ramp) < LONGEST_RAMP_S:
+        residual = (edge_pairs - [ramp, -ramp]).ravel()
+    residual_s = float(np.sqrt(np.mean(residual**2)))
+    return ClockFit(offset, drift, reference, residual_s, force_edges.size)

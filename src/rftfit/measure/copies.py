@@ -27,14 +27,13 @@ def copies_of(
     tolerance_deg: float,
 ) -> dict[str, tuple[str, ...]]:
     """Return the run_ids of the copies of each run that can be compared: runs with the same readings or noise."""
-    exact = same_readings(sheet, runs)
-    is_stress_table = any(run.intruder == UNIT_AREA for run in sheet.values())
-    noise_copies = (
-        {} if is_stress_table else near_copies(_group_by_direction(fits, tolerance_deg), tared)
-    )
+    noise_copies: dict[str, tuple[str, ...]] = {}
+    # rows of a table of stress have no noise from sample to sample
+    if not any(run.intruder == UNIT_AREA for run in sheet.values()):
+        noise_copies = near_copies(_group_by_direction(fits, tolerance_deg), tared)
     return {
         name: tuple(dict.fromkeys([*names, *noise_copies.get(name, ())]))
-        for name, names in exact.items()
+        for name, names in same_readings(sheet, runs).items()
     }
 
 
@@ -50,21 +49,20 @@ def same_readings(sheet: Mapping[str, Run], runs: pd.DataFrame) -> dict[str, tup
     Several strokes of one log are no copies of each other, and neither are rods: a tare may serve several runs. But
     runs of a table of stress are all in one file, and may be copies.
     """
-    groups: dict[str, list[str]] = {}
+    groups: dict[str, list[Run]] = {}
     for name, digest in zip(runs["run_id"], runs["readings"], strict=True):
         if digest and sheet[name].kind in ("plate", "leg"):
-            groups.setdefault(digest, []).append(name)
-
-    def copies(first: Run, second: Run) -> bool:
-        """Return True if two runs with the same readings are copies."""
-        is_stress_table = first.intruder == UNIT_AREA
-        return first is not second and (is_stress_table or first.force_log != second.force_log)
-
-    return {
-        name: tuple(run_id for run_id in group if copies(sheet[name], sheet[run_id]))
-        for group in groups.values()
-        for name in group
-    }
+            groups.setdefault(digest, []).append(sheet[name])
+    copies: dict[str, tuple[str, ...]] = {}
+    for group in groups.values():
+        for run in group:
+            is_stress_table = run.intruder == UNIT_AREA
+            copies[run.run_id] = tuple(
+                other.run_id
+                for other in group
+                if other is not run and (is_stress_table or other.force_log != run.force_log)
+            )
+    return copies
 
 
 def near_copies(groups: Sequence[Sequence[str]], tared: pd.DataFrame) -> dict[str, tuple[str, ...]]:
@@ -98,19 +96,20 @@ def _hold_equal_readings(first: FloatArray, second: FloatArray) -> bool:
 
     A hum of the drive is similar in all runs, but its readings are not equal.
     """
-    # a power of two, for a fast transform
+    # cross-correlation at all shifts of `second`; a power of two, for a fast transform
     size = 1 << (first.size + second.size).bit_length()
-    match = np.fft.irfft(np.fft.rfft(second, size) * np.conj(np.fft.rfft(first, size)), size)
-    shift = int(np.abs(match).argmax())
-    sign = math.copysign(1.0, match[shift])
+    correlation = np.fft.irfft(np.fft.rfft(second, size) * np.conj(np.fft.rfft(first, size)), size)
+    shift = int(np.abs(correlation).argmax())
+    sign = math.copysign(1.0, correlation[shift])
+    # a transform is periodic: its upper half are the shifts the other way
     shift -= size if shift > size // 2 else 0
-    later, earlier = first[max(-shift, 0) :], second[max(shift, 0) :]
-    overlap = min(later.size, earlier.size)
-    apart = np.abs(later[:overlap] - sign * earlier[:overlap])
+    first_part, second_part = first[max(-shift, 0) :], second[max(shift, 0) :]
+    overlap = min(first_part.size, second_part.size)
+    difference = np.abs(first_part[:overlap] - sign * second_part[:overlap])
     step = max(_smallest_step(first), _smallest_step(second))
     most = _CHOSEN.equal * first.std() + _CHOSEN.equal_steps * step
     # readings of a copy may differ in their last digit, but by no more, even if a strong hum allows more
-    return bool(np.quantile(apart, _CHOSEN.part) < min(most, _CHOSEN.last_digit * step))
+    return bool(np.quantile(difference, _CHOSEN.part) < min(most, _CHOSEN.last_digit * step))
 
 
 def _smallest_step(noise: FloatArray) -> float:
@@ -147,28 +146,29 @@ def _find_pairs_with_same_noise(noise: Sequence[FloatArray]) -> Iterator[tuple[i
     for row, series in zip(padded, noise, strict=True):
         row[: series.size] = series
     spectra = np.fft.rfft(padded)
+    near_peak = np.arange(-_CHOSEN.near, _CHOSEN.near + 1)
     at_once = 32  # limits memory
     for first_index, conjugate in enumerate(np.conj(spectra)):
         for start in range(first_index + 1, len(noise), at_once):
             block = slice(start, start + at_once)
             shorter = np.minimum(sizes[block], sizes[first_index])
-            match = np.abs(np.fft.irfft(spectra[block] * conjugate, size))
-            best = match.max(axis=1)
+            correlation = np.abs(np.fft.irfft(spectra[block] * conjugate, size))
+            best = correlation.max(axis=1)
+            # equal noises of n samples have the correlation n, unrelated ones about sqrt(n)
             high = np.flatnonzero(best > shorter * np.maximum(_CHOSEN.least, 8 / np.sqrt(shorter)))
-            remaining_match = match[high]
+            # what remains of the correlation without its highest peaks
+            remaining = correlation[high]
             for _ in range(_CHOSEN.shifts):
-                peak_shifts = remaining_match.argmax(axis=1)[:, None] + np.arange(
-                    -_CHOSEN.near, _CHOSEN.near + 1
-                )
-                np.put_along_axis(remaining_match, peak_shifts % size, 0, axis=1)
-            alone = best[high] > _CHOSEN.alone * remaining_match.max(axis=1)
-            yield from ((first_index, start + int(index)) for index in high[alone])
+                peak_shifts = remaining.argmax(axis=1)[:, None] + near_peak
+                np.put_along_axis(remaining, peak_shifts % size, 0, axis=1)
+            stands_alone = best[high] > _CHOSEN.alone * remaining.max(axis=1)
+            yield from ((first_index, start + int(index)) for index in high[stands_alone])
 
 
 def counted_once(
     fits: pd.DataFrame, copies: Mapping[str, Sequence[str]], tolerance_deg: float
 ) -> tuple[pd.DataFrame, dict[str, Remark]]:
-    """Keep the numbers of one run of each set of copies in one direction; set those of the others to NaN.
+    """Keep the numbers of the first run of each set of copies in one direction; set those of the others to NaN.
 
     Returns the fits, and the reason of each run that is left out, by run_id.
     """

@@ -51,7 +51,7 @@ class CurvedLaw(NamedTuple):
         return "c + alpha depth" if math.isnan(self.power) else f"depth^{self.power:.2f}"
 
 
-LAW_OF_CODE: dict[str, LawName] = {
+_LAW_OF_CODE: dict[str, LawName] = {
     "linearity": "power",
     "linearity-or-surface": "power",
     "law-power": "power",
@@ -73,12 +73,13 @@ def curved_law(fits: pd.DataFrame, checks: pd.DataFrame, tolerance_deg: float) -
     linearity_rows = checks[
         (checks["check"] == "linearity") & checks["verdict"].isin((FAILED, ACCEPTED))
     ]
-    law = LAW_OF_CODE.get(str(next(iter(linearity_rows["code"]), "")))
+    law = _LAW_OF_CODE.get(str(next(iter(linearity_rows["code"]), "")))
     if law is None:
         return None
-    if law != "power":
-        return CurvedLaw(law, math.nan)
-    return CurvedLaw(law, median_over_directions(steep_pushes(fits), "exponent_z", tolerance_deg))
+    power = math.nan
+    if law == "power":
+        power = median_over_directions(steep_pushes(fits), "exponent_z", tolerance_deg)
+    return CurvedLaw(law, power)
 
 
 def offset_of_law(curved: CurvedLaw, fits: pd.DataFrame) -> FloatArray:
@@ -97,6 +98,7 @@ def offset_of_law(curved: CurvedLaw, fits: pd.DataFrame) -> FloatArray:
             (end ** (power + 1) - top ** (power + 1)) / (power + 1) / (end - top)
             for power in powers
         )
+        # least squares: covariance of depth and stress over the variance of depth
         slope = (product - depth * stress) / (square - depth**2)
         return np.where(end > top, depth - stress / slope, np.nan)
 
@@ -115,18 +117,19 @@ def alpha_at_depths(
     `tables`: ``runs``, ``tares``, ``fits``, ``tared``, ``checks`` and ``alpha`` of the medium.
     `cells`: Function that makes a table of alpha from fits, their law at a depth, and the error of the surface.
     """
-    parts = [tables["alpha"].iloc[:0].copy()]
-    parts[0].insert(3, "depth_cm", 0.0)
+    empty_table = tables["alpha"].iloc[:0].copy()
+    empty_table.insert(3, "depth_cm", 0.0)
     curved = curved_law(tables["fits"], tables["checks"], campaign.config.grid.angle_tolerance_deg)
     if curved is None:
-        return parts[0]
+        return empty_table
     explained_cm = offset_of_law(curved, tables["fits"])
     _, surface = errors_of(tables["fits"], campaign.config, explained_cm)
+    tables_of_depths = [empty_table]
     for depth_cm in campaign.config.fit.depths_cm:
         law = DepthLaw(curved.law, depth_cm)
-        logs = tables["runs"], tables["tared"], tables["tares"]
-        fits = fit_medium(campaign, medium, *logs, law=law)[0]
+        inputs = tables["runs"], tables["tared"], tables["tares"]
+        fits, _, _ = fit_medium(campaign, medium, *inputs, law=law)
         table = cells(fits, law, surface)
         table.insert(3, "depth_cm", depth_cm)
-        parts.append(table)
-    return pd.concat(parts, ignore_index=True)
+        tables_of_depths.append(table)
+    return pd.concat(tables_of_depths, ignore_index=True)

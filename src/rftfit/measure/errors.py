@@ -64,8 +64,8 @@ OF_CELL = "repeats of the cell"
 
 
 @dataclass(frozen=True)
-class Part:
-    """One error of a number: its standard deviation, and the degrees of freedom of that.
+class ErrorTerm:
+    """One independent error of a number: its standard deviation `sd`, and the degrees of freedom of that estimate.
 
     `sd` may be negative: errors with a common cause in several numbers have signs relative to each other.
     """
@@ -74,15 +74,29 @@ class Part:
     dof: float = GIVEN_DOF
 
 
-def combined_half_width(parts: Iterable[Part], confidence: float) -> float:
-    """Half width of an interval of a confidence (0 to 1) from independent errors of different degrees of freedom.
+def combined_half_width(errors: Iterable[ErrorTerm], confidence: float) -> float:
+    """Half width of the interval of a number with independent errors; `confidence`: 0 to 1.
 
-    Half widths, each with its own quantile, add in quadrature: never narrower for a larger error,
-    and covering at least as often as stated (Banerjee, Sankhya 22, 357, 1960).
+    sqrt(sum (t sd)^2), with the quantile t of Student's t for the degrees of freedom of each error: never narrower for
+    a larger error, and covering at least as often as stated (Banerjee, Sankhya 22, 357, 1960).
     """
     return math.sqrt(
-        sum((_quantile(confidence, error.dof) * error.sd) ** 2 for error in parts if error.sd)
+        sum((_quantile(confidence, error.dof) * error.sd) ** 2 for error in errors if error.sd)
     )
+
+
+def wider(first: ErrorTerm, second: ErrorTerm, confidence: float) -> ErrorTerm:
+    """Return the error with the wider interval; the first one if both are equal."""
+    return max(first, second, key=lambda error: combined_half_width([error], confidence))
+
+
+def without_included(
+    error: ErrorTerm, included: Iterable[ErrorTerm], confidence: float
+) -> ErrorTerm:
+    """Subtract from an error others that its estimate includes, so that all together are as wide as the wider of both."""
+    quantile = _quantile(confidence, error.dof)
+    square = (quantile * error.sd) ** 2 - combined_half_width(included, confidence) ** 2
+    return ErrorTerm(math.sqrt(max(square, 0.0)) / quantile, error.dof)
 
 
 @lru_cache(maxsize=512)
@@ -115,17 +129,17 @@ class Spread:
     largest: float = 0.0
     source: str = AS_PREPARED
 
-    def error_at(self, alpha: FloatArray, component: int) -> Part:
+    def error_at(self, alpha: FloatArray, component: int) -> ErrorTerm:
         """Error of a component by the bed, N/cm^3, where the medium has `alpha`, shape (2,): z and x.
 
         `component`: 0 for z, 1 for x. An unknown other component counts as 0.
         """
         if math.isnan(alpha[component]):
-            return Part(math.nan)
+            return ErrorTerm(math.nan)
         if self.scatter is None:
-            return Part(math.hypot(self.constant, self.relative * alpha[component]))
+            return ErrorTerm(math.hypot(self.constant, self.relative * alpha[component]))
         variance, dof = self.scatter.variance_at(np.nan_to_num(alpha), component, self.largest)
-        return Part(math.sqrt(variance), min(max(dof, _CHOSEN.vague_dof), GIVEN_DOF))
+        return ErrorTerm(math.sqrt(variance), min(max(dof, _CHOSEN.vague_dof), GIVEN_DOF))
 
 
 USUAL_BED_SPREAD: float = _CHOSEN.usual_bed_spread
@@ -137,13 +151,13 @@ def half_width_of_bed(spread: float, confidence: float) -> float:
     return normal_quantile(confidence) * spread
 
 
-USUAL_BEDS = Spread(relative=USUAL_BED_SPREAD, source=ASSUMED)
-
-Group = tuple["FloatArray", "FloatArray"]
+RepeatedRuns = tuple["FloatArray", "FloatArray"]
 """alpha and its standard error, N/cm^3, of the runs of one cell and depth; z and x, shape (2, runs), NaN if unknown."""
 
 
-def spread_of_beds(groups: Sequence[Group], stated: tuple[float, float] | None = None) -> Spread:
+def spread_of_beds(
+    groups: Sequence[RepeatedRuns], stated: tuple[float, float] | None = None
+) -> Spread:
     """Estimate how alpha differs between beds, from the first of these that there is.
 
     1. Repeats with at least `LEAST_DOF` degrees of freedom.
@@ -166,7 +180,7 @@ def spread_of_beds(groups: Sequence[Group], stated: tuple[float, float] | None =
             constant, relative = stated
             return Spread(constant, relative, source=STATED if any(stated) else AS_PREPARED)
         if not dof:
-            return USUAL_BEDS
+            return Spread(relative=USUAL_BED_SPREAD, source=ASSUMED)
     means = (np.nan_to_num(alpha.mean(axis=1)) for alpha, _ in groups)
     largest = max(float(np.hypot(*mean)) for mean in means)
     repeats = _make_repeats(repeated, largest)
@@ -178,22 +192,22 @@ def spread_of_beds(groups: Sequence[Group], stated: tuple[float, float] | None =
     return Spread(scatter=scatter, largest=largest, source=source)
 
 
-def _make_repeats(groups: Sequence[Group], largest: float) -> Repeats:
+def _make_repeats(groups: Sequence[RepeatedRuns], largest: float) -> Repeats:
     """Make the `Repeats` of some cells; `largest`: largest alpha of the medium, N/cm^3."""
-    squares, sizes, x_known = [], [], []
+    squares, sizes, has_both = [], [], []
     for alpha, se in groups:
-        is_known = np.isfinite(alpha).all(axis=1).reshape(2, 1)
-        # a component that one of the runs lacks counts as 0
-        known_alpha = np.where(is_known, alpha, 0.0)
-        squares.append(along_and_across(known_alpha, np.where(is_known, se**2, 0.0)))
-        sizes.append(float(np.hypot(*known_alpha.mean(axis=1))))
-        x_known.append(bool(is_known.all()))
+        is_measured = np.isfinite(alpha).all(axis=1).reshape(2, 1)
+        # a component that any of the runs lacks counts as 0
+        measured_alpha = np.where(is_measured, alpha, 0.0)
+        squares.append(along_and_across(measured_alpha, np.where(is_measured, se**2, 0.0)))
+        sizes.append(float(np.hypot(*measured_alpha.mean(axis=1))))
+        has_both.append(bool(is_measured.all()))
     along, across, noise_along, noise_across = np.array(squares).T
     return Repeats(
         dof=np.array([alpha.shape[1] - 1.0 for alpha, _ in groups]),
         along=along,
         across=across,
-        across_known=np.array(x_known),
+        across_known=np.array(has_both),
         noise_along=noise_along,
         noise_across=noise_across,
         size=np.array(sizes),
@@ -203,56 +217,54 @@ def _make_repeats(groups: Sequence[Group], largest: float) -> Repeats:
 
 def bed_of_mean(
     alpha: FloatArray,
-    share: FloatArray,
-    noise: Part,
-    bed_error: Part,
+    weights: FloatArray,
+    noise: ErrorTerm,
+    bed_error: ErrorTerm,
     source: str,
     *,
     shown_by_runs: bool = True,
-) -> tuple[Part, Part, str]:
-    """Return the errors of a mean of runs by noise and by beds, and where the error by beds is known from.
+) -> tuple[ErrorTerm, ErrorTerm, str]:
+    """Return the errors of a mean of runs by noise and by beds, and the source of the latter.
 
     Where the spread is assumed or comes from few repeats, the scatter of these runs counts instead, if it is larger
     than the assumed spread and the noise together. This scatter includes the noise, which is then returned as 0.
 
-    `alpha`, `share`: alpha of the n runs, N/cm^3, and their shares in the mean, shape (n,).
+    `alpha`, `weights`: alpha of the n runs, N/cm^3, and their weights in the mean, shape (n,).
     `noise`: Error of the mean by the noise of the logs.
-    `bed_error`: Error of a single bed, known from `source`.
+    `bed_error`, `source`: Error of a single bed, and its source.
     `shown_by_runs`: False where the runs are no repeats of one another.
     """
     n = alpha.size
-    expected = Part(bed_error.sd * math.sqrt(float(share @ share)), bed_error.dof)
+    expected = ErrorTerm(bed_error.sd * math.sqrt(float(weights @ weights)), bed_error.dof)
     # a table may state no errors: then rows that stand in it twice do not make one
     if source in (REPEATS, STATED) or n < 2 or not shown_by_runs or math.isnan(noise.sd):
         return noise, expected, source
     between = math.sqrt(float(alpha.var(ddof=1)) / n)
     if between <= math.hypot(noise.sd, expected.sd):
         return noise, expected, OF_CELL if source == AS_PREPARED else source
-    return Part(0.0), Part(between, scatter_of_runs(alpha).dof), OF_CELL
+    return ErrorTerm(0.0), ErrorTerm(between, scatter_of_runs(alpha).dof), OF_CELL
 
 
-def scatter_of_runs(alpha: FloatArray) -> Part:
+def scatter_of_runs(alpha: FloatArray) -> ErrorTerm:
     """Error of one run, from the scatter of the few runs of a cell: `alpha` (n,), N/cm^3.
 
     Two runs have one degree of freedom, which makes an interval of 12.7 standard errors. Since beds of other
     laboratories are known, the scatter has at least two degrees of freedom; its size comes from these runs
     alone.
     """
-    return Part(float(alpha.std(ddof=1)), max(alpha.size - 1.0, _CHOSEN.assumed_dof))
+    return ErrorTerm(float(alpha.std(ddof=1)), max(alpha.size - 1.0, _CHOSEN.assumed_dof))
 
 
-def bed_of_next(alpha: FloatArray, bed_error: Part, confidence: float, *, scatter: bool) -> Part:
-    """Error of one further run by its bed: `bed_error`, or with `scatter` that of the runs, if that is larger.
+def bed_of_next(
+    alpha: FloatArray, bed_error: ErrorTerm, confidence: float, *, scatter: bool
+) -> ErrorTerm:
+    """Error of one further run by its bed: `bed_error`, or with `scatter` the scatter of the runs, if that is larger.
 
     `alpha`: Alpha of the runs of the cell, N/cm^3, shape (n,).
     """
     if not scatter:
         return bed_error
-    return max(
-        scatter_of_runs(alpha),
-        bed_error,
-        key=lambda error: combined_half_width([error], confidence),
-    )
+    return wider(scatter_of_runs(alpha), bed_error, confidence)
 
 
 @dataclass(frozen=True)
@@ -281,17 +293,20 @@ def surface_error(
     `is_given`: False where each run found its own surface, so that the error of the run already includes that of the
     surface.
     """
-    clear = np.isfinite(offset) & (se <= _CHOSEN.clear_cm)
-    offset, noise = offset[clear], se[clear] ** 2
+    is_clear = np.isfinite(offset) & (se <= _CHOSEN.clear_cm)
+    offset, noise = offset[is_clear], se[is_clear] ** 2
     n, prior_runs = int(offset.size), _CHOSEN.prior_runs
     run, session, dof = 0.0, 0.0, GIVEN_DOF
     if is_given and n >= prior_runs:
         median = float(np.median(offset))
         # a robust standard deviation, as stress of some directions is curved
         scatter = float(sd_by_median(offset - median))
-        run = math.sqrt(max(scatter**2 - float(np.median(noise)), 0.0))
-        common = math.pi / 2 * max(scatter**2, float(np.median(noise))) / n
-        session = math.sqrt(max(median**2 - common, 0.0))
+        usual_noise = float(np.median(noise))
+        run = math.sqrt(max(scatter**2 - usual_noise, 0.0))
+        # variance of the median of n normal numbers: pi / 2 times that of their mean
+        variance_of_median = math.pi / 2 * max(scatter**2, usual_noise) / n
+        session = math.sqrt(max(median**2 - variance_of_median, 0.0))
+        # a standard deviation by the median has 0.37 times the degrees of freedom of a usual one
         dof = max(0.37 * (n - 1), 3.0)
     elif is_given:
         excess_square = float(np.maximum(offset**2 - noise, 0.0).sum())
@@ -310,7 +325,7 @@ def errors_of(
     """Return the errors that no log shows, for the runs of one medium: those of the config, and that of the surface.
 
     `fits`: Table of `fit_medium`.
-    `explained_cm`: Part of the runs' offsets that has another cause than the surface, cm, shape (runs,).
+    `explained_cm`: Offsets of the runs that the law of depth causes and not the surface, cm, shape (runs,).
     """
     if config.table is not None:
         # depths, angles and errors of a table are those that it states
@@ -318,15 +333,15 @@ def errors_of(
         if config.errors.bed is None:
             no_errors["bed_percent"] = 0
         return config.errors.model_copy(update=no_errors), SurfaceError()
-    offset, se = (fits[name].to_numpy(float) for name in ("offset_cm", "offset_se_cm"))
+    offset = fits["offset_cm"].to_numpy(float) - explained_cm
+    se = fits["offset_se_cm"].to_numpy(float)
     is_given = config.surface.method == "given"
-    offset = offset - explained_cm
     return config.errors, surface_error(offset, se, config.errors, is_given=is_given)
 
 
 Slopes = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
-"""Function of beta and gamma, degrees, shape (n,), that returns the z and x of a known profile, shape (2, n), and their
-changes per degree of beta and gamma, shape (2, n, 2)."""
+"""Function of beta and gamma, degrees, shape (n,), that returns alpha (z and x) of a known profile, shape (2, n), and
+its changes per degree of beta and gamma, shape (2, n, 2)."""
 
 
 def scaled_slopes(
@@ -352,6 +367,7 @@ def gradient(
     Least squares of the differences to all neighbours, nearer ones with more weight. In a direction in which there is
     no neighbour, the slope is that of `elsewhere`, shape (n, 2).
     """
+    # rows: the direction whose gradient is wanted; columns: its neighbours
     step = np.stack([beta_apart(beta_deg, beta_deg[:, None]), gamma_deg - gamma_deg[:, None]])
     distance = np.hypot(*step)
     is_near = (distance > 0) & (distance <= _CHOSEN.near_deg) & np.isfinite(values)
@@ -359,17 +375,21 @@ def gradient(
     rise = np.where(is_near, values - values[:, None], 0.0)
     square = np.einsum("nm,inm,jnm->nij", weight, step, step)
     target = np.einsum("nm,inm,nm->ni", weight, step, rise)
+    # singular where all neighbours lie in one direction: there the pseudo-inverse keeps `elsewhere`
     inverse = np.linalg.pinv(square, rcond=_CHOSEN.least_across, hermitian=True)
     elsewhere = np.broadcast_to(elsewhere, target.shape)
     residual = target - np.einsum("nij,nj->ni", square, elsewhere)
     return np.asarray(elsewhere + np.einsum("nij,nj->ni", inverse, residual))
 
 
-def shares(parts: Mapping[str, float | FloatArray]) -> str:
-    """Format the share of each error in the variance, the largest first: ``surface 52 %, bed 31 %, noise 2 %``."""
-    total = sum(float(sd) ** 2 for sd in parts.values())
+def shares(sd_by_name: Mapping[str, float | FloatArray]) -> str:
+    """Format the share of each error in the variance, the largest first: ``surface 52 %, bed 31 %, noise 2 %``.
+
+    `sd_by_name`: Standard deviation of each error, in one unit. Shares below half a percent are left out.
+    """
+    total = sum(float(sd) ** 2 for sd in sd_by_name.values())
     if not total > 0:
         return ""
-    sizes = {name: 100 * float(sd) ** 2 / total for name, sd in parts.items()}
-    by_size = sorted(sizes, key=lambda name: -sizes[name])
-    return ", ".join(f"{name} {sizes[name]:.0f} %" for name in by_size if sizes[name] >= 0.5)
+    percent = {name: 100 * float(sd) ** 2 / total for name, sd in sd_by_name.items()}
+    by_size = sorted(percent, key=lambda name: -percent[name])
+    return ", ".join(f"{name} {percent[name]:.0f} %" for name in by_size if percent[name] >= 0.5)

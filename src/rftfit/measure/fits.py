@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -27,9 +27,10 @@ from rftfit.measure.laws import (
     ordinary_surface,
     other_laws,
     replace_slope,
+    replace_slope_of_few,
 )
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
-from rftfit.measure.samples import split_runs
+from rftfit.measure.samples import StrokeColumns, split_runs, stack_components
 from rftfit.store.chosen import chosen
 
 _CHOSEN = chosen("measure", "fits")
@@ -63,12 +64,10 @@ def fit_medium(
     """
     ledger = Ledger()
     rows_by_run = split_runs(tared)
-    columns = {name: tared[name].to_numpy() for name in ("depth_cm", "x_cm", "path_cm", "why")}
-    force = tared[["force_z_N", "force_x_N"]].to_numpy().T
-    rods = tared[["tare_z_N", "tare_x_N"]].to_numpy().T
+    columns = {name: tared[name].to_numpy() for name in tared.columns.drop("run_id")}
     facts: dict[str, Row] = {row["run_id"]: row for row in status.to_dict("records")}
-    words = tares.filter(["run_id", *REASON]).to_dict("records")
-    no_tare = {row["run_id"]: reason_of(row) for row in words}
+    rows_of_tares = tares.filter(["run_id", *REASON]).to_dict("records")
+    why_no_tare = {row["run_id"]: reason_of(row) for row in rows_of_tares}
     runs = [run for run in campaign.runs_of(medium) if run.kind == "plate"]
     n_plates = len({run.intruder for run in runs})
     if only is not None:
@@ -80,7 +79,7 @@ def fit_medium(
         if n_plates > 1:
             ledger.flag(run, remark("several-plates", plate=run.intruder, count=n_plates))
         if stroke_rows is None:
-            reason = reason_of(facts_of_run) or no_tare.get(run.run_id, ())
+            reason = reason_of(facts_of_run) or why_no_tare.get(run.run_id, ())
             fit, clock_cm = RunFit(*filed_under(run)[:2], reason=reason), 0.0
         else:
             # a tare that was not read has no row in `status`
@@ -88,9 +87,7 @@ def fit_medium(
                 facts[name] for name in (run.run_id, run.tare_run) if name in facts
             ]
             samples = {name: values[stroke_rows] for name, values in columns.items()}
-            stroke = _make_stroke(
-                samples, force[:, stroke_rows], rods[:, stroke_rows], run_and_tare_facts
-            )
+            stroke = _make_stroke(samples, run_and_tare_facts)
             line_end_cm = (linear_to_cm or {}).get(run.run_id)
             fit = fit_run(
                 run, stroke, campaign.config, line_end_cm, law=law, verdicts_only=verdicts_only
@@ -99,8 +96,8 @@ def fit_medium(
             why[stroke_rows] = fit.why
             _account_for_samples(ledger, run, stroke, fit)
             ledger.flag(run, *fit.flags)
-        rows.append(_make_row(run, fit, clock_cm, campaign.config, facts_of_run["note"]))
-    windows = pd.DataFrame({"run_id": tared["run_id"], "why": why})
+        rows.append(make_fit_row(run, fit, clock_cm, campaign.config, facts_of_run["note"]))
+    windows = tared[["run_id"]].assign(why=why)
     return pd.DataFrame(rows, columns=FIT_COLUMNS), windows, ledger
 
 
@@ -122,12 +119,13 @@ def fit_run(
     law = law or DepthLaw(config.fit.law)
     plate = config.intruders[run.intruder]
     assert plate.shape != "leg"
+    is_stress_table = config.table is not None
     beta_deg, gamma_deg, sign_x = filed_under(run)
     line_end_cm = _end_of_linear_regime(run, config, linear_to_cm)
     # depth of the centre at which the upper edge of a tilted plate enters the bed; a level plate counts
     # from its face, as in the paper, and a table from the depths that it states
     edge_cm = (
-        0.0 if config.table else plate.length_cm / 2 * abs(math.sin(math.radians(run.beta_deg)))
+        0.0 if is_stress_table else plate.length_cm / 2 * abs(math.sin(math.radians(run.beta_deg)))
     )
     window_status = classify_samples(
         run, stroke, plate, config.container, config.fit, line_end_cm, edge_cm
@@ -137,42 +135,41 @@ def fit_run(
         return RunFit(beta_deg, gamma_deg, why=why, reason=reason)
     usable = why == RowStatus.GOOD
     depth = stroke.depth[usable]
-    stress, tare_stress = _stresses(stroke, plate, sign_x)
-    is_stress_table = config.table is not None
+    stress_of_all, tare_stress = _stresses(stroke, plate, sign_x)
+    stress = stress_of_all[:, usable]
     if verdicts_only:
         tare_stress = None
         # the flag needs a slope that pulls; where the slope does not pull, its error need not be known
         is_plain_line = law.name == "through_zero" and not is_stress_table
-        if is_plain_line and not _pulls_plate(
-            slopes.zero_intercept(depth, stress[:, usable])[0], gamma_deg
-        ):
+        if is_plain_line and not _pulls_plate(slopes.zero_intercept(depth, stress)[0], gamma_deg):
             return RunFit(beta_deg, gamma_deg, why=why)
-    # a level run has one depth: the law is fitted to its cell
-    has_intercept = law.name == "free_intercept" and not slopes.level_path(depth)
-    has_few_points = is_stress_table and (depth.size < slopes.FEWEST or not run.gamma_deg)
-    if has_few_points:
-        fit_few = slopes.fit_few_free if has_intercept else slopes.fit_few
-        slope, flags = fit_few(depth, stress[:, usable]), tuple[Remark, ...]()
+    # rows of a table at few depths, or of a level motion at several depths, are independent
+    is_few = is_stress_table and (depth.size < slopes.FEWEST or not run.gamma_deg)
+    if is_few:
+        slope, flags = slopes.fit_few(depth, stress), tuple[Remark, ...]()
     else:
-        slope, flags = _fit_line(run, stroke, stress, tare_stress, usable, plate, config)
+        slope, flags = _fit_line(run, stroke, stress_of_all, tare_stress, usable, plate, config)
     line = slope.alpha
-    residual = stress[:, usable] - line[:, None] * depth
-    if has_few_points and has_intercept:
-        residual -= slope.intercept[:, None]
-    elif law.name != "through_zero" and not slopes.level_path(depth):
-        law_fits = law.fit(depth, stress[:, usable])
-        slope = replace_slope(slope, law_fits)
+    residual = stress - line[:, None] * depth
+    # a level run has one depth: the law is fitted to its cell
+    if law.name != "through_zero" and not slopes.level_path(depth):
+        law_fits = law.fit(depth, stress)
+        slope = (replace_slope_of_few if is_few else replace_slope)(slope, law_fits)
         residual = np.stack([fit_of_law.residual for fit_of_law in law_fits])
+        if law.name == "free_intercept":
+            # also of two depths, of which `fit_few` gives no intercept
+            intercept, free_slope = slopes.free_intercept(depth, stress)
+            slope = replace(slope, intercept=intercept, free_slope=free_slope)
     if is_stress_table:
-        slope, exact = _mark_exact(slope, depth, residual, stress[:, usable], run)
+        slope, exact = _mark_exact(slope, depth, residual, stress, run)
         flags += exact
     if not lacks_force_x(config, run):
         flags += _flag_negative_work(slope, gamma_deg)
     ends = float(depth.min()), float(depth.max())
     fit = RunFit(beta_deg, gamma_deg, *ends, slope, why=why, flags=flags)
-    if has_few_points:
+    if is_few:
         return fit
-    laws = None if verdicts_only else other_laws(depth, stress[:, usable], float(depth.max()))
+    laws = None if verdicts_only else other_laws(depth, stress, ends[1])
     rod = fit.rod
     if tare_stress is not None:
         rod = slopes.zero_intercept(depth, tare_stress[:, usable])[0]
@@ -190,7 +187,8 @@ class Stroke:
     `zero_variance` (N^2), `zero_dof`: Variance of the zero and its degrees of freedom, for run and tare (rows), z and x
     (columns).
     `depth_sd`: Standard error that all depths of the run share, from clocks and surface, cm.
-    `clock_cm`: Part of that which all runs of a session share, cm; negative where the plate rises.
+    `clock_cm`: Standard error of all depths by the clock that the runs of a session share, cm; negative where the plate
+    rises.
     """
 
     depth: FloatArray
@@ -243,7 +241,7 @@ def filed_under(run: Run) -> tuple[float, float, float]:
 # --- Which samples count
 
 
-def farthest_x(plate: AnyPlate, beta: float, container: Container, fit: Fit) -> float:
+def _farthest_x(plate: AnyPlate, beta: float, container: Container, fit: Fit) -> float:
     """Largest distance of the plate's centre from the middle of the container, cm, for clearance from both walls.
 
     `beta`: Angle of the plate, rad.
@@ -275,7 +273,7 @@ def classify_samples(
     else:
         if run.direction == "extraction":
             why[stroke.path < fit.extraction_skip_cm] = RowStatus.STARTUP
-        why[np.abs(stroke.x) > farthest_x(plate, beta, box, fit)] = RowStatus.WALL
+        why[np.abs(stroke.x) > _farthest_x(plate, beta, box, fit)] = RowStatus.WALL
         if run.direction == "horizontal":
             why[stroke.path < fit.horizontal_skip_cm] = RowStatus.STARTUP
             return why
@@ -332,15 +330,15 @@ def _why_no_slope(
     elif not depth.any():
         return (remark("zero-depths"),)
     elif not is_level and not is_stress_table:
-        lacking = too_short(depth, plate, config.fit)
+        lacking = _why_too_short(depth, plate, config.fit)
     if lacking is None:
         return ()
-    widest = farthest_x(plate, math.radians(run.beta_deg), config.container, config.fit)
+    widest = _farthest_x(plate, math.radians(run.beta_deg), config.container, config.fit)
     return (lacking, *_main_cause(why, stroke.x, widest))
 
 
-def too_short(depth: FloatArray, plate: AnyPlate, fit: Fit) -> Remark | None:
-    """Return a remark if a window covers too little depth to give a slope; None if it covers enough."""
+def _why_too_short(depth: FloatArray, plate: AnyPlate, fit: Fit) -> Remark | None:
+    """Return the reason why a window covers too little depth (cm, shape (n,)) to give a slope; None if it covers enough."""
     stated = fit.min_depth_cm
     least_cm = plate.length_cm / 10 if stated is None else stated
     covered = float(np.ptp(depth))
@@ -354,17 +352,17 @@ def too_short(depth: FloatArray, plate: AnyPlate, fit: Fit) -> Remark | None:
 def _main_cause(why: np.ndarray, x: FloatArray, widest: float) -> tuple[Remark, ...]:
     """Return the main reason why samples of a stroke do not count, to be added to another reason.
 
-    `x`: Positions, cm. `widest`: Largest allowed distance from the middle, cm, from `farthest_x`.
+    `x`: Positions, cm. `widest`: Largest allowed distance from the middle, cm, from `_farthest_x`.
     """
     counts = np.bincount(why)
     counts[RowStatus.GOOD] = 0
     if not counts.any():
         return ()
     main = RowStatus(int(counts.argmax()))
-    share = {"count": counts.max(), "size": why.size, "why": remark(main.code)}
+    facts = {"count": counts.max(), "size": why.size, "why": remark(main.code)}
     if main is not RowStatus.WALL:
-        return (remark("most-samples", **share),)
-    return (remark("most-beyond-wall", **share, first=x[0], last=x[-1], low=-widest, high=widest),)
+        return (remark("most-samples", **facts),)
+    return (remark("most-beyond-wall", **facts, first=x[0], last=x[-1], low=-widest, high=widest),)
 
 
 # --- The slope of a run, and its flags
@@ -417,7 +415,7 @@ def _fit_line(
 def _mark_exact(
     slope: slopes.Slope, depth: FloatArray, residual: FloatArray, stress: FloatArray, run: Run
 ) -> tuple[slopes.Slope, tuple[Remark, ...]]:
-    """Set the error of a slope to NaN where stress lies exactly on the law: it was calculated and has no scatter."""
+    """Set the error of a slope to NaN where stress (2, n) lies exactly on the law: it was calculated, and has no scatter."""
     # no transducer is that fine, and tables are printed with six digits
     largest_residual = np.abs(residual).max(axis=1)
     exact = (largest_residual <= 1e-6 * np.abs(stress).max(axis=1)) & (depth.size > 1)
@@ -429,15 +427,14 @@ def _mark_exact(
 
 
 LEAST_WORK: float = _CHOSEN.least_work
-"""Limit, N/cm^3, to which D = alpha_x cos gamma + alpha_z sin gamma may lie below 0."""
+"""Largest work that a medium may seem to do on a plate, -(alpha_x cos gamma + alpha_z sin gamma), N/cm^3."""
 
 
 def _flag_negative_work(slope: slopes.Slope, gamma_deg: float) -> tuple[Remark, ...]:
     """Flag a force that pulls the plate along its path: this happens if the sign of a channel is wrong."""
-    noise = _CHOSEN.work_sigmas * math.hypot(
-        *(_resistance_direction(gamma_deg) * np.nan_to_num(slope.se))
-    )
-    return (remark("gives-back"),) if _pulls_plate(slope.alpha, gamma_deg, noise) else ()
+    se_along_path = math.hypot(*(_resistance_direction(gamma_deg) * np.nan_to_num(slope.se)))
+    is_pulled = _pulls_plate(slope.alpha, gamma_deg, _CHOSEN.work_sigmas * se_along_path)
+    return (remark("gives-back"),) if is_pulled else ()
 
 
 def _pulls_plate(alpha: FloatArray, gamma_deg: float, noise: float = 0.0) -> bool:
@@ -446,7 +443,7 @@ def _pulls_plate(alpha: FloatArray, gamma_deg: float, noise: float = 0.0) -> boo
 
 
 def _resistance_direction(gamma_deg: float) -> FloatArray:
-    """Factors of alpha_z and alpha_x in the force that resists the motion, shape (2,)."""
+    """Factors of alpha_z and alpha_x in the force against the motion, (sin gamma, cos gamma), shape (2,)."""
     along_x, along_z = direction(math.radians(gamma_deg))
     return -np.array([along_z, along_x])
 
@@ -457,20 +454,17 @@ def _linearity_flags(
     """Flag the components whose curvature is both significant and large enough to matter.
 
     `deepest`: Depth of the end of the window, cm.
-    `visible`: Least stress that counts, N/cm^2.
+    `visible`: Stress that the transducer resolves, N/cm^2; a smaller curvature does not count.
     `pull_skip_cm`: Path at the start of a pull that is left out; None for a push.
     """
     is_curved = curved(slope.nonlinear_p, slope.nonlinear_ratio, slope.alpha, deepest, visible)
-    percent = zip(COMPONENTS, 100 * slope.nonlinear_ratio, is_curved, strict=True)
-    flags = []
-    for c, percent_off, is_bent in percent:
-        if is_bent and pull_skip_cm is None:
-            flags.append(remark("not-linear", component=c, percent=percent_off))
-        elif is_bent:
-            flags.append(
-                remark("pull-not-linear", component=c, percent=percent_off, skip=pull_skip_cm)
-            )
-    return tuple(flags)
+    percent = 100 * slope.nonlinear_ratio
+    code = "not-linear" if pull_skip_cm is None else "pull-not-linear"
+    skip: Row = {} if pull_skip_cm is None else {"skip": pull_skip_cm}
+    return tuple(
+        remark(code, component=COMPONENTS[k], percent=percent[k], **skip)
+        for k in np.flatnonzero(is_curved)
+    )
 
 
 def curved(
@@ -532,10 +526,8 @@ FIT_COLUMNS = [
 ]
 
 
-def _make_stroke(
-    samples: dict[str, np.ndarray], force: FloatArray, rods: FloatArray, facts: list[Row]
-) -> Stroke:
-    """Make the `Stroke` of one run; `rods`: force of the rod, N, shape (2, n); `facts`: rows of run and tare."""
+def _make_stroke(samples: StrokeColumns, facts: list[Row]) -> Stroke:
+    """Make the `Stroke` of one run from its samples; `facts`: its row in the table of runs, then that of its tare."""
     depth, run = samples["depth_cm"], facts[0]
     # an error of the clocks shifts the depth by speed x error
     speed = float(np.ptp(depth)) / (depth.size * float(run["sample_step_s"]))
@@ -544,15 +536,17 @@ def _make_stroke(
     surface_se_cm = float(np.nan_to_num(run["surface_se_mm"])) / 10
     return Stroke(
         depth,
-        samples["x_cm"],
-        samples["path_cm"],
-        force,
-        samples["why"],
-        np.array([[fact["zero_var_z_N2"], fact["zero_var_x_N2"]] for fact in facts], dtype=float),
-        np.array([[fact["zero_dof"]] * 2 for fact in facts], dtype=float),
-        math.hypot(speed * float(run["clock_se_s"]), surface_se_cm),
-        math.copysign(speed * common_s, depth[-1] - depth[0]),
-        rods,
+        x=samples["x_cm"],
+        path=samples["path_cm"],
+        force=stack_components(samples, "force"),
+        why=samples["why"],
+        zero_variance=np.array(
+            [[fact[f"zero_var_{c}_N2"] for c in COMPONENTS] for fact in facts], dtype=float
+        ),
+        zero_dof=np.array([[fact["zero_dof"]] * 2 for fact in facts], dtype=float),
+        depth_sd=math.hypot(speed * float(run["clock_se_s"]), surface_se_cm),
+        clock_cm=math.copysign(speed * common_s, depth[-1] - depth[0]),
+        tare=stack_components(samples, "tare"),
     )
 
 
@@ -568,8 +562,8 @@ def _account_for_samples(ledger: Ledger, run: Run, stroke: Stroke, fit: RunFit) 
         ledger.add(run, run.force_log, USED, good, remark("slope"))
 
 
-def _make_row(run: Run, fit: RunFit, clock_cm: float, config: Config, note: str) -> Row:
-    """Row of a run in the table of fits."""
+def make_fit_row(run: Run, fit: RunFit, clock_cm: float, config: Config, note: str) -> Row:
+    """Make the row of a run in the table of fits; without a slope its numbers are left out."""
     row: Row = {
         "run_id": run.run_id,
         "medium": run.medium,
@@ -588,10 +582,17 @@ def _make_row(run: Run, fit: RunFit, clock_cm: float, config: Config, note: str)
     slope = fit.slope
     if slope is None:
         return row
-    row |= {"n_points": slope.points, "lever_per_cm": slope.lever, "start_cm": slope.start[0]}
-    row |= {"offset_cm": slope.offset[0], "offset_se_cm": slope.offset_se[0]}
+    row |= {
+        "n_points": slope.points,
+        "lever_per_cm": slope.lever,
+        "offset_cm": slope.offset[0],
+        "offset_se_cm": slope.offset_se[0],
+        "start_cm": slope.start[0],
+    }
     lo, hi = slope.interval(config.fit.confidence)
-    values = (
+    surface_cm = math.hypot(*ordinary_surface(config.errors))
+    # in the order of `_COMPONENT_COLUMNS`, z and x each
+    numbers = (
         slope.alpha,
         slope.se,
         lo,
@@ -604,46 +605,57 @@ def _make_row(run: Run, fit: RunFit, clock_cm: float, config: Config, note: str)
         fit.rod,
         slope.intercept,
         slope.free_slope,
-        *_compare_laws(fit, math.hypot(*ordinary_surface(config.errors))),
+        *_compare_laws(fit, surface_cm),
         slope.nonlinear_p,
         slope.nonlinear_ratio,
     )
     for i, component in enumerate(COMPONENTS):
         names = [name.format(component) for name in _COMPONENT_COLUMNS]
-        row |= {name: value[i] for name, value in zip(names, values, strict=True)}
+        row |= {name: number[i] for name, number in zip(names, numbers, strict=True)}
     if lacks_force_x(config, run):
         row |= dict.fromkeys([name.format("x") for name in _COMPONENT_COLUMNS], math.nan)
     return row
 
 
-def _compare_laws(fit: RunFit, surface_cm: float) -> tuple[FloatArray, ...]:
-    """Compare other laws of depth with the line through zero; return five arrays of shape (2,), z and x.
+class _LawComparison(NamedTuple):
+    """Other laws of depth, compared with the line through zero at the end of the window; shape (2,) each, z and x.
 
-    1. Stress at the end of the window by the line with a free intercept: difference from the line through zero,
-    percent.
-    2. Exponent of the power.
-    3. Standard error of the exponent.
-    4. Stress at the end of the window by the power: difference from the line through zero, percent.
-    5. Sum of squared residuals of the power, relative to that of the line with a free intercept.
+    `free_percent`: Stress there by the line with a free intercept: difference from the line through zero, percent.
+    `exponent`, `exponent_se`: Exponent of the power, and its standard error.
+    `power_percent`: Stress there by the power: difference from the line through zero, percent.
+    `misfit`: Sum of squared residuals of the power, relative to that of the line with a free intercept.
+    """
+
+    free_percent: FloatArray
+    exponent: FloatArray
+    exponent_se: FloatArray
+    power_percent: FloatArray
+    misfit: FloatArray
+
+
+def _compare_laws(fit: RunFit, surface_cm: float) -> _LawComparison:
+    """Compare other laws of depth with the line through zero; all NaN for a level run or a few depths.
 
     `surface_cm`: Standard deviation of the free surface, cm.
     """
     if fit.laws is None:
-        return (np.full(2, np.nan),) * 5
-    line, laws = np.where(fit.line == 0, np.nan, fit.line), ("free_intercept", "power")
-    free, power = (
-        100 * (np.array([fit_of_law.alpha for fit_of_law in fit.laws[law]]) / line - 1)
-        for law in laws
+        return _LawComparison(*[np.full(2, np.nan)] * 5)
+    line = np.where(fit.line == 0, np.nan, fit.line)
+    free_percent, power_percent = (
+        100 * (np.array([fit_of_law.alpha for fit_of_law in fits]) / line - 1) for fits in fit.laws
+    )
+    squares_of_line, squares_of_power = (
+        np.array([fit_of_law.residual @ fit_of_law.residual for fit_of_law in fits])
+        for fits in fit.laws
     )
     # a component without stress fits any power
-    exponent = np.where(fit.line == 0, np.nan, [power.exponent for power in fit.laws["power"]])
-    line_squares, power_squares = (
-        np.array([fit_of_law.residual @ fit_of_law.residual for fit_of_law in fit.laws[law]])
-        for law in laws
-    )
-    misfit = power_squares / np.where(line_squares > 0, line_squares, np.nan)
-    noise = np.array([power.exponent_se for power in fit.laws["power"]])
+    exponent = np.where(fit.line == 0, np.nan, [power.exponent for power in fit.laws.power])
+    noise = np.array([power.exponent_se for power in fit.laws.power])
     lever = exponent_lever(round(fit.depth_from_cm, 2), round(fit.depth_to_cm, 2))
-    exponent_se = np.sqrt(noise**2 + (lever * exponent * surface_cm) ** 2 + PATCHES**2)
-    power = np.where(np.isnan(exponent), np.nan, power)
-    return free, exponent, exponent_se, power, misfit
+    return _LawComparison(
+        free_percent,
+        exponent,
+        exponent_se=np.sqrt(noise**2 + (lever * exponent * surface_cm) ** 2 + PATCHES**2),
+        power_percent=np.where(np.isnan(exponent), np.nan, power_percent),
+        misfit=squares_of_power / np.where(squares_of_line > 0, squares_of_line, np.nan),
+    )

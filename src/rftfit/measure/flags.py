@@ -225,7 +225,7 @@ class Flags:
         """Flags of a run that come from its logs."""
         return self._of_runs.get(run_id, [])
 
-    def of_run_beside_others(self, run_id: str) -> list[Remark]:
+    def of_run_by_checks(self, run_id: str) -> list[Remark]:
         """Flags of a run that come from the checks, which compare it with other runs."""
         return self._of_checks.get(run_id, [])
 
@@ -237,7 +237,7 @@ class Flags:
             of_run = [flag for flag in self.of_run(run_id) if flag not in without]
             flags += attach_run(run_id, of_run)
         for run_id in cell["run_ids"].split():
-            flags += attach_run(run_id, self.of_run_beside_others(run_id))
+            flags += attach_run(run_id, self.of_run_by_checks(run_id))
         return flags + self.of_cell_alone(cell)
 
     def of_cell_alone(self, cell: Mapping[Any, Any]) -> list[Remark]:
@@ -253,7 +253,7 @@ class Flags:
             if flag.code == code
         }
 
-    def runs_beside_others(self, code: str) -> list[str]:
+    def runs_flagged_by_checks(self, code: str) -> list[str]:
         """Runs that have the flag `code` from a check."""
         of_checks = self._of_checks.items()
         return [run_id for run_id, flags in of_checks if any(flag.code == code for flag in flags)]
@@ -262,20 +262,19 @@ class Flags:
         """Flags of how a medium was measured, which are reported once for all runs; `fits`: its plate runs."""
         rows = zip(map(str, fits["run_id"]), fits["reason"], strict=True)
         # a run that was never read has no flag of this sort
-        of_runs = [
+        flags_of_runs = [
             self.of_run(run_id) for run_id, reason in rows if self.of_run(run_id) or not reason
         ]
-        every = dict.fromkeys(flag for flags in of_runs for flag in flags)
-        return tuple(
-            flag
-            for flag in every
-            if (rule := FLAGS[flag.code].shared) == "always"
-            or (rule and all(flag in flags for flags in of_runs))
-        )
+        shared = []
+        for flag in dict.fromkeys(flag for flags in flags_of_runs for flag in flags):
+            rule = FLAGS[flag.code].shared
+            if rule == "always" or (rule and all(flag in flags for flags in flags_of_runs)):
+                shared.append(flag)
+        return tuple(shared)
 
 
 def describe_shared(shared: Collection[Remark]) -> list[str]:
-    """Describe the flags of `Flags.shared`, each in one sentence for all runs together."""
+    """Describe the flags of `Flags.shared`, in one sentence each for all runs together."""
     sentences = [
         f"all runs: {flag}" for flag in shared if FLAGS[flag.code].shared == "if all runs have it"
     ]

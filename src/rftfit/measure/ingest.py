@@ -11,6 +11,7 @@ import pandas as pd
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
+from rftfit.conventions import COMPONENTS
 from rftfit.errors import InputError
 from rftfit.logs.base import Log, LogError
 from rftfit.measure.clocks import HOUR_S
@@ -44,7 +45,7 @@ def ingest_medium(
     stages use.
     """
     traces, rows, ledger = ingest_traces(campaign, medium, clocks)
-    return samples_of(traces), pd.DataFrame(rows, columns=list(RUN_COLUMNS)), ledger
+    return _join_samples(traces), pd.DataFrame(rows, columns=list(RUN_COLUMNS)), ledger
 
 
 def ingest_traces(
@@ -62,6 +63,7 @@ def ingest_traces(
         try:
             compliance = find_compliance(campaign, runs[0])
         except InputError as error:
+            # every run states it as its reason
             compliance = error
     for run, logs in read_logs(campaign, runs):
         outcome = _ingest_run(config, run, logs, ledger, compliance, clocks)
@@ -92,13 +94,13 @@ def _ingest_run(
     force, motion = logs.force, logs.motion
     # a line that holds force and motion is counted once, by the use of its force
     counted_once = same_table(config, run) and force.rows == motion.rows
-    reasons = [remark("excluded", why=run.reason)] if run.excluded else logs.problems
-    if not reasons and isinstance(compliance, InputError):
+    if run.excluded:
+        reasons = [remark("excluded", why=run.reason)]
+    elif isinstance(force, LogError) or isinstance(motion, LogError) or logs.problems:
+        reasons = logs.problems
+    elif isinstance(compliance, InputError):
         reasons = [quoted(compliance, "rigid-contact")]
-    if not reasons:
-        assert not isinstance(compliance, InputError)
-        assert isinstance(force, Log)
-        assert isinstance(motion, Log)
+    else:
         try:
             read = without_repeats(force, config.transducer)
             trace = trace_run(config, run, read, motion, logs.zero, compliance, clocks)
@@ -154,16 +156,13 @@ RUN_COLUMNS: dict[str, object] = {
 
 def _angles_seen(reasons: Sequence[Remark]) -> dict[str, object]:
     """Angles of plate and path that a log shows, degrees, where they differ from the run sheet; as columns of a row."""
-    # code of the reason: column of the table, value of the remark
-    names = {
-        "other-angle": ("seen_beta_deg", "found"),
-        "other-direction": ("seen_gamma_deg", "seen_deg"),
-    }
-    return {
-        names[reason.code][0]: reason.values[names[reason.code][1]]
-        for reason in reasons
-        if reason.code in names
-    }
+    angles: dict[str, object] = {}
+    for reason in reasons:
+        if reason.code == "other-angle":
+            angles["seen_beta_deg"] = reason.values["found"]
+        elif reason.code == "other-direction":
+            angles["seen_gamma_deg"] = reason.values["seen_deg"]
+    return angles
 
 
 def _make_run_row(
@@ -182,14 +181,12 @@ def _make_run_row(
         "clock_offset_s": clock.offset_s,
         "clock_residual_s": clock.residual_s,
         "clock_se_s": math.hypot(clock.offset_se(trace.step_s), HELD_SE * trace.hold_s),
-        "zero_var_z_N2": zero.variance[0],
-        "zero_var_x_N2": zero.variance[1],
         "zero_dof": zero.dof,
-        "zero_trend_z_N": zero.trend_N[0],
-        "zero_trend_x_N": zero.trend_N[1],
-        "zero_change_z_N": zero.change_N[0],
-        "zero_change_x_N": zero.change_N[1],
     }
+    for k, c in enumerate(COMPONENTS):
+        row[f"zero_var_{c}_N2"] = zero.variance[k]
+        row[f"zero_trend_{c}_N"] = zero.trend_N[k]
+        row[f"zero_change_{c}_N"] = zero.change_N[k]
     if clocks is not None:
         hours, push = clock.whole_hours, clocks.pushes.get(trace.run.run_id, {})
         session = clocks.of_session(trace.run.session)
@@ -212,10 +209,11 @@ def _make_run_row(
     return RUN_COLUMNS | row | trace.channels
 
 
-def samples_of(traces: list[Trace]) -> pd.DataFrame:
+def _join_samples(traces: list[Trace]) -> pd.DataFrame:
     """Put the samples of all runs into one long table."""
     return samples_table(
         {
+            # in the order of `SAMPLE_COLUMNS`
             trace.run.run_id: (
                 trace.time,
                 trace.phase,
@@ -252,9 +250,10 @@ def _account_for_logs(
         _account_for_left_out_rows(ledger, run, run.motion_log, motion)
         ledger.add(run, run.motion_log, USED, motion.size, remark("path"), *trace.note)
     good = trace.why == RowStatus.GOOD
-    outside = np.where(good, _STATUS_OF_PHASE[trace.phase], trace.why)
+    status = np.where(good, _STATUS_OF_PHASE[trace.phase], trace.why)
     handed_on = (trace.phase == PHASES.index("stroke")) & good
-    ledger.add_rows(run, outside[~handed_on], "zero")
+    # the good rows that remain are those in air
+    ledger.add_rows(run, status[~handed_on], "zero")
 
 
 def _account_for_left_out_rows(ledger: Ledger, run: Run, file: str, log: Log) -> None:

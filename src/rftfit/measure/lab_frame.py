@@ -13,17 +13,18 @@ from rftfit.campaign.config import AnyPlate, Arm, Config, Leg, Transducer, ZeroS
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
 from rftfit.logs.base import Log
-from rftfit.measure.clocks import find_stretches
 from rftfit.measure.flags import REPEATED, Refused
 from rftfit.measure.levels import median
 from rftfit.measure.log_columns import ANGLE_TO_RAD, unit_factor
 from rftfit.measure.slopes import GIVEN_DOF, weighted_sum_variance
+from rftfit.measure.stretches import find_equal_stretches, find_stretches
 from rftfit.measure.strokes import IntruderPath
 from rftfit.table.units import FORCE_TO_N, LENGTH_TO_CM, TIME_TO_S
 
 CHANNELS = ("F1", "F2", "F3")
 CHANNEL_FACTS = ("low_N", "high_N", "held_N", "held", "noise_N")
-"""Columns of each channel in the table of runs."""
+"""Columns of each channel in the table of runs: lowest and highest reading of the stroke; the reading that stays equal for
+longest, and for which fraction of the stroke; and the standard deviation of the noise outside the stroke."""
 
 NEAR_FULL_RANGE = 0.995
 """Fraction of the range of the transducer at which a reading counts as saturated."""
@@ -48,9 +49,9 @@ class ForceReadings:
 
 
 def sensor_to_lab(transducer: Transducer) -> FloatArray:
-    """Matrix (2, 3) that turns the channels (F1, F2, F3) into the lab's (force_x, force_z).
+    """Matrix (2, 3) that turns the channels (F1, F2, F3) into force_x and force_z of the lab.
 
-    The signed axes of the transducer say which channel lies along which axis of its mount; the mount
+    The signed axes of the transducer, such as ``-F2``, say which channel lies along which axis of its mount; the mount
     is turned by ``turn_deg`` about y, from z toward x.
     """
     mount = np.zeros((3, 3))
@@ -64,7 +65,7 @@ def sensor_to_lab(transducer: Transducer) -> FloatArray:
 
 
 def measured_channel(config: Config, axis: str) -> str | None:
-    """Channel of the transducer along an `axis` of its mount, x, y or z; None if the config states a constant."""
+    """Channel of the transducer along an `axis` of its mount, x, y or z; None if the config states a constant for it."""
     name: Any = getattr(config.transducer.axes, axis)[1:]
     stated = config.force_log.columns.get(name)
     return None if stated is not None and stated.constant is not None else name
@@ -86,7 +87,7 @@ def lacks_force_x(config: Config, run: Run) -> bool:
 
 
 def force_in_lab_frame(log: Log, transducer: Transducer) -> ForceReadings:
-    """Turn a force log into the lab frame."""
+    """Turn a force log into forces z and x in the lab frame; refuse it if its units are not those of the config."""
     name, unit = log.path.name, transducer.force_unit
     channels = np.array([log.columns[channel] for channel in CHANNELS])
     for index, channel in enumerate(CHANNELS):
@@ -94,6 +95,7 @@ def force_in_lab_frame(log: Log, transducer: Transducer) -> ForceReadings:
     time = log.columns["time"] * unit_factor(TIME_TO_S, log.units["time"], "s", f"{name}: time")
     limits = np.array(transducer.range_N)[:, None]
     saturated = np.asarray((np.abs(channels) >= NEAR_FULL_RANGE * limits).any(axis=0))
+    # the matrix gives x, then z
     force = (sensor_to_lab(transducer) @ channels)[::-1]
     return ForceReadings(time, force, log.columns.get("arm_moving"), saturated, channels)
 
@@ -111,6 +113,15 @@ def path_in_lab_frame(log: Log, run: Run, arm: Arm) -> IntruderPath:
     angle = column("angle", ANGLE_TO_RAD, "deg")
     x -= arm.middle_x_mm / 10
     return IntruderPath(column("time", TIME_TO_S, "s"), x, z - surface_mm / 10, angle)
+
+
+def logs_in_lab_frame(
+    config: Config, run: Run, force_log: Log, motion_log: Log
+) -> tuple[ForceReadings, IntruderPath]:
+    """Turn both logs of a run into the lab frame, without repeated readings if the config asks for it."""
+    force_log = without_repeats(force_log, config.transducer)
+    readings = force_in_lab_frame(force_log, config.transducer)
+    return readings, path_in_lab_frame(motion_log, run, config.arm)
 
 
 def without_repeats(log: Log, transducer: Transducer) -> Log:
@@ -135,29 +146,24 @@ def readings_digest(readings: FloatArray) -> str:
 def channel_facts(channels: FloatArray, in_stroke: np.ndarray) -> dict[str, object]:
     """Return facts of each channel, and a digest of all readings.
 
-    Facts are the range and the longest constant stretch in the stroke, and the noise outside it. `channels`: N, shape
-    (3, n). `in_stroke`: shape (n,). The keys are columns of the table of runs: see `CHANNEL_FACTS`.
+    The keys are columns of the table of runs: see `CHANNEL_FACTS`. `channels`: N, shape (3, n). `in_stroke`: shape (n,).
     """
     moves = bool(np.ptp(channels, axis=1).any())
     facts: dict[str, object] = {"readings": readings_digest(channels) if moves else ""}
     inside = channels.compress(in_stroke, axis=1)
     outside = channels.compress(~in_stroke, axis=1)
-    for name, values, at_rest in zip(CHANNELS, inside, outside, strict=True):
-        changes = np.flatnonzero(values[1:] != values[:-1]) + 1
-        starts = np.concatenate([[0], changes, [values.size]])
-        lengths = starts[1:] - starts[:-1]
+    for name, readings, readings_at_rest in zip(CHANNELS, inside, outside, strict=True):
+        starts, lengths = find_equal_stretches(readings)
         longest = int(lengths.argmax())
         facts_of_channel = (
-            values.min(),
-            values.max(),
-            values[starts[longest]],
-            lengths[longest] / values.size,
-            _noise_at_rest(at_rest),
+            readings.min(),
+            readings.max(),
+            readings[starts[longest]],
+            lengths[longest] / readings.size,
+            _noise_at_rest(readings_at_rest),
         )
-        facts |= {
-            f"{name}_{fact}": value
-            for fact, value in zip(CHANNEL_FACTS, facts_of_channel, strict=True)
-        }
+        names = (f"{name}_{fact}" for fact in CHANNEL_FACTS)
+        facts |= zip(names, facts_of_channel, strict=True)
     return facts
 
 
@@ -244,22 +250,26 @@ def find_zero(
     `least_cm`: Height above the surface that the samples in air have, for the message alone.
     """
     fewest = fewest_for_zero(time)
-    stretches = find_stretches(at_rest).T.tolist()
-    row_groups = [np.arange(first, stop) for first, stop in stretches if stop - first >= fewest]
+    row_groups = [
+        np.arange(start, stop)
+        for start, stop in find_stretches(at_rest).T
+        if stop - start >= fewest
+    ]
     if not row_groups:
         raise Refused("no-zero", least=least_cm)
-    rests = [(float(time[rows].mean()), rows) for rows in row_groups]
-    if rests[0][0] > stroke_time or rests[-1][0] < stroke_time:
+    first, last = row_groups[0], row_groups[-1]
+    if time[first].mean() > stroke_time or time[last].mean() < stroke_time:
         # all rests lie on one side of the stroke: they do not show the drift until the stroke
-        rests = [max(rests, key=lambda rest_in_air: rest_in_air[1].size)]
-    (t0, rows_before), (t1, rows_after) = rests[0], rests[-1]
-    mean_before, variance, dof = _mean_with_variance(force[:, rows_before])
-    if len(rests) == 1:
+        first = last = max(row_groups, key=len)
+    t0, t1 = float(time[first].mean()), float(time[last].mean())
+    mean_before, variance, dof = _mean_with_variance(force[:, first])
+    if first is last:
         unseen = _unseen_drift(drift_N_per_min, abs(stroke_time - t0) / 60)
-        away = time[rows_before] - t0
-        trend = force[:, rows_before] @ away / float(away @ away) * (stroke_time - t0)
+        since_middle = time[first] - t0
+        slope = force[:, first] @ since_middle / float(since_middle @ since_middle)
+        trend = slope * (stroke_time - t0)
         return Zero(mean_before[:, None], variance + unseen, dof, trend_N=(trend[0], trend[1]))
-    mean_after, last_variance, last_dof = _mean_with_variance(force[:, rows_after])
+    mean_after, last_variance, last_dof = _mean_with_variance(force[:, last])
     share = np.clip((time - t0) / (t1 - t0), 0, 1)
     line = mean_before[:, None] * (1 - share) + mean_after[:, None] * share
     # the larger variance is an upper bound for any mix of the two means
@@ -281,7 +291,10 @@ def zero_of_log(force: FloatArray, drift_N_per_min: float, age_min: float) -> Ze
 
 
 def _unseen_drift(drift_N_per_min: float, minutes: float) -> float:
-    """Variance of a zero, N^2, that was not seen for some minutes: any drift up to the largest is equally likely."""
+    """Variance of a zero, N^2, that was not seen for some minutes: any drift up to the largest is equally likely.
+
+    A uniform distribution from -d to d has the variance d^2 / 3.
+    """
     return (drift_N_per_min * minutes) ** 2 / 3
 
 
@@ -293,10 +306,11 @@ def change_within(force: FloatArray) -> tuple[float, float]:
     """
     count = max(1, min(10, force.shape[1] // _FEWEST_SAMPLES))
     tenths = np.array_split(force, count, axis=1)
-    change = np.ptp([tenth.mean(axis=1) for tenth in tenths], axis=0)
-    noise = np.median([tenth.std(axis=1) for tenth in tenths], axis=0)
-    most = int(change.argmax())
-    return float(change[most]), float(change[most] / noise[most]) if noise[most] else math.inf
+    changes = np.ptp([tenth.mean(axis=1) for tenth in tenths], axis=0)
+    component = int(changes.argmax())
+    change = float(changes[component])
+    noise = float(np.median([tenth[component].std() for tenth in tenths]))
+    return change, change / noise if noise else math.inf
 
 
 def stated_zero(stated: ZeroSettings, transducer: Transducer) -> Zero:

@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 _CHOSEN = chosen("measure", "laws")
 
 _ONE_DEPTH = 1e-10
-"""Smallest part of the squared basis that remains for the exponent: with a single depth only rounding errors remain."""
+"""Share of the squared derivative by the exponent that is orthogonal to the power, up to which it is rounding: all depths
+are equal."""
 
 
 class DepthLaw(NamedTuple):
@@ -46,8 +47,8 @@ class DepthLaw(NamedTuple):
             return [power_fit(depth, component, self.at_cm) for component in stress]
         return intercept_fits(depth, stress, self.at_cm)
 
-    def shares(self, depth: FloatArray, stress: FloatArray) -> FloatArray:
-        """Weights of the runs of a horizontal cell, shape (n,): alpha is the sum of weight times stress over depth.
+    def weights(self, depth: FloatArray, stress: FloatArray) -> FloatArray:
+        """Weights of the runs of a horizontal cell, shape (n,): alpha is the sum of weight x (stress / depth).
 
         `depth`, `stress`: cm and N/cm^2, shape (n,), at two depths or more.
         """
@@ -89,8 +90,11 @@ class Fitted:
         return math.sqrt(float(variance[0]))
 
 
-Laws = dict[str, list[Fitted]]
-"""Fits by the name of the law, then one a component."""
+class Laws(NamedTuple):
+    """Fits of two other laws, a list with one fit a component each."""
+
+    free_intercept: list[Fitted]
+    power: list[Fitted]
 
 
 def other_laws(depth: FloatArray, stress: FloatArray, at_cm: float) -> Laws | None:
@@ -100,63 +104,68 @@ def other_laws(depth: FloatArray, stress: FloatArray, at_cm: float) -> Laws | No
     """
     if level_path(depth):
         return None
-    return {
-        "free_intercept": DepthLaw("free_intercept", at_cm).fit(depth, stress),
-        "power": DepthLaw("power", at_cm).fit(depth, stress),
-    }
+    return Laws(
+        DepthLaw("free_intercept", at_cm).fit(depth, stress),
+        DepthLaw("power", at_cm).fit(depth, stress),
+    )
 
 
 def intercept_fits(depth: FloatArray, stress: FloatArray, at_cm: float) -> list[Fitted]:
-    """Fit lines with a free intercept. Alpha is stress over depth at `at_cm`; if that is infinite, the slope."""
-    intercept, slope = free_intercept(depth, stress)
-    line, centred = np.stack([np.ones_like(depth), depth]), depth - depth.mean()
+    """Fit lines with a free intercept. Alpha is intercept / at + slope, the stress over depth at `at_cm`.
+
+    If that is infinite, alpha is the slope.
+    """
+    intercepts, slopes = free_intercept(depth, stress)
+    design, centred = np.stack([np.ones_like(depth), depth]), depth - depth.mean()
     gain_of_slope = centred / (centred @ centred)
-    gain = gain_of_slope + (1 / depth.size - depth.mean() * gain_of_slope) / at_cm
+    gain_of_intercept = 1 / depth.size - depth.mean() * gain_of_slope
+    gain = gain_of_slope + gain_of_intercept / at_cm
     return [
-        Fitted(float(start / at_cm + rise), gain, line, measured - start - rise * depth)
-        for start, rise, measured in zip(intercept, slope, stress, strict=True)
+        Fitted(float(start / at_cm + slope), gain, design, measured - start - slope * depth)
+        for start, slope, measured in zip(intercepts, slopes, stress, strict=True)
     ]
 
 
 def power_fit(depth: FloatArray, stress: FloatArray, at_cm: float) -> Fitted:
     """Fit stress = alpha at (depth / at)^p by least squares (Gauss-Newton).
 
-    `depth` and `stress`: cm and N/cm^2, shape (n,). Each step is linear in two functions of depth: the power (`shape`),
-    and its derivative by the exponent p (`bent`). Where no power fits, alpha comes from these functions at p = 1, and
-    the exponent is NaN. If all depths are equal, alpha, gain and exponent are NaN.
+    `depth` and `stress`: cm and N/cm^2, shape (n,). Each step fits stress = a u + b v, with u = (depth / at)^p and its
+    derivative by the exponent, v = u log(depth / at), and changes p by b / a. Where no power fits, alpha comes from
+    these functions at p = 1, and the exponent is NaN. If all depths are equal, alpha, gain and exponent are NaN.
     """
     above = np.maximum(depth, 1e-6)
     log, p, fits = np.log(above / at_cm), 1.0, True
-    # `shape` and `bent` are views of the first two rows, filled anew in each step
-    shape, bent, _ = rows = np.stack([log, log, stress])
+    # u and v are views of the first two rows, filled anew in each step
+    u, v, _ = rows = np.stack([log, log, stress])
     for steps_left in range(_CHOSEN.steps, -1, -1):
-        np.multiply(np.exp(p * log, out=shape), log, out=bent)
-        (square, across, with_shape), (_, of_log, with_log) = (rows[:2] @ rows.T).tolist()
-        # part of `bent` that is orthogonal to `shape`
-        alone = of_log - across**2 / square if square > 0 else 0.0
-        if not alone > _ONE_DEPTH * of_log:
+        np.multiply(np.exp(p * log, out=u), log, out=v)
+        (uu, uv, u_stress), (_, vv, v_stress) = (rows[:2] @ rows.T).tolist()
+        # square of the component of v that is orthogonal to u
+        v_across = vv - uv**2 / uu if uu > 0 else 0.0
+        if not v_across > _ONE_DEPTH * vv:
             nothing = np.full(depth.size, math.nan)
             return Fitted(math.nan, nothing, rows[:2], nothing, math.nan, math.nan)
-        size = with_shape / square
-        bent_share = (with_log - size * across) / alone
+        # `size` is the factor of u if v is left out
+        size = u_stress / uu
+        b = (v_stress - size * uv) / v_across
         # a component without stress has no exponent
-        step = bent_share / size if size else 0.0
+        step = b / size if size else 0.0
         if not fits or abs(step) < _CHOSEN.small or not steps_left:
             break
         p += min(max(step, -0.5), 0.5)
         if not _CHOSEN.least_p < p < _CHOSEN.most_p or (steps_left == 1 and abs(step) >= 0.1):
             fits, p = False, 1.0
-    gain = (of_log * shape - across * bent) / (square * alone * at_cm)
+    gain = (vv * u - uv * v) / (uu * v_across * at_cm)
     alpha = float(gain @ stress)
-    exponent_gain = (bent - shape * across / square) / (alone * size) if size else None
     return Fitted(
         alpha,
         gain,
-        np.stack([shape, size * bent]),
-        stress - alpha * at_cm * shape - bent_share * bent,
-        p if fits else math.nan,
-        float(gain @ (p * size * shape / above)) / (alpha or 1.0),
-        exponent_gain,
+        design=np.stack([u, size * v]),
+        residual=stress - alpha * at_cm * u - b * v,
+        exponent=p if fits else math.nan,
+        # a surface that is 1 cm off changes each stress by its derivative by depth
+        lever=float(gain @ (p * size * u / above)) / (alpha or 1.0),
+        exponent_gain=(v - u * uv / uu) / (v_across * size) if size else None,
     )
 
 
@@ -178,22 +187,24 @@ def find_crust(depth: FloatArray, stress: FloatArray) -> Crust | None:
     width = max(depth.size // _CHOSEN.crust_smooth, 3)
     if depth.size < 3 * _CHOSEN.crust_smooth or not depth[-1] > depth[0]:
         return None
-    sense = 1.0 if stress[-1] >= 0 else -1.0
-    smooth = np.convolve(sense * stress, np.full(width, 1 / width), mode="valid")
-    below = depth[width // 2 :][: smooth.size]
+    sign = 1.0 if stress[-1] >= 0 else -1.0
+    smooth = np.convolve(sign * stress, np.full(width, 1 / width), mode="valid")
+    # depth of the middle of each mean
+    mean_depth = depth[width // 2 :][: smooth.size]
     drop = np.maximum.accumulate(smooth) - smooth
-    upper = drop[below <= depth[-1] * _CHOSEN.crust_depth * 1.5]
+    upper = drop[mean_depth <= depth[-1] * _CHOSEN.crust_depth * 1.5]
     if not upper.size:
         return None
     bottom = int(upper.argmax())
     peak = int(smooth[: bottom + 1].argmax())
-    deeper_stress = smooth[bottom:]
-    falls_again = float((np.maximum.accumulate(deeper_stress) - deeper_stress).max())
-    is_deep = below[peak] > _CHOSEN.crust_depth * depth[-1]
-    if is_deep or drop[bottom] < _CHOSEN.crust_drop * smooth[-1] or falls_again > drop[bottom] / 2:
+    deeper, deeper_stress = mean_depth[bottom:], smooth[bottom:]
+    second_drop = float((np.maximum.accumulate(deeper_stress) - deeper_stress).max())
+    peak_cm = float(mean_depth[peak])
+    is_deep = peak_cm > _CHOSEN.crust_depth * depth[-1]
+    if is_deep or drop[bottom] < _CHOSEN.crust_drop * smooth[-1] or second_drop > drop[bottom] / 2:
         return None
-    slope = float(deeper_stress @ below[bottom:] / (below[bottom:] @ below[bottom:]))
-    return Crust(float(below[peak]), float(smooth[peak] / (slope * below[peak]) - 1))
+    slope = float(deeper_stress @ deeper / (deeper @ deeper))
+    return Crust(peak_cm, float(smooth[peak] / (slope * peak_cm) - 1))
 
 
 PATCHES: float = _CHOSEN.patches
@@ -218,20 +229,43 @@ def ordinary_surface(errors: ErrorSettings) -> tuple[float, float]:
 def exponent_lever(top_cm: float, end_cm: float) -> float:
     """Size of the change of the exponent fitted in a window if the surface is 1 cm off, 1/cm."""
     depth = np.linspace(max(top_cm, 0.005 * end_cm), end_cm, 60)
-    small = 0.02 * end_cm
-    lower, higher = (
-        power_fit(depth, depth + side * small, end_cm).exponent for side in (-0.5, 0.5)
+    # stress of a line through zero, by depths that are off by half the step
+    step_cm = 0.02 * end_cm
+    shallower, deeper = (
+        power_fit(depth, depth + off_cm, end_cm).exponent for off_cm in (-step_cm / 2, step_cm / 2)
     )
-    return abs(lower - higher) / small
+    return abs(shallower - deeper) / step_cm
+
+
+def replace_slope_of_few(slope: Slope, law_fits: Sequence[Fitted]) -> Slope:
+    """Replace alpha and its errors in the slope of a few independent depths; the errors are NaN for two depths.
+
+    `law_fits`: one fit a component.
+    """
+    dof = slope.points - 2
+    squares = [(fit.residual @ fit.residual) * (fit.gain @ fit.gain) for fit in law_fits]
+    se = np.sqrt(np.array(squares) / (dof or math.nan))
+    alpha = np.array([fit.alpha for fit in law_fits])
+    return replace(
+        slope,
+        alpha=alpha,
+        se=se,
+        ols_se=se,
+        dof=np.full(alpha.size, max(dof, 1.0)),
+        lever=_lever_of(law_fits),
+    )
+
+
+def _lever_of(law_fits: Sequence[Fitted]) -> float:
+    """Lever of the component with the larger alpha."""
+    return max(law_fits, key=lambda fit: abs(fit.alpha)).lever
 
 
 def replace_slope(slope: Slope, law_fits: Sequence[Fitted]) -> Slope:
     """Replace alpha and its errors in a slope by those of another law; `law_fits`: one fit a component."""
-    noise, dof = np.array(
-        [weighted_sum_variance(fit.residual[None], fit.gain, fit.design) for fit in law_fits],
-        dtype=object,
-    ).T
-    scatter = np.array([float(variance[0]) for variance in noise])
+    noise = [weighted_sum_variance(fit.residual[None], fit.gain, fit.design) for fit in law_fits]
+    scatter = np.array([float(variance[0]) for variance, _ in noise])
+    dof = np.array([dof for _, dof in noise])
     # change of alpha if all stresses are off by 1, as by an error of the zero
     change_by_zero = np.array([float(fit.gain.sum()) for fit in law_fits])
     shift = slope.shift * change_by_zero**2
@@ -241,8 +275,8 @@ def replace_slope(slope: Slope, law_fits: Sequence[Fitted]) -> Slope:
         slope,
         alpha=alpha,
         se=np.sqrt(scatter + shift),
-        dof=combine_dof(np.stack([scatter, shift]), np.stack([dof.astype(float), slope.dof])),
+        dof=combine_dof(np.stack([scatter, shift]), np.stack([dof, slope.dof])),
         curvature=np.zeros(alpha.size),
         tare=tare,
-        lever=law_fits[int(np.abs(alpha).argmax())].lever,
+        lever=_lever_of(law_fits),
     )

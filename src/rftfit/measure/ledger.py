@@ -92,11 +92,9 @@ class Ledger:
 
 def join(parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
     """Join ledgers; a run in air that serves several media is read for each medium but counted once."""
-    book = pd.concat(
-        [book_of_stage.fillna({"medium": ""}) for book_of_stage in parts], ignore_index=True
-    )
-    in_air = book["kind"] == "leg_air"
-    counted_once = pd.concat([book[~in_air], book[in_air].drop_duplicates()])
+    rows = pd.concat([ledger.fillna({"medium": ""}) for ledger in parts], ignore_index=True)
+    in_air = rows["kind"] == "leg_air"
+    counted_once = pd.concat([rows[~in_air], rows[in_air].drop_duplicates()])
     return counted_once.sort_values(COLUMNS).reset_index(drop=True)[COLUMNS]
 
 
@@ -130,12 +128,17 @@ def check_ledger(
         )
 
 
-USED_AS = {"plate": "slope", "leg": "leg-curve", "rod": "tare", "leg_air": "tare"}
-USED_AS["robot"] = "mean-speed"
+USED_AS = {
+    "plate": "slope",
+    "leg": "leg-curve",
+    "rod": "tare",
+    "leg_air": "tare",
+    "robot": "mean-speed",
+}
 """Main use of the rows of each kind of run, as a code of the ledger."""
 
 
 def runs_with_result(ledger: pd.DataFrame) -> set[str]:
-    """Return the runs of a ledger with used rows, in a slope, a leg curve, a tare or a speed."""
+    """Return the run_ids in a table of a ledger that have rows used as `USED_AS` says: in a slope, a leg curve, ..."""
     is_main_use = ledger["reason_code"] == ledger["kind"].map(USED_AS)
     return {*ledger.loc[(ledger["fate"] == USED) & is_main_use & (ledger["rows"] > 0), "run_id"]}

@@ -9,25 +9,14 @@ import pandas as pd
 
 from rftfit.campaign.load import Campaign
 from rftfit.conventions import COMPONENTS
-from rftfit.measure.flags import MARKS, mark_columns, remark
+from rftfit.measure.flags import mark_columns, remark
 from rftfit.measure.lab_frame import measured_channel
 from rftfit.measure.ledger import USED, Ledger, RowStatus
 from rftfit.measure.samples import split_runs
+from rftfit.outputs.dictionary import columns_of
 
 STEP_DEG = 1.0
 """Step of theta over which the force is averaged."""
-LEG_COLUMNS = [
-    "medium",
-    "leg",
-    "run_id",
-    "theta_deg",
-    "force_z_N",
-    "force_x_N",
-    "samples",
-    "zero_se_z_N",
-    "zero_se_x_N",
-    *MARKS,
-]
 
 
 def leg_curves(
@@ -53,15 +42,16 @@ def leg_curves(
         grouped = stroke_rows.groupby(step)[["force_z_N", "force_x_N"]]
         curve = grouped.mean().assign(samples=grouped.size())
         curve["theta_deg"] = curve.index * STEP_DEG
-        run_and_tare_facts = [facts[name] for name in (run.run_id, run.tare_run) if name]
+        # the zeros of the run and of its tare
+        facts_of_zeros = [facts[name] for name in (run.run_id, run.tare_run) if name]
         for c in COMPONENTS:
-            curve[f"zero_se_{c}_N"] = np.sqrt(
-                sum(fact[f"zero_var_{c}_N2"] for fact in run_and_tare_facts)
-            )
+            variance = sum(fact[f"zero_var_{c}_N2"] for fact in facts_of_zeros)
+            curve[f"zero_se_{c}_N"] = math.sqrt(variance)
         if measured_channel(campaign.config, "x") is None:
             curve[["force_x_N", "zero_se_x_N"]] = math.nan
         curves.append(
             curve.assign(medium=medium, leg=run.intruder, run_id=run.run_id, **mark_columns())
         )
-    empty_table = pd.DataFrame(columns=LEG_COLUMNS)
-    return (pd.concat(curves, ignore_index=True) if curves else empty_table)[LEG_COLUMNS], ledger
+    columns = columns_of("legs/{medium}.csv")
+    table = pd.concat(curves, ignore_index=True) if curves else pd.DataFrame(columns=columns)
+    return table[columns], ledger

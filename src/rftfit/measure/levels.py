@@ -62,7 +62,7 @@ def _fewest_in_cluster(count: int) -> int:
 
 
 def two_clusters(values: FloatArray) -> tuple[float, Mask] | None:
-    """Split values into two clusters and mark one of them; None where there is only one cluster.
+    """Split values, shape (n,), into two clusters and mark one of them; None where there is only one cluster.
 
     Returns how clear the split is (at least 1), and True for the values of the smaller cluster; of two equally large
     clusters, for that farther from 0.
@@ -90,15 +90,15 @@ def two_clusters(values: FloatArray) -> tuple[float, Mask] | None:
     return clear, above if mark_above else ~above
 
 
-def shifted_runs(common: FloatArray, start: FloatArray, sigma: FloatArray) -> Mask:
-    """Find the consecutive runs whose common shift of `start` is most significant, and mark them, shape (runs,).
+def shifted_runs(common: FloatArray, level: FloatArray, sigma: FloatArray) -> Mask:
+    """Find the consecutive runs whose common shift of `level` is most significant, and mark them, shape (runs,).
 
     `common`: Columns of effects that all runs share and that are fitted beside the shift, shape (runs, k).
-    `start`: Values of the runs, with standard errors `sigma`, shape (runs,).
+    `level`: Number of each run, with the standard errors `sigma`, shape (runs,).
     If the shifted runs are more than half, the others are marked.
     """
-    count, fewest = start.size, _fewest_in_cluster(start.size)
-    # places at which a stretch may begin or end, not too many
+    count, fewest = level.size, _fewest_in_cluster(level.size)
+    # runs at which a stretch may begin or end, at most 301
     ends = np.unique(np.linspace(0, count, min(count, 300) + 1).astype(int))
     first, last = (ends[k] for k in np.triu_indices(ends.size, 1))
     fits = (last - first >= fewest) & (count - (last - first) >= fewest)
@@ -109,15 +109,17 @@ def shifted_runs(common: FloatArray, start: FloatArray, sigma: FloatArray) -> Ma
     basis, sizes, _ = np.linalg.svd(common / sigma[:, None], full_matrices=False)
     # columns that depend on each other take one degree of freedom
     basis = basis[:, sizes > 1e-9 * sizes.max(initial=0.0)]
-    scaled_residual = start / sigma
+    scaled_residual = level / sigma
     scaled_residual = scaled_residual - basis @ (basis.T @ scaled_residual)
     # sums over each stretch, as differences of cumulative sums
     sums = np.zeros((count + 1, 2 + basis.shape[1]))
     sums[1:] = np.cumsum(
         np.column_stack([scaled_residual, 1 / sigma, basis]) / sigma[:, None], axis=0
     )
-    along, power, *shared = (sums[last] - sums[first]).T
-    free = np.maximum(power - np.sum(np.square(shared), axis=0), 1e-9)
-    best = int(np.argmax(np.abs(along) / np.sqrt(free)))
+    # of each stretch: sum of residual / sigma, of 1 / sigma^2, and of the shared columns
+    residual_sum, weight_sum, *shared = (sums[last] - sums[first]).T
+    # the shared columns absorb some of a shift; the shift over its standard error is residual_sum / sqrt(free)
+    free = np.maximum(weight_sum - np.sum(np.square(shared), axis=0), 1e-9)
+    best = int(np.argmax(np.abs(residual_sum) / np.sqrt(free)))
     in_stretch[first[best] : last[best]] = True
     return in_stretch if 2 * in_stretch.sum() <= count else ~in_stretch

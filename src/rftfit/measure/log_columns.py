@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, Literal
 
 import numpy as np
@@ -22,7 +22,14 @@ from rftfit.table.units import ANGLE_TO_DEG, FORCE_TO_N, LENGTH_TO_CM, TIME_TO_S
 ANGLE_TO_RAD = {unit: math.radians(degrees) for unit, degrees in ANGLE_TO_DEG.items()}
 _UNIT_FACTORS = dict.fromkeys(("x", "z", "along"), LENGTH_TO_CM)
 _UNIT_FACTORS |= {"time": TIME_TO_S, "F": FORCE_TO_N, "T": TORQUE_TO_N_M, "angle": ANGLE_TO_RAD}
-"""Factors of the units of a quantity, by its name or the first letter of that."""
+"""Factors of the units of a quantity, by its name or, for F1 to T3, by the first letter of that."""
+
+
+def _factors_of(quantity: str) -> dict[str, float]:
+    """Return the factor of each unit of a quantity to N, N m, cm, rad or s; empty for one without a unit."""
+    return _UNIT_FACTORS.get(quantity, _UNIT_FACTORS.get(quantity[0], {}))
+
+
 LogKey = Literal["force_log", "motion_log"]
 """Section of the config about a log, and column of the run sheet with its file."""
 FORCE_QUANTITIES, MOTION_QUANTITIES = ("time", "F1", "F2", "F3"), ("time", "x", "z", "angle")
@@ -58,30 +65,30 @@ def source_of(config: Config, run: Run, key: LogKey) -> AnyLog:
 
 
 def _source_of_row(source: AnyLog, where: str, columns: str) -> AnyLog:
-    """Return how a log is written, with what a row of the run sheet says in place of the config."""
+    """Return how a log is written, with what a row of the run sheet says in place of the config.
+
+    `where`, `columns`: Cells of the row, as ``device: A, B`` and ``F1: column name``; empty if it replaces nothing.
+    """
     if not where and not columns:
         return source
     kind: LogKind = "force" if isinstance(source, ForceLog) else "motion"
-    changed: dict[str, object] = {}
+    replaced: dict[str, object] = {}
     if where:
-        changed["where"] = {
+        replaced["where"] = {
             name: [word.strip() for word in words.split(",")]
             for name, words in _assignments(where).items()
         }
     if columns:
-        columns_of_row: dict[str, ColumnEntry] = {}
+        entries: dict[Any, ColumnEntry] = {**source.columns}
         for quantity, name in read_log_columns(columns, kind).items():
-            stated = source.columns.get(quantity)  # type: ignore[call-overload]
-            as_given = name if not name.isdigit() else int(name)
+            column = int(name) if name.isdigit() else name
+            stated = entries.get(quantity)
             if stated is None or stated.column is None:
-                columns_of_row[quantity] = ColumnEntry(column=as_given)
+                entries[quantity] = ColumnEntry(column=column)
             else:
-                columns_of_row[quantity] = stated.model_copy(
-                    update={"column": as_given, "plus": None}
-                )
-        every: dict[Any, ColumnEntry] = {**source.columns, **columns_of_row}
-        changed["columns"] = every
-    return source.model_copy(update=changed)
+                entries[quantity] = stated.model_copy(update={"column": column, "plus": None})
+        replaced["columns"] = entries
+    return source.model_copy(update=replaced)
 
 
 _assignments = lru_cache(256)(read_assignments)
@@ -89,13 +96,12 @@ _assignments = lru_cache(256)(read_assignments)
 
 def columns_asked(source: AnyLog, gauges: Iterable[str] = ()) -> set[str]:
     """Names of the columns that the config asks for (3 as ``column 3``), and of all quantities of such a log."""
-    chosen_columns = list(source.columns.values())
-    added_columns = [column.plus.column for column in chosen_columns if column.plus is not None]
-    names_asked = {
-        _column_name(column)
-        for column in (*(chosen.column for chosen in chosen_columns), *added_columns)
-        if column is not None
-    }
+    names_asked = set()
+    for entry in source.columns.values():
+        if entry.column is not None:
+            names_asked.add(_column_name(entry.column))
+        if entry.plus is not None:
+            names_asked.add(_column_name(entry.plus.column))
     if isinstance(source, ForceLog):
         return names_asked.union(FORCE_QUANTITIES, gauges, ["arm_moving"])
     return names_asked.union(MOTION_QUANTITIES)
@@ -112,8 +118,8 @@ def convert_gauges(log: Log, calibration: Calibration | None, units: Mapping[str
     gauges = np.stack([log.columns[name] for name in calibration.gauges])
     columns, units_of_columns = dict(log.columns), dict(log.units)
     for load, unit, row in calibration.loads:
-        table = _UNIT_FACTORS[load[0]]
-        columns[load] = table[unit] / table[units[load]] * (np.array(row) @ gauges)
+        factors = _factors_of(load)
+        columns[load] = factors[unit] / factors[units[load]] * (np.array(row) @ gauges)
         units_of_columns[load] = units[load]
     return replace(log, columns=columns, units=units_of_columns)
 
@@ -124,11 +130,14 @@ def map_columns(log: Log, source: AnyLog, units: Mapping[str, str], key: str) ->
     A column that the config does not name is kept unchanged if its name is that of a quantity.
     `units`: Unit of each quantity, of `chain_units`.
     """
-    named = {log.name_of(_column_name(chosen.column)) for chosen in source.columns.values()}
+    column_of: dict[str, str] = {
+        quantity: log.name_of(_column_name(entry.column))
+        for quantity, entry in source.columns.items()
+    }
     unscaled = [
-        f"{key}.columns.{name}: {_describe_unapplied_scaling(name, what)}"
-        for name, what in log.unapplied.items()
-        if name in units and name not in named and name not in source.columns
+        f"{key}.columns.{name}: {_describe_unapplied_scaling(name, scaling)}"
+        for name, scaling in log.unapplied.items()
+        if name in units and name not in column_of and name not in column_of.values()
     ]
     if unscaled:
         raise LogError("columns", f"{log.path}: {'; '.join(unscaled)}", log.rows)
@@ -141,19 +150,21 @@ def map_columns(log: Log, source: AnyLog, units: Mapping[str, str], key: str) ->
     # time first: a rate needs it, whatever the file calls it
     for quantity, chosen in sorted(source.columns.items(), key=lambda entry: entry[0] != "time"):
         clock = columns.get("time"), units_of_columns.get("time", "s")
+        read = partial(_read_quantity, log, quantity, chain_unit=units[quantity], clock=clock)
         try:
-            columns[quantity], units_of_columns[quantity] = _read_sum_of_columns(
-                log, quantity, chosen, units[quantity], clock
-            )
+            values, unit = read(chosen)
+            if chosen.plus is not None:
+                added = ColumnEntry(column=chosen.plus.column, unit=chosen.plus.unit)
+                added_values, added_unit = read(added)
+                factors = _factors_of(quantity)
+                values = values + added_values * (factors[added_unit] / factors[unit])
+            columns[quantity], units_of_columns[quantity] = values, unit
         except ValueError as error:
             problems.append(f"{key}.columns.{quantity}: {error}")
-        stated = (
-            log.units.get(log.name_of(_column_name(chosen.column)), "") if chosen.column else ""
-        )
         if quantity[0] == "F":
             notes += [
                 f"{quantity}: {unit} is taken as {UNIT_OF_WEIGHT[unit]}, a weight"
-                for unit in dict.fromkeys((chosen.unit, stated))
+                for unit in dict.fromkeys((chosen.unit, log.units.get(column_of[quantity], "")))
                 if unit in UNIT_OF_WEIGHT
             ]
         if chosen.rate is not None:
@@ -163,17 +174,15 @@ def map_columns(log: Log, source: AnyLog, units: Mapping[str, str], key: str) ->
             notes.append(f"{quantity} is {chosen.constant:g} {chosen.unit or ''} by the config")
     if problems:
         raise LogError("columns", f"{log.path}: {'; '.join(problems)}", log.rows)
+    # quantities whose column holds times of day, and such columns that were kept under their name
+    clock_times = {quantity for quantity, name in column_of.items() if name in log.clock_times}
+    clock_times |= log.clock_times & (columns.keys() - column_of.keys())
     return replace(
         log,
         columns=columns,
         units=units_of_columns,
         notes=tuple(map(str.strip, notes)),
-        clock_times=frozenset(
-            quantity
-            for quantity, chosen in source.columns.items()
-            if log.name_of(_column_name(chosen.column)) in log.clock_times
-        )
-        | (log.clock_times & {*columns} - {*source.columns}),
+        clock_times=frozenset(clock_times),
     )
 
 
@@ -190,23 +199,6 @@ def _column_name(column: str | int | None) -> str:
     return f"column {column}" if isinstance(column, int) else str(column)
 
 
-def _read_sum_of_columns(
-    log: Log,
-    quantity: str,
-    chosen: ColumnEntry,
-    chain_unit: str,
-    clock: tuple[FloatArray | None, str],
-) -> tuple[FloatArray, str]:
-    """Return the values of a quantity and their unit; adds a second column where the config names one."""
-    values, unit = _read_quantity(log, quantity, chosen, chain_unit, clock)
-    if chosen.plus is None:
-        return values, unit
-    second = ColumnEntry(column=chosen.plus.column, unit=chosen.plus.unit)
-    second_values, second_unit = _read_quantity(log, quantity, second, chain_unit, clock)
-    table = _UNIT_FACTORS.get(quantity, _UNIT_FACTORS.get(quantity[0], {}))
-    return values + second_values * (table[second_unit] / table[unit]), unit
-
-
 def _read_quantity(
     log: Log,
     quantity: str,
@@ -217,7 +209,8 @@ def _read_quantity(
     """Return the values of a quantity and their unit.
 
     `chosen`: Entry of the config for this quantity.
-    `clock`: Times of the log and their unit, for a quantity that changes at a stated rate; None if not known.
+    `chain_unit`: Unit in which later stages expect it, of `chain_units`.
+    `clock`: Times of the log and their unit, for a quantity that changes at a stated rate; None if it has none.
     """
     if chosen.constant is not None:
         values, stated = np.full(log.size, chosen.constant), ""
@@ -239,12 +232,12 @@ def _read_quantity(
         values = values * chosen.factor + chosen.offset
     if quantity == "arm_moving":
         return values, ""
-    table = _UNIT_FACTORS.get(quantity, _UNIT_FACTORS.get(quantity[0], {}))
+    factors = _factors_of(quantity)
     declared: str = chosen.unit or ""
     if quantity[0] == "F":
         stated, declared = (UNIT_OF_WEIGHT.get(unit, unit) for unit in (stated, declared))
     if declared and stated and declared != stated:
-        if stated in table:
+        if stated in factors:
             raise ValueError(f"the file says {stated}, the config {declared}: change one of them")
         if not scaled:
             raise ValueError(
@@ -253,12 +246,12 @@ def _read_quantity(
             )
     unit = declared or stated
     if not unit:
-        raise ValueError(f"the file states no unit: add `unit:`, one of {', '.join(table)}")
-    if unit not in table:
-        raise ValueError(f"{unit} is no unit of {quantity}; allowed: {', '.join(table)}")
+        raise ValueError(f"the file states no unit: add `unit:`, one of {', '.join(factors)}")
+    if unit not in factors:
+        raise ValueError(f"{unit} is no unit of {quantity}; allowed: {', '.join(factors)}")
     # convert only what the config declares; `unit_factor` refuses any other difference
     if unit != chain_unit and (declared or quantity == "time"):
-        return values * (table[unit] / table[chain_unit]), chain_unit
+        return values * (factors[unit] / factors[chain_unit]), chain_unit
     return values, unit
 
 
@@ -273,26 +266,21 @@ def complete_motion_log(
         )
         units_of_columns["x"] = units_of_columns["z"] = units_of_columns.pop("along")
         notes.append("x and z are those of the position along the path, by gamma of the run sheet")
-    lacking = [name for name in MOTION_QUANTITIES if name not in columns]
-    if not lacking:
-        return replace(log, columns=columns, units=units_of_columns, notes=tuple(notes))
-    if "angle" in lacking and run.kind == "rod" and not math.isfinite(run.beta_deg):
-        # the tare of plates at any angle
-        columns["angle"], units_of_columns["angle"] = np.zeros(log.size), "deg"
-        lacking.remove("angle")
-    if "angle" in lacking and math.isfinite(run.beta_deg):
-        columns["angle"], units_of_columns["angle"] = np.full(log.size, run.beta_deg), "deg"
-        notes.append("beta is that of the run sheet: the motion log has no angle")
-        lacking.remove("angle")
-    if "x" in lacking and run.gamma_deg == 90:
-        middle = middle_cm / LENGTH_TO_CM[units["x"]]
-        columns["x"], units_of_columns["x"] = np.full(log.size, middle), units["x"]
-        notes.append("x is the middle: the motion log has none, and the path is vertical")
-        lacking.remove("x")
-    if lacking:
-        raise _missing_column_error(log, lacking, "motion")
-    order = {name: columns[name] for name in MOTION_QUANTITIES}
-    return replace(log, columns=order, units=units_of_columns, notes=tuple(notes))
+    if not columns.keys() >= {*MOTION_QUANTITIES}:
+        if "angle" not in columns and math.isfinite(run.beta_deg):
+            columns["angle"], units_of_columns["angle"] = np.full(log.size, run.beta_deg), "deg"
+            notes.append("beta is that of the run sheet: the motion log has no angle")
+        elif "angle" not in columns and run.kind == "rod":
+            # the tare of plates at any angle
+            columns["angle"], units_of_columns["angle"] = np.zeros(log.size), "deg"
+        if "x" not in columns and run.gamma_deg == 90:
+            middle = middle_cm / LENGTH_TO_CM[units["x"]]
+            columns["x"], units_of_columns["x"] = np.full(log.size, middle), units["x"]
+            notes.append("x is the middle: the motion log has none, and the path is vertical")
+        if lacking := [name for name in MOTION_QUANTITIES if name not in columns]:
+            raise _missing_column_error(log, lacking, "motion")
+        columns = {name: columns[name] for name in MOTION_QUANTITIES}
+    return replace(log, columns=columns, units=units_of_columns, notes=tuple(notes))
 
 
 def _split_along_path(
@@ -315,12 +303,12 @@ def check_complete(log: Log, run: Run, quantities: tuple[str, ...], kind: str) -
     if not lacking:
         return log
     if quantities[1] in lacking and run.force_log != run.motion_log:
-        text = f"{log.path}: this is not a {kind} log (no column for {quantities[1]})"
-        raise LogError("wrong_kind", f"{text}; are the two logs of the run swapped?", log.rows)
+        message = f"{log.path}: this is not a {kind} log (no column for {quantities[1]})"
+        raise LogError("wrong_kind", f"{message}; are the two logs of the run swapped?", log.rows)
     raise _missing_column_error(log, lacking, kind)
 
 
 def _missing_column_error(log: Log, lacking: list[str], kind: str) -> LogError:
     """Make the error of a log without columns for some quantities; `kind`: ``force`` or ``motion``."""
-    text = f"{log.path}: no column for {', '.join(lacking)}; name it under {kind}_log.columns"
-    return LogError("columns", f"{text} (`rftfit inspect` shows the columns)", log.rows)
+    message = f"{log.path}: no column for {', '.join(lacking)}; name it under {kind}_log.columns"
+    return LogError("columns", f"{message} (`rftfit inspect` shows the columns)", log.rows)

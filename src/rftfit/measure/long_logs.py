@@ -43,13 +43,13 @@ class RowTreatment(NamedTuple):
 
     `convert`: Turns columns of the file into quantities, row by row.
     `clean`: Leaves out rows that neighbouring rows show to be wrong.
-    `renew`: Leaves out rows that repeat a reading, before means are taken.
+    `drop_repeats`: Leaves out rows that repeat a reading, before means are taken.
     `limits`: Size of each quantity at which it is saturated.
     """
 
     convert: Treat
     clean: Treat
-    renew: Treat
+    drop_repeats: Treat
     limits: Mapping[str, float]
 
 
@@ -90,24 +90,9 @@ def _file_size(path: Path) -> int:
 def read_long_log(log: LongLog, treatment: RowTreatment) -> Log:
     """Read a log, keeping at most `MOST_ROWS` rows: the rows of the file, or means of 2, 4, 8, ... neighbours.
 
-    Parameters
-    ----------
-    log : LongLog
-        The log to be read.
-    treatment : RowTreatment
-        Steps by which rows are treated. Parts of about `MOST_ROWS` rows are cleaned, and then the means once more, to
-        find wrong rows at the edge between two parts.
-
-    Returns
-    -------
-    Log
-        The log, with the rows that went into means counted under `AVERAGED`. A file of fewer than `MOST_ROWS` rows
-        gives the same log as when it is read as a whole.
-
-    Raises
-    ------
-    LogError
-        If the log cannot be used; its `rows` are the data lines of the whole file.
+    Blocks of about `MOST_ROWS` rows are cleaned, and then the means once more, to find wrong rows at the edge between
+    two blocks. Rows that went into means are counted under `AVERAGED`. A file of fewer than `MOST_ROWS` rows gives the
+    same log as when it is read as a whole. The `rows` of a raised `LogError` are the data lines of the whole file.
     """
     means: list[Log] = []
     count = 1
@@ -119,13 +104,14 @@ def read_long_log(log: LongLog, treatment: RowTreatment) -> Log:
         try:
             converted = treatment.convert(part)
             if converted.size:
-                converted = treatment.renew(treatment.clean(converted))
+                converted = treatment.drop_repeats(treatment.clean(converted))
         except LogError as error:
             error.rows = sum(mean.rows for mean in [*means, part]) + sum(
                 rest.rows for rest in parts
             )
             raise
         means.append(average(converted, count, treatment.limits))
+        # too many means: each two neighbours become their mean
         while sum(mean.size for mean in means) > MOST_ROWS:
             count *= 2
             means = [average(mean, 2, treatment.limits) for mean in means]
@@ -137,18 +123,19 @@ def _read_parts(log: LongLog) -> Iterator[Log]:
     blocks: list[Log] = []
     rows = 0
 
-    def part() -> Log:
-        whole = join_blocks(blocks)
-        return whole.without_blank_columns() if log.reader.keeps_blanks else whole
+    def join() -> Log:
+        """Join the blocks that were read since the last part."""
+        part = join_blocks(blocks)
+        return part.without_blank_columns() if log.reader.keeps_blanks else part
 
     for block in log.reader.stream(log.path):
         blocks.append(block)
         rows += block.rows
         if rows >= MOST_ROWS:
-            yield part()
+            yield join()
             blocks, rows = [], 0
     if blocks:
-        yield part()
+        yield join()
 
 
 def average(log: Log, count: int, limits: Mapping[str, float]) -> Log:
@@ -164,12 +151,12 @@ def average(log: Log, count: int, limits: Mapping[str, float]) -> Log:
     for name, readings in log.columns.items():
         columns[name] = np.add.reduceat(readings, starts) / lengths
         if name in limits:
-            columns[name] = _keep_saturated(columns[name], readings, starts, limits[name])
+            columns[name] = _restore_saturated(columns[name], readings, starts, limits[name])
     dropped = add_counts(log.dropped, {AVERAGED: log.size - starts.size})
     return replace(log, columns=columns, dropped=dropped, labels={})
 
 
-def _keep_saturated(
+def _restore_saturated(
     means: FloatArray, readings: FloatArray, starts: np.ndarray, limit: float
 ) -> FloatArray:
     """Replace the means of rows that hold a saturated reading by that reading."""

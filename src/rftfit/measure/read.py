@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -30,20 +30,17 @@ def read_logs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, Lo
         runs_together = runs[start : start + _AT_A_TIME]
         zeros |= _read_zeros(campaign, runs_together, zeros)
         both = [LogOfRun(run, key, getattr(run, key)) for run in runs_together for key in _LOG_KEYS]
-        logs = iter(_load_logs(campaign, both))
-        for run, force_log, motion_log in zip(runs_together, logs, logs, strict=True):
-            force = _treat_log(campaign, run, run.force_log, force_log, _force_rows)
-            motion = _treat_log(campaign, run, run.motion_log, motion_log, _motion_rows)
+        logs = _read_together(campaign, both)
+        # the force log and the motion log of each run in turn
+        for run, force, motion in zip(runs_together, logs, logs, strict=True):
             yield run, Logs(force, motion, zeros.get(_zero_key(run)))
 
 
 def _force_of_columns(campaign: Campaign, run: Run, log: Log) -> Log:
     """Turn the columns of a force log into time and F1 to F3, row by row."""
-    source, units = (
-        source_of(campaign.config, run, "force_log"),
-        log_columns.chain_units(campaign.config),
-    )
-    log = readings.without_missing(log, campaign.config.force_log.missing)
+    config = campaign.config
+    source, units = source_of(config, run, "force_log"), log_columns.chain_units(config)
+    log = readings.without_missing(log, config.force_log.missing)
     log = log_columns.convert_gauges(log, campaign.calibration, units)
     log = log_columns.map_columns(log, source, units, "force_log")
     return log_columns.check_complete(log, run, log_columns.FORCE_QUANTITIES, "force")
@@ -68,7 +65,7 @@ def _force_rows(campaign: Campaign, run: Run) -> RowTreatment:
     return RowTreatment(
         convert=partial(_force_of_columns, campaign, run),
         clean=lambda log: readings.without_spikes(readings.clean(log), channels, limits),
-        renew=lambda log: without_repeats(log, transducer),
+        drop_repeats=lambda log: without_repeats(log, transducer),
         limits=dict(zip(channels, limits, strict=True)),
     )
 
@@ -80,7 +77,7 @@ def _motion_rows(campaign: Campaign, run: Run) -> RowTreatment:
         clean=lambda log: readings.without_holds(
             readings.without_lone_positions(readings.clean(log))
         ),
-        renew=lambda log: log,
+        drop_repeats=lambda log: log,
         limits={},
     )
 
@@ -116,13 +113,8 @@ def _read_zeros(
         for run in reversed(runs)
         if run.zero_log and _zero_key(run) not in zeros_read
     }
-    logs = _load_logs(
-        campaign, [LogOfRun(run, "force_log", run.zero_log) for run in run_of_zero.values()]
-    )
-    return {
-        key: _treat_log(campaign, run, run.zero_log, log, _force_rows)
-        for (key, run), log in zip(run_of_zero.items(), logs, strict=True)
-    }
+    logs = [LogOfRun(run, "force_log", run.zero_log) for run in run_of_zero.values()]
+    return dict(zip(run_of_zero, _read_together(campaign, logs), strict=True))
 
 
 def _zero_key(run: Run) -> tuple[str, str, str]:
@@ -136,6 +128,12 @@ class LogOfRun(NamedTuple):
     run: Run
     key: LogKey
     file: str
+
+
+def _read_together(campaign: Campaign, logs: Sequence[LogOfRun]) -> Iterator[Log | LogError]:
+    """Read some logs in their order, and yield each converted and cleaned, or the error why it cannot be used."""
+    for log_of_run, log in zip(logs, _load_logs(campaign, logs), strict=True):
+        yield _treat_log(campaign, log_of_run, log)
 
 
 def _load_logs(campaign: Campaign, logs: Sequence[LogOfRun]) -> list[Log | LongLog | LogError]:
@@ -159,14 +157,11 @@ def _load_logs(campaign: Campaign, logs: Sequence[LogOfRun]) -> list[Log | LongL
 
 
 def _treat_log(
-    campaign: Campaign,
-    run: Run,
-    file: str,
-    log: Log | LongLog | LogError,
-    treatment_of: Callable[[Campaign, Run], RowTreatment],
+    campaign: Campaign, log_of_run: LogOfRun, log: Log | LongLog | LogError
 ) -> Log | LogError:
-    """Convert and clean a log, or return the error why not; its message names `file` as the run sheet does."""
-    treatment = treatment_of(campaign, run)
+    """Convert and clean a log, or return the error why not; its message names the file as the run sheet does."""
+    run, key, file = log_of_run
+    treatment = (_force_rows if key == "force_log" else _motion_rows)(campaign, run)
     try:
         if isinstance(log, LogError):
             raise log
@@ -175,8 +170,8 @@ def _treat_log(
         return treatment.clean(treatment.convert(log))
     except LogError as error:
         # the ledger names files without the folder of the raw data
-        text = str(error).replace(str(campaign.raw / file), file)
-        return LogError(error.code, text, error.rows)
+        message = str(error).replace(str(campaign.raw / file), file)
+        return LogError(error.code, message, error.rows)
 
 
 def same_table(config: Config, run: Run) -> bool:

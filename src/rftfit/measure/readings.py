@@ -20,7 +20,7 @@ from rftfit.campaign.spikes import (
 )
 from rftfit.conventions import FloatArray
 from rftfit.logs.base import Log, LogError
-from rftfit.measure.clocks import HOUR_S, find_stretches
+from rftfit.measure.clocks import HOUR_S
 from rftfit.measure.flags import (
     AWAY,
     BACKWARDS,
@@ -32,6 +32,7 @@ from rftfit.measure.flags import (
     ON_ARRIVAL,
     SET_BACK,
 )
+from rftfit.measure.stretches import find_equal_stretches, find_stretches
 from rftfit.store.chosen import chosen
 from rftfit.table.units import TIME_TO_S
 
@@ -43,32 +44,19 @@ AWAY_S = 1.0
 
 def rows_within(time: FloatArray, seconds: float) -> int:
     """Mean number of rows in some `seconds`, at least `FEWEST_ROWS`; `time`: increasing, in the same unit."""
-    duration = float(time[-1] - time[0]) if time.size > 1 else 0.0
-    return (
-        max(FEWEST_ROWS, round(seconds * (time.size - 1) / duration)) if duration else FEWEST_ROWS
-    )
+    if time.size < 2 or time[-1] == time[0]:
+        return FEWEST_ROWS
+    return max(FEWEST_ROWS, round(seconds * (time.size - 1) / float(time[-1] - time[0])))
 
 
 def without_spikes(log: Log, quantities: Sequence[str], limits: Sequence[float] = ()) -> Log:
     """Leave out the rows in which a force stands alone, is away for up to a second or is held, and count them.
 
-    Parameters
-    ----------
-    log : Log
-        In the order of time.
-    quantities : sequence of str
-        Columns that are searched; a column that the log lacks is passed over.
-    limits : sequence of float, optional
-        Size of each quantity at which its range ends: readings that stay there are kept, as they are saturated.
+    Raises `LogError` if more than `MOST_SHARE` of the readings of a quantity stand alone.
 
-    Returns
-    -------
-    Log
-
-    Raises
-    ------
-    LogError
-        If more than `MOST_SHARE` of the readings of a quantity stand alone.
+    `log`: In the order of time.
+    `quantities`: Columns that are searched; a column that the log lacks is passed over.
+    `limits`: Size of each quantity at which its range ends: readings that stay there are kept, as they are saturated.
     """
     time = log.columns["time"]
     most_rows = rows_within(time, AWAY_S / TIME_TO_S.get(log.units.get("time", ""), 1.0))
@@ -76,26 +64,23 @@ def without_spikes(log: Log, quantities: Sequence[str], limits: Sequence[float] 
     held = np.zeros(log.size, dtype=bool)
     limit_of = dict(zip(quantities, limits, strict=False))
     for quantity in quantities:
-        limit = limit_of.get(quantity, math.inf)
-        if quantity in log.columns:
-            readings = log.columns[quantity]
-            spikes = find_spikes(readings, most_rows)
-            if spikes.any():
-                spikes = _keep_saturated(spikes, readings, limit)
-                _check_share(log, quantity, spikes)
-                alone |= spikes
-            held |= find_held(readings)
+        if quantity not in log.columns:
+            continue
+        readings = log.columns[quantity]
+        spikes = find_spikes(readings, most_rows)
+        if spikes.any():
+            spikes = _keep_saturated(spikes, readings, limit_of.get(quantity, math.inf))
+            _check_share(log, quantity, spikes)
+            alone |= spikes
+        held |= find_held(readings)
     if not (alone.any() or held.any()):
         return log
-    lengths = np.zeros(log.size, dtype=int)
+    is_away = np.zeros(log.size, dtype=bool)
     for start, stop in find_stretches(alone).T:
-        lengths[start:stop] = stop - start
-    away = alone & (lengths > FEWEST_ROWS)
-    log = _leave_out(log, away, AWAY)
-    left = ~away
-    log = log.take(~alone[left], LONE)
-    left &= ~alone
-    return _leave_out(log, held[left], HELD_READING)
+        is_away[start:stop] = stop - start > FEWEST_ROWS
+    log = _leave_out(log, is_away, AWAY)
+    log = log.take(~alone[~is_away], LONE)
+    return _leave_out(log, held[~alone], HELD_READING)
 
 
 def _keep_saturated(spikes: Mask, readings: FloatArray, limit: float) -> Mask:
@@ -170,24 +155,23 @@ class Holds(NamedTuple):
 
 def find_holds(position: FloatArray) -> Holds:
     """Find how positions of one axis are held; `position`: in the order of time, shape (n,)."""
-    each_is_new = Holds(1, 0.0, is_regular=True)
+    no_holds = Holds(1, 0.0, is_regular=True)
     repeats = np.count_nonzero(position[1:] == position[:-1])
     if 3 * repeats < position.size:
         # most positions occur once, wherever the repeats are
-        return each_is_new
-    starts, lengths = _equal_stretches(position)
+        return no_holds
+    starts, lengths = find_equal_stretches(position)
     level = position[starts]
     if level.size < _CHOSEN.fewest_levels or 2 * np.count_nonzero(lengths > 1) < lengths.size:
-        return each_is_new
-    moving = lengths[1:-1]
-    usual = float(np.median(moving[moving <= _CHOSEN.at_rest * np.median(moving)]))
-    steps = np.abs(np.diff(level))
-    step = float(np.median(steps))
+        return no_holds
+    # the first and the last hold may be cut by the ends of the log; an arm at rest stays much longer
+    whole = lengths[1:-1]
+    usual = float(np.median(whole[whole <= _CHOSEN.at_rest * np.median(whole)]))
+    step = float(np.median(np.abs(np.diff(level))))
     in_steps = (level - level[level.size // 2]) / step
     departure = np.abs(in_steps - np.round(in_steps))
-    return Holds(
-        round(usual), step, is_regular=bool(np.mean(departure > _CHOSEN.regular) < _CHOSEN.regular)
-    )
+    is_regular = bool(np.mean(departure > _CHOSEN.regular) < _CHOSEN.regular)
+    return Holds(round(usual), step, is_regular)
 
 
 def without_holds(log: Log) -> Log:
@@ -199,12 +183,13 @@ def without_holds(log: Log) -> Log:
     holds = find_holds(position)
     if holds.rows < 2 or holds.is_regular:
         return log
-    starts, lengths = _equal_stretches(position)
-    since = np.arange(position.size) - np.repeat(starts, lengths)
+    starts, lengths = find_equal_stretches(position)
+    # of each row: its number within its stretch, and the length of that stretch
+    number = np.arange(position.size) - np.repeat(starts, lengths)
     length = np.repeat(lengths, lengths)
-    # a rest is a long stretch, in which one row of each hold counts; the arm starts during its last hold
-    at_rest = (length > _CHOSEN.usual * holds.rows) & (since <= length - holds.rows)
-    return log.take((since == 0) | (at_rest & (since % holds.rows == 0)), HELD)
+    # a rest is a long stretch, in which the first row of each hold counts; the arm starts during its last hold
+    at_rest = (length > _CHOSEN.usual * holds.rows) & (number <= length - holds.rows)
+    return log.take((number == 0) | (at_rest & (number % holds.rows == 0)), HELD)
 
 
 def moving_axis(log: Log) -> FloatArray:
@@ -214,12 +199,6 @@ def moving_axis(log: Log) -> FloatArray:
     if not max(ranges) > 0:
         return angle
     return x if ranges[0] > ranges[1] else z
-
-
-def _equal_stretches(position: FloatArray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first row and the length of each stretch of equal positions."""
-    starts = np.flatnonzero(np.concatenate([[True], position[1:] != position[:-1]]))
-    return starts, np.diff(np.append(starts, position.size))
 
 
 # --- Time that grows from row to row
@@ -253,7 +232,7 @@ def clean(log: Log) -> Log:
 
 
 def _with_even_stamps(log: Log) -> Log:
-    """Spread the times of rows evenly over each packet, if a packet of rows was stamped when it arrived, and note it.
+    """Spread the times of rows evenly over each packet, if packets of rows were stamped on arrival, and note it.
 
     A logger that takes several readings at once and then waits has similar stamps, which are kept: its readings change
     from packet to packet, but not within one.
@@ -276,15 +255,15 @@ def _with_even_stamps(log: Log) -> Log:
     arrivals = time[starts]
     interval = np.diff(arrivals)
     usual_interval = float(np.median(interval))
-    in_packet = time[ends] - time[starts[:-1]]
+    packet_duration = time[ends] - time[starts[:-1]]
     readings = [values for name, values in log.columns.items() if name != "time"]
-    if np.median(in_packet) * 2 > usual_interval or not _changes_evenly(readings, starts):
+    if np.median(packet_duration) * 2 > usual_interval or not _changes_evenly(readings, starts):
         return log
     # the stamp is the time of the last row of a packet; the rows before lie evenly back to the packet before
     lengths = np.diff(starts, append=time.size)
     step = np.minimum(np.append(usual_interval, interval) / lengths, usual_interval / rows)
-    to_last = np.repeat(starts + lengths - 1, lengths) - np.arange(time.size)
-    even = np.repeat(arrivals, lengths) - to_last * np.repeat(step, lengths)
+    rows_to_last = np.repeat(starts + lengths - 1, lengths) - np.arange(time.size)
+    even = np.repeat(arrivals, lengths) - rows_to_last * np.repeat(step, lengths)
     when = ((float(even[0]), float(even[-1])),)
     columns = {**log.columns, "time": even}
     return replace(log, columns=columns, stretches={**log.stretches, ON_ARRIVAL: when})
@@ -293,8 +272,10 @@ def _with_even_stamps(log: Log) -> Log:
 def _changes_evenly(readings: Sequence[FloatArray], starts: npt.NDArray[np.intp]) -> bool:
     """Return True if readings change as fast within packets as from packet to packet.
 
-    The column with the smallest error decides.
-    `starts`: First row of each packet.
+    Then the change within a packet of n rows is 1 - 1 / n times that from packet to packet, and not 0. The column in
+    which this slope has the smallest error decides.
+
+    `readings`: Columns of shape (rows,). `starts`: First row of each packet.
     """
     best_error, is_even = math.inf, False
     for values in readings:

@@ -24,7 +24,7 @@ _CHOSEN = chosen("measure", "repeats")
 FLOORS = np.array(_CHOSEN.floors)
 """Floors f, as fractions of the largest force. With the last one the scatter is nearly the same in all directions."""
 
-USUAL_FLOORS = np.array(_CHOSEN.usual_floors)
+_USUAL_FLOORS = np.array(_CHOSEN.usual_floors)
 """Probability of each floor before any repeat is seen."""
 
 _SCATTERS = np.geomspace(_CHOSEN.least_scatter, _CHOSEN.most_scatter, 500)
@@ -133,9 +133,11 @@ class RunScatter:
         )
         by_floor = along + across
         variance = float(self.weight @ by_floor)
+        # the estimate V of a variance with n degrees of freedom has itself the variance 2 V^2 / n
         of_repeats = 2 * (along**2 + across**2) / self.dof
-        error = float(self.weight @ (of_repeats + (by_floor - variance) ** 2))
-        return variance, 2 * variance**2 / error if error > 0 else math.inf
+        variance_of_variance = float(self.weight @ (of_repeats + (by_floor - variance) ** 2))
+        dof = 2 * variance**2 / variance_of_variance if variance_of_variance > 0 else math.inf
+        return variance, dof
 
 
 def level_of_floors(size: FloatArray, largest: FloatArray | float) -> FloatArray:
@@ -150,7 +152,7 @@ def level_of_floors(size: FloatArray, largest: FloatArray | float) -> FloatArray
 def usual_scatter(along: float, across: float) -> RunScatter:
     """Make the scatter that is assumed before any repeat is seen, relative to the largest force."""
     by_floor = np.ones(FLOORS.size)
-    return RunScatter(along * by_floor, across * by_floor, USUAL_FLOORS, 0.0)
+    return RunScatter(along * by_floor, across * by_floor, _USUAL_FLOORS, 0.0)
 
 
 def scatter_of_repeats(
@@ -158,35 +160,28 @@ def scatter_of_repeats(
 ) -> RunScatter:
     """Find the most likely scatter of single runs about the mean of their direction, besides the errors of their logs.
 
-    Parameters
-    ----------
-    repeats : Repeats
-        All directions of one medium or more.
-    prior : RunScatter, optional
-        Scatter that is assumed before, which counts as `prior_dof` degrees of freedom.
-
-    Returns
-    -------
-    RunScatter
-        Its `dof` are those of the repeats and of the prior.
+    `repeats`: All directions of one medium or more.
+    `prior`: Scatter that is assumed before, which counts as `prior_dof` degrees of freedom.
     """
     level = level_of_floors(repeats.size, repeats.largest)
     likelihood = np.zeros(FLOORS.size)
+    # of each floor the most likely scatter, along the force and across, and the likelihood of both together
     scatters = np.zeros((2, FLOORS.size))
     components = (
         (repeats.along, repeats.noise_along, repeats.dof),
         (repeats.across, repeats.noise_across, repeats.dof * repeats.across_known),
     )
-    for component, (squares, noise_variance, dof) in enumerate(components):
-        has_repeats = dof > 0
+    for component, columns in enumerate(components):
+        has_repeats = columns[2] > 0
+        squares, noise_variance, dof = (column[has_repeats] for column in columns)
         for floor in range(FLOORS.size):
-            variance = (
-                _SCATTERS[:, None] ** 2 * level[floor, has_repeats] + noise_variance[has_repeats]
-            )
+            # rows: scatters that are compared; columns: directions
+            variance = _SCATTERS[:, None] ** 2 * level[floor, has_repeats] + noise_variance
             variance = np.maximum(variance, _NO_VARIANCE)
-            terms = dof[has_repeats] * np.log(variance) + squares[has_repeats] / variance
-            likelihoods = -0.5 * terms.sum(axis=1)
+            # log likelihood of normal runs about their mean
+            likelihoods = -0.5 * (dof * np.log(variance) + squares / variance).sum(axis=1)
             if prior is not None:
+                # inverse chi-square
                 usual = (prior.along, prior.across)[component][floor]
                 ratio = usual / _SCATTERS
                 likelihoods += prior_dof * (np.log(ratio) - 0.5 * ratio**2)
@@ -201,14 +196,17 @@ def scatter_of_repeats(
 
 
 def _find_maximum(likelihoods: FloatArray) -> tuple[float, float]:
-    """Return the scatter with the largest likelihood, interpolated by a parabola, and that likelihood."""
-    place = int(likelihoods.argmax())
-    if place == 0:
+    """Return the scatter in `_SCATTERS` with the largest log likelihood, and that likelihood.
+
+    Both are the vertex of the parabola through three neighbours, in steps of the logarithm of the scatter.
+    """
+    largest = int(likelihoods.argmax())
+    if largest == 0:
         return 0.0, float(likelihoods[0])
-    if place == likelihoods.size - 1:
+    if largest == likelihoods.size - 1:
         return float(_SCATTERS[-1]), float(likelihoods[-1])
-    before, most, after = likelihoods[place - 1 : place + 2]
+    before, most, after = likelihoods[largest - 1 : largest + 2]
     bend = before - 2 * most + after
     step = 0.5 * (before - after) / bend if bend else 0.0
     ratio = _SCATTERS[1] / _SCATTERS[0]
-    return float(_SCATTERS[place] * ratio**step), float(most - 0.25 * (before - after) * step)
+    return float(_SCATTERS[largest] * ratio**step), float(most - 0.25 * (before - after) * step)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -31,8 +32,8 @@ class _Profile(NamedTuple):
     """Means of a push or pull in k steps of depth.
 
     `direction`: Number of the direction (beta and gamma). `path`: Number of the path (gamma alone).
-    `depth`: cm, shape (k,). `force`, `tare`: Granular force and subtracted tare, N, shape (2, k).
-    `is_there`: True for steps with enough samples, shape (k,).
+    `depth`: cm, shape (k,). `force`, `tare`: Granular force and subtracted tare, z and x, N, shape (2, k).
+    `has_samples`: True for steps with enough samples, shape (k,).
     """
 
     direction: int
@@ -41,7 +42,7 @@ class _Profile(NamedTuple):
     depth: FloatArray
     force: FloatArray
     tare: FloatArray
-    is_there: np.ndarray
+    has_samples: np.ndarray
 
 
 def estimate_share_too_much(
@@ -49,22 +50,14 @@ def estimate_share_too_much(
 ) -> TareShare | None:
     """Estimate which share of the tares should not have been subtracted; None where the pushes do not show it.
 
+    `fits`, `windows`: Tables of the stage `slopes`. `tared`: Samples of the stage `tare`.
+    `tolerance_deg`: Difference of each angle up to which directions are one, of the campaign's grid.
+
     The force on a plate keeps its direction at all depths, whatever the law of depth and the packing of the bed. The
     force on a rod grows by another law, as more and more of the rod is in the bed: its curve over depth bends. So where
     a tare is too large, some of this bend is left in the force at right angles to that on the plate. The expected bend
     is taken from other rods on the same path, because the noise of the tare of the run is also in its granular force.
     Pulls show most, since the force on a pulled plate is weak compared with that on its rod.
-
-    Parameters
-    ----------
-    fits, tared, windows : DataFrame
-        Tables of the stage `slopes` and samples of the stage `tare`.
-    tolerance_deg : float
-        Difference of each angle up to which directions are one, of the campaign's grid.
-
-    Returns
-    -------
-    TareShare or None
     """
     profiles = _make_profiles(fits, tared, windows, tolerance_deg)
     first = _estimate_once(profiles)
@@ -79,28 +72,30 @@ def estimate_share_too_much(
 
 
 def _estimate_once(profiles: list[_Profile]) -> TareShare | None:
-    """Estimate the share from the granular force as it is; None where the profiles do not show it."""
-    by_path: dict[int, list[_Profile]] = {}
+    """Estimate the share from the granular force as it is; None where the profiles do not show it.
+
+    Let a, b and r be the bends of the force, of its tare and of other rods. The share is -sum(a r) / sum(b r).
+    """
+    # a profile with each tare of a path
+    tares: dict[int, dict[str, _Profile]] = {}
     for profile in profiles:
-        by_path.setdefault(profile.path, []).append(profile)
+        tares.setdefault(profile.path, {})[profile.tare_run] = profile
     sums: dict[int, FloatArray] = {}
-    for profiles_of_path in by_path.values():
-        tares = {profile.tare_run: profile for profile in profiles_of_path}
-        for profile in profiles_of_path:
-            others = [tare for name, tare in tares.items() if name != profile.tare_run]
-            if others and (products := _bend_products(profile, others)) is not None:
-                sums[profile.direction] = sums.get(profile.direction, np.zeros(3)) + products
+    for profile in profiles:
+        others = [tare for name, tare in tares[profile.path].items() if name != profile.tare_run]
+        if others and (products := _bend_products(profile, others)) is not None:
+            sums[profile.direction] = sums.get(profile.direction, np.zeros(3)) + products
     if len(sums) < _CHOSEN.fewest_directions:
         return None
-    left, of_tare, of_others = np.stack([*sums.values()], axis=1)
-    if not of_tare.sum() > 0:
+    force_others, tare_others, others_others = np.stack([*sums.values()], axis=1)
+    if not tare_others.sum() > 0:
         return None
-    share = float(left.sum() / of_tare.sum())
-    # repeats share a tare, so each direction counts as one measurement; its variance is in proportion to `of_others`
-    dof = left.size - 1
-    scatter = float(((left - share * of_tare) ** 2 / of_others).sum()) / dof
-    se = float(np.sqrt(scatter * of_others.sum()) / of_tare.sum())
-    return TareShare(-share, se, dof)
+    slope = float(force_others.sum() / tare_others.sum())
+    # repeats share a tare, so each direction counts as one measurement; its variance is in proportion to sum(r^2)
+    dof = force_others.size - 1
+    scatter = float(((force_others - slope * tare_others) ** 2 / others_others).sum()) / dof
+    se = float(np.sqrt(scatter * others_others.sum()) / tare_others.sum())
+    return TareShare(-slope, se, dof)
 
 
 def _make_profiles(
@@ -136,33 +131,30 @@ def _make_profiles(
                 depth=depth_means,
                 force=means[:2],
                 tare=means[2:],
-                is_there=counts >= _CHOSEN.fewest_samples,
+                has_samples=counts >= _CHOSEN.fewest_samples,
             )
         )
     return profiles
 
 
 def _bend_products(profile: _Profile, others: list[_Profile]) -> FloatArray | None:
-    """Return products of the bend of the other rods with the bends of this force, of this tare and of the other rods, shape (3,).
+    """Return sums over depths of a r, b r and r r, divided by the variance of a bend, shape (3,): see `_estimate_once`.
 
-    Bend: the component across the force on the plate, less its line through zero of depth. A force that still holds its
-    rod has a part of the bend of rods. The products are sums over depths, divided by the variance of a bend. None where
-    too few steps of depth are common.
+    Bend: the component across the force on the plate, less its line through zero of depth. None where too few steps of
+    depth are common, or where the plate has no force.
     """
     size = min(profile.depth.size, *(other.depth.size for other in others))
-    is_common = profile.is_there[:size] & np.all(
-        [other.is_there[:size] for other in others], axis=0
-    )
+    is_common = np.all([some.has_samples[:size] for some in (profile, *others)], axis=0)
     if is_common.sum() < _CHOSEN.fewest_steps:
         return None
     depth = profile.depth[:size][is_common]
     mean_of_others = np.mean([other.tare[:, :size][:, is_common] for other in others], axis=0)
     force, tare = (values[:, :size][:, is_common] for values in (profile.force, profile.tare))
-    slopes = force @ depth / (depth @ depth)
-    strength = float(np.hypot(*slopes))
+    slope_z, slope_x = force @ depth / (depth @ depth)
+    strength = math.hypot(slope_z, slope_x)
     if not strength > 0:
         return None
-    across = np.array([-slopes[1], slopes[0]]) / strength
+    across = np.array([-slope_x, slope_z]) / strength
     bend_of_others, bend_of_force, bend_of_tare = (
         _without_line(across @ values, depth) for values in (mean_of_others, force, tare)
     )

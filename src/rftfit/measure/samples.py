@@ -7,6 +7,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
+from rftfit.conventions import COMPONENTS, FloatArray
+from rftfit.measure.stretches import find_equal_stretches
+
 PHASES = ("air", "approach", "pause", "stroke", "other")
 """Phases of a run: rest in air, way to the surface, rest at the surface, stroke, and all else."""
 SAMPLE_COLUMNS = (
@@ -24,43 +27,52 @@ SAMPLE_COLUMNS = (
 
 def samples_table(runs: Mapping[str, Sequence[np.ndarray]]) -> pd.DataFrame:
     """Make the long table of samples; `runs`: columns of each run in the order of `SAMPLE_COLUMNS`, by run_id."""
-    parts = {name: dict(zip(SAMPLE_COLUMNS, run, strict=True)) for name, run in runs.items()}
-    samples = join_runs(parts, SAMPLE_COLUMNS)
+    named_columns = {
+        run_id: dict(zip(SAMPLE_COLUMNS, columns, strict=True)) for run_id, columns in runs.items()
+    }
+    samples = join_runs(named_columns, SAMPLE_COLUMNS)
     codes = samples["phase"].to_numpy(int)
     samples["phase"] = pd.Categorical.from_codes(codes, categories=pd.Index(PHASES))
     return samples
 
 
-def join_runs(
-    parts: Mapping[str, Mapping[str, np.ndarray]], columns: Sequence[str]
-) -> pd.DataFrame:
-    """Join columns of several runs into one long table; run_ids are categories, which keeps it small."""
-    sizes = [columns_of_run[columns[0]].size for columns_of_run in parts.values()]
-    codes = np.repeat(np.arange(len(parts)), sizes)
+def join_runs(runs: Mapping[str, Mapping[str, np.ndarray]], columns: Sequence[str]) -> pd.DataFrame:
+    """Join the `columns` of several runs into one long table; run_ids are categories, which keeps it small.
+
+    `runs`: Arrays of shape (n,) by column, by run_id.
+    """
+    sizes = [columns_of_run[columns[0]].size for columns_of_run in runs.values()]
+    codes = np.repeat(np.arange(len(runs)), sizes)
     table_columns: dict[str, object] = {
-        "run_id": pd.Categorical.from_codes(codes, categories=pd.Index(list(parts)))
+        "run_id": pd.Categorical.from_codes(codes, categories=pd.Index(list(runs)))
     }
     for name in columns:
-        arrays = [columns_of_run[name] for columns_of_run in parts.values()]
+        arrays = [columns_of_run[name] for columns_of_run in runs.values()]
         table_columns[name] = np.concatenate(arrays) if arrays else np.empty(0)
     return pd.DataFrame(table_columns, copy=False)  # nothing else uses these arrays
 
 
 def split_runs(table: pd.DataFrame) -> dict[str, slice]:
     """Find the rows of each run in a table whose categorical column ``run_id`` is sorted by run."""
-    # a table without rows comes back from Parquet without its categories
-    run_id = table["run_id"].astype("category")
-    codes = run_id.cat.codes.to_numpy()
-    names = run_id.cat.categories
-    edges = np.flatnonzero(np.diff(codes)) + 1
-    starts = np.concatenate([[0], edges]) if codes.size else np.empty(0, dtype=int)
-    stops = np.append(edges, codes.size)
-    parts = zip(starts.tolist(), stops.tolist(), strict=False)
-    return {str(names[codes[a]]): slice(a, b) for a, b in parts}
+    if table.empty:
+        # it comes back from Parquet without categories
+        return {}
+    run_id = table["run_id"].astype("category").cat
+    run_ids, codes = run_id.categories, run_id.codes.to_numpy()
+    starts, lengths = find_equal_stretches(codes)
+    return {
+        str(run_ids[codes[start]]): slice(start, start + length)
+        for start, length in zip(starts.tolist(), lengths.tolist(), strict=True)
+    }
 
 
 StrokeColumns = dict[str, np.ndarray]
 """Samples of the stroke of one run, in the order of recording: arrays of shape (n,) by column."""
+
+
+def stack_components(columns: Mapping[str, np.ndarray], quantity: str) -> FloatArray:
+    """Stack z and x of a `quantity`, ``force`` or ``tare``, N, shape (2, n)."""
+    return np.stack([columns[f"{quantity}_{c}_N"] for c in COMPONENTS])
 
 
 def strokes(samples: pd.DataFrame) -> dict[str, StrokeColumns]:

@@ -18,9 +18,10 @@ from rftfit.logs.base import Log
 from rftfit.measure import lab_frame
 from rftfit.measure.alignment import BUILD_UP_S, Alignment, estimate_clocks
 from rftfit.measure.clocks import ClockFit, align, moving_spans, whole_spans
-from rftfit.measure.flags import REASON, Refused, Remark, quoted, reason_columns, remark
+from rftfit.measure.flags import Refused, Remark, quoted, reason_columns, remark
 from rftfit.measure.read import read_logs
 from rftfit.measure.strokes import IntruderPath
+from rftfit.outputs.dictionary import columns_of
 from rftfit.store.chosen import chosen
 
 _CHOSEN = chosen("measure", "session_clocks")
@@ -30,16 +31,16 @@ Push = dict[Any, Any]
 
 
 def align_medium(campaign: Campaign, medium: str) -> pd.DataFrame:
-    """Align the clocks of each push straight down of a medium from its logs alone: a row a push, `CLOCK_COLUMNS`."""
+    """Align the clocks of each push straight down of a medium from its logs alone: the table of results/clocks."""
     rows = []
     for run, alignment in align_pushes(campaign, medium):
-        row = (
-            _clock_cells(alignment)
-            if isinstance(alignment, Alignment)
-            else _refused_cells(alignment)
-        )
-        rows.append({"run_id": run.run_id, "medium": medium, "session": run.session} | row)
-    return pd.DataFrame(rows, columns=CLOCK_COLUMNS)
+        row: Push = {"run_id": run.run_id, "medium": medium, "session": run.session}
+        if isinstance(alignment, Alignment):
+            row |= _clock_cells(alignment) | reason_columns(())
+        else:
+            row |= reason_columns([alignment])
+        rows.append(row)
+    return pd.DataFrame(rows, columns=columns_of("clocks/{medium}.parquet"))
 
 
 def align_pushes(campaign: Campaign, medium: str) -> Iterator[tuple[Run, Alignment | Remark]]:
@@ -50,10 +51,8 @@ def align_pushes(campaign: Campaign, medium: str) -> Iterator[tuple[Run, Alignme
             yield run, logs.problems[0]
             continue
         try:
-            force_log = lab_frame.without_repeats(logs.force, campaign.config.transducer)
-            readings = lab_frame.force_in_lab_frame(force_log, campaign.config.transducer)
-            path = lab_frame.path_in_lab_frame(logs.motion, run, campaign.config.arm)
-            yield run, align_push(campaign.config.clock, run, readings, path)
+            framed = lab_frame.logs_in_lab_frame(campaign.config, run, logs.force, logs.motion)
+            yield run, align_push(campaign.config.clock, run, *framed)
         except ValueError as error:
             yield run, quoted(error)
 
@@ -80,28 +79,18 @@ def align_push(
     )
 
 
-_CLOCK_FACTS = ("offset_s", "reference_s", "se_s", "drift", "drift_se", "offset_hours", "explained")
-CLOCK_COLUMNS = ["run_id", "medium", "session", *_CLOCK_FACTS, *REASON]
-
-
 def _clock_cells(alignment: Alignment) -> Push:
     """Cells of a push whose clocks are aligned."""
     clock = alignment.clock
-    values = (
-        clock.offset_s,
-        clock.reference_s,
-        clock.se_s,
-        clock.drift,
-        alignment.drift_se,
-        float(clock.whole_hours),
-        alignment.explained,
-    )
-    return {**dict(zip(_CLOCK_FACTS, values, strict=True)), **reason_columns(())}
-
-
-def _refused_cells(why: Remark) -> Push:
-    """Cells of a push whose clocks could not be aligned."""
-    return {**dict.fromkeys(_CLOCK_FACTS, math.nan), **reason_columns([why])}
+    return {
+        "offset_s": clock.offset_s,
+        "reference_s": clock.reference_s,
+        "se_s": clock.se_s,
+        "drift": clock.drift,
+        "drift_se": alignment.drift_se,
+        "offset_hours": float(clock.whole_hours),
+        "explained": alignment.explained,
+    }
 
 
 # --- the clocks of a session
@@ -121,7 +110,7 @@ class SessionClock:
     offset_s: float = math.nan
     drift: float = math.nan
     reference_s: float = math.nan
-    covariance: tuple[tuple[float, float], tuple[float, float]] = ((0.0, 0.0), (0.0, 0.0))
+    covariance: tuple[tuple[float, ...], ...] = ((0.0, 0.0), (0.0, 0.0))
     hours: int = 0
     pushes: int = 0
     contradiction: str = ""
@@ -139,7 +128,7 @@ class SessionClock:
         # the force lags the depth in all pushes alike: more pushes do not make this error smaller
         se_s = math.sqrt(variance + BUILD_UP_S**2)
         offset_s = self.offset_s + self.drift * (time_s - self.reference_s)
-        return ClockFit(offset_s, self.drift, time_s, 0.0, 0, se_s, self.hours, shared_se_s=se_s)
+        return ClockFit(offset_s, self.drift, time_s, se_s=se_s, hours=self.hours, shared_se_s=se_s)
 
 
 @dataclass(frozen=True)
@@ -219,7 +208,7 @@ def find_clock(
     `clocks`: Clocks of the sessions, for an estimate; None: estimate the clock from this run alone.
     """
     if settings.method == "same_clock":
-        return ClockFit(0.0, 0.0, 0.0, 0.0, 0)
+        return ClockFit()
     time = readings.time
     if settings.method == "estimate":
         if clocks is None:
@@ -245,10 +234,8 @@ def _clock_of_push(row: Push) -> ClockFit:
         row["offset_s"],
         row["drift"],
         row["reference_s"],
-        0.0,
-        0,
-        row["se_s"],
-        int(row["offset_hours"]),
+        se_s=row["se_s"],
+        hours=int(row["offset_hours"]),
         shared_se_s=BUILD_UP_S,
     )
 
@@ -273,17 +260,17 @@ def find_session_clock(pushes: list[Push], settings: ClockSettings) -> SessionCl
     )
     # the lag of the force is common to all pushes, so it is no part of their scatter
     variance = np.maximum(se**2 - BUILD_UP_S**2, _CHOSEN.least_se_s**2)
+    # offsets are counted from their median, as they may be as large as a time since 1970
     base, reference = float(np.median(offset)), float(np.average(time, weights=1 / variance))
     design = np.stack([np.ones(time.size), time - reference])
     # the alignment of each push already used the prior: remove it there, so that it counts only once
     prior = 1 / settings.max_drift**2
     weight = 1 / np.maximum(drift_se, 1e-12) ** 2
-    drift_weight = np.maximum(weight - prior, 0.0)
-    normal = (design / variance) @ design.T + np.diag([0.0, prior + float(drift_weight.sum())])
-    moment = (design / variance) @ (offset - base) + [
-        0.0,
-        float(weight[drift_weight > 0] @ drift[drift_weight > 0]),
-    ]
+    shows_drift = weight > prior
+    drift_weight = prior + float((weight - prior)[shows_drift].sum())
+    normal = (design / variance) @ design.T + np.diag([0.0, drift_weight])
+    moment = (design / variance) @ (offset - base)
+    moment[1] += float(weight[shows_drift] @ drift[shows_drift])
     covariance = np.linalg.inv(normal)
     fitted = covariance @ moment
     residual = offset - base - fitted @ design
@@ -292,34 +279,35 @@ def find_session_clock(pushes: list[Push], settings: ClockSettings) -> SessionCl
         return SessionClock(pushes=len(aligned), contradiction=_describe_groups(aligned))
     freedom = max(len(aligned) - 2, 1)
     covariance = covariance * max(1.0, float((residual**2 / variance).sum()) / freedom)
-    (offset_variance, cross_covariance), (_, drift_variance) = covariance.tolist()
-    hours = round(float(np.median([row["offset_hours"] for row in aligned])))
-    errors = ((offset_variance, cross_covariance), (cross_covariance, drift_variance))
     return SessionClock(
-        base + float(fitted[0]), float(fitted[1]), reference, errors, hours, len(aligned)
+        offset_s=base + float(fitted[0]),
+        drift=float(fitted[1]),
+        reference_s=reference,
+        covariance=tuple(map(tuple, covariance.tolist())),
+        hours=round(float(np.median([row["offset_hours"] for row in aligned]))),
+        pushes=len(aligned),
     )
 
 
 def _describe_groups(pushes: list[Push]) -> str:
     """Describe the offsets of pushes in the order of time; consecutive pushes that agree are one group."""
-    ordered = sorted(pushes, key=lambda row: (row["reference_s"], str(row["run_id"])))
-    groups: list[list[Push]] = []
-    for row in ordered:
-        gap_s = abs(row["offset_s"] - groups[-1][-1]["offset_s"]) if groups else math.inf
-        error_s = math.hypot(row["se_s"], groups[-1][-1]["se_s"] if groups else 0.0)
-        if gap_s > _CHOSEN.sigmas * error_s:
+    first, *others = sorted(pushes, key=lambda row: (row["reference_s"], str(row["run_id"])))
+    groups = [[first]]
+    for row in others:
+        last = groups[-1][-1]
+        error_s = math.hypot(row["se_s"], last["se_s"])
+        if abs(row["offset_s"] - last["offset_s"]) > _CHOSEN.sigmas * error_s:
             groups.append([])
         groups[-1].append(row)
-    texts = []
+    descriptions = []
     for group in groups[: _CHOSEN.most_groups]:
         names = ", ".join(str(row["run_id"]) for row in group[: _CHOSEN.most_names])
         count_left = len(group) - _CHOSEN.most_names
+        more = f" and {count_left} more" if count_left > 0 else ""
         offset = float(np.median([row["offset_s"] for row in group]))
-        texts.append(
-            f"{offset:+.3f} s in {names}{f' and {count_left} more' if count_left > 0 else ''}"
-        )
-    n_unlisted = len(groups) - _CHOSEN.most_groups
-    return "; ".join(texts) + (f"; {n_unlisted} more" if n_unlisted > 0 else "")
+        descriptions.append(f"{offset:+.3f} s in {names}{more}")
+    groups_left = len(groups) - _CHOSEN.most_groups
+    return "; ".join(descriptions) + (f"; {groups_left} more" if groups_left > 0 else "")
 
 
 def flags_of_clock(run: Run, clocks: SessionClocks | None) -> tuple[Remark, ...]:

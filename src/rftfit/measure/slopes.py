@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from statistics import NormalDist
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -38,7 +39,9 @@ def weighted_sum_variance(
     """Return the variance of sum(weight x error) and its degrees of freedom, from residuals of a linear fit.
 
     The residuals may be autocorrelated, at equal steps: an autoregression whitens them, and the variance of the white
-    residuals is estimated from their slow modes. NaN where too few weights differ from 0.
+    residuals is estimated from their slow modes. The variance of the sum is that of white errors, times sum(weight^2),
+    times the ratios of `_variance_ratios`, times m / (m - 1) for m effectively independent samples. NaN where too few
+    weights differ from 0.
 
     `residual`: k series, shape (k, n), so that the variance has shape (k,). `weight`: shape (n,).
     `fitted`: Functions that were fitted, linearly independent, shape (p, n); default: the weight alone.
@@ -48,36 +51,39 @@ def weighted_sum_variance(
         raise ValueError(
             f"{n} samples are too few to estimate their autocorrelation; at least {FEWEST}"
         )
-    memory = _fit_autoregression(residual, min(_CHOSEN.order, n // 8))
-    order = memory.shape[1]
+    coefficients = _fit_autoregression(residual, min(_CHOSEN.order, n // 8))
+    order = coefficients.shape[1]
+    # white[t] = residual[t] - sum over lags of coefficient x residual[t - lag]
     white = residual[:, order:].copy()
     for lag in range(1, order + 1):
-        white -= memory[:, lag - 1, None] * residual[:, order - lag : n - lag]
-    inner = weight[order:]
+        white -= coefficients[:, lag - 1, None] * residual[:, order - lag : n - lag]
+    weight_of_white = weight[order:]
     fitted = weight[None, :] if fitted is None else fitted
-    count = min(COSINES, inner.size // 4, int(np.count_nonzero(inner)) - len(fitted))
-    if count < 1:
+    independent = int(np.count_nonzero(weight_of_white)) - len(fitted)
+    modes = min(COSINES, weight_of_white.size // 4, independent)
+    if modes < 1:
         return np.full(len(residual), np.nan), 1.0
-    level = _white_variance(white, inner, fitted, count)
-    growth, gain = _variance_ratios(weight, memory)
-    effective = n / growth
+    white_variance = _white_variance(white, weight_of_white, fitted, modes)
+    of_sum, of_errors = _variance_ratios(weight, coefficients)
+    effective = n / of_sum
     # the fit of one parameter costs one effectively independent sample
     loss = effective / np.maximum(effective - 1, 0.5)
-    return level * gain * growth * (weight @ weight) * loss, float(count)
+    return white_variance * of_errors * of_sum * (weight @ weight) * loss, float(modes)
 
 
 def _white_variance(
     white: FloatArray, weight: FloatArray, fitted: FloatArray, count: int
 ) -> FloatArray:
-    """Variance of white residuals (k, n), from `count` slow modes times the weight, shape (k,).
+    """Variance of white residuals (k, n), from their sums with `count` slow modes times the weight (n,): shape (k,).
 
-    The part of the modes in the space of the fitted functions is projected out.
+    The fitted functions (p, n or longer) are projected out of the modes, since the residuals are orthogonal to them.
     """
     modes = weight * _cosine_modes(weight.size, count)
     basis = _orthonormal_columns(fitted[:, -weight.size :])
-    fitted_part = modes @ basis
-    overlap = modes @ modes.T - fitted_part @ fitted_part.T
-    sums = white @ modes.T - (white @ basis) @ fitted_part.T
+    on_fitted = modes @ basis
+    # products of the projected modes with each other and with the residuals
+    overlap = modes @ modes.T - on_fitted @ on_fitted.T
+    sums = white @ modes.T - (white @ basis) @ on_fitted.T
     return np.asarray(np.einsum("ij,ji->i", sums, np.linalg.solve(overlap, sums.T)) / count)
 
 
@@ -90,55 +96,59 @@ def _orthonormal_columns(rows: FloatArray) -> FloatArray:
 
 
 def _fit_autoregression(residual: FloatArray, order: int) -> FloatArray:
-    """Coefficients of an autoregression of each series by the Yule-Walker equations, shape (k, order)."""
+    """Coefficients of an autoregression of each series (k, n) by the Yule-Walker equations, shape (k, order)."""
     n = residual.shape[1]
-    lags = [
-        np.einsum("ij,ij->i", residual[:, lag:], residual[:, : n - lag]) for lag in range(order + 1)
-    ]
-    power: FloatArray = np.where(lags[0] > 0, lags[0], 1.0)
-    rho = np.array(lags).T / power[:, None]
+    products = np.array(
+        [
+            np.einsum("ij,ij->i", residual[:, lag:], residual[:, : n - lag])
+            for lag in range(order + 1)
+        ]
+    )
+    # autocorrelation at the lags 0 to `order`, shape (k, order + 1)
+    rho = (products / np.where(products[0] > 0, products[0], 1.0)).T
     # a little more than 1, so that a series of zeros has a solution too
     rho[:, 0] = 1 + 1e-9
-    matrix = rho[:, _lags_apart(order)]
-    memory = np.asarray(np.linalg.solve(matrix, rho[:, 1:, None])[..., 0], dtype=float)
-    total = memory.sum(axis=1)
+    index = np.arange(order)
+    matrix = rho[:, np.abs(index[:, None] - index)]
+    coefficients = np.asarray(np.linalg.solve(matrix, rho[:, 1:, None])[..., 0], dtype=float)
+    total = coefficients.sum(axis=1)
     # corrects the bias of a sample autocorrelation, which is too low by (1 + 3 rho) / n (Kendall 1954)
     raised = np.minimum(
         total + (1 + 3 * np.clip(total, 0, 1)) / n, min(_CHOSEN.max_sum, 1 - 1.6 / n)
     )
-    memory[:, 0] += raised - total
-    return memory
+    coefficients[:, 0] += raised - total
+    return coefficients
 
 
-@lru_cache
-def _lags_apart(order: int) -> npt.NDArray[np.intp]:
-    """Distance between the indices of two samples, shape (order, order)."""
-    return np.abs(np.subtract.outer(np.arange(order), np.arange(order)))
-
-
-def _variance_ratios(weight: FloatArray, memory: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return two ratios for autocorrelated errors with the coefficients `memory`, shape (k,) each.
+def _variance_ratios(weight: FloatArray, coefficients: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return two ratios for errors of an autoregression with the coefficients (k, order), shape (k,) each.
 
     1. Variance of the weighted sum, relative to that for independent errors of the same variance.
     2. Variance of the errors, relative to that of their white residuals.
+
+    Both are sums over frequencies: the spectrum of the errors is 1 / |1 - sum(coefficient e^(-i w lag))|^2.
     """
     # twice as long as the weights, as a Fourier transform is periodic
     size = 1 << (2 * weight.size - 1).bit_length()
-    filters = np.concatenate([np.ones((len(memory), 1)), -memory], axis=1)
-    power = 1 / np.abs(np.fft.rfft(filters, size)) ** 2
-    twice = np.full(size // 2 + 1, 2 / size)
-    twice[[0, -1]] = 1 / size
-    gain: FloatArray = power @ twice
-    spread: FloatArray = (power * np.abs(np.fft.rfft(weight, size)) ** 2) @ twice
-    return spread / (gain * (weight @ weight)), gain
+    filters = np.concatenate([np.ones((len(coefficients), 1)), -coefficients], axis=1)
+    spectrum = 1 / np.abs(np.fft.rfft(filters, size)) ** 2
+    # a real transform holds each frequency once, but for the first and the last its negative counts too
+    share = np.full(size // 2 + 1, 2 / size)
+    share[[0, -1]] = 1 / size
+    of_errors: FloatArray = spectrum @ share
+    of_sum: FloatArray = (spectrum * np.abs(np.fft.rfft(weight, size)) ** 2) @ share
+    return of_sum / (of_errors * (weight @ weight)), of_errors
 
 
 def combine_dof(variances: FloatArray, dofs: FloatArray) -> FloatArray:
-    """Degrees of freedom of the sum of variance estimates along axis 0 (Welch and Satterthwaite)."""
-    total = variances.sum(axis=0)
-    parts = (variances**2 / dofs).sum(axis=0)
-    safe = np.where(parts > 0, parts, 1.0)
-    return np.asarray(np.where(parts > 0, total**2 / safe, np.max(dofs, axis=0)))
+    """Degrees of freedom of the sum of variance estimates V along axis 0: (sum V)^2 / sum(V^2 / dof).
+
+    This is the formula of Welch and Satterthwaite; where all variances are 0, the largest of the dofs.
+    """
+    squares = (variances**2 / dofs).sum(axis=0)
+    square_of_sum = variances.sum(axis=0) ** 2
+    safe = np.where(squares > 0, squares, 1.0)
+    return np.asarray(np.where(squares > 0, square_of_sum / safe, np.max(dofs, axis=0)))
 
 
 GIVEN_DOF = 1e6
@@ -164,18 +174,18 @@ def startup_bias(
     in_second = is_finite & (path >= third) & (path < 2 * third)
     in_last = is_finite & (path >= 2 * third) & (path < skip_cm)
     nothing = np.zeros(stress.shape[0])
-    if min(np.count_nonzero(bins) for bins in (in_second, in_last, steady)) < _CHOSEN.least:
+    if min(np.count_nonzero(samples) for samples in (in_second, in_last, steady)) < _CHOSEN.least:
         return nothing
     length = float(np.ptp(path[steady]))
     mean = stress[:, steady].mean(axis=1)
-    early, late = (stress[:, bins].mean(axis=1) - mean for bins in (in_second, in_last))
+    d2, d3 = (stress[:, samples].mean(axis=1) - mean for samples in (in_second, in_last))
     # limited, so that noise does not make a start-up that hardly decays
-    share = np.clip(np.divide(late, early, out=nothing, where=early != 0), 0, _CHOSEN.slowest)
-    return np.asarray(late * share / (1 - share) * third / length)
+    q = np.clip(np.divide(d3, d2, out=nothing, where=d2 != 0), 0, _CHOSEN.slowest)
+    return np.asarray(d3 * q / (1 - q) * third / length)
 
 
 _NO_BEND = 1e-12
-"""Smallest part of depth squared orthogonal to depth, relative to the whole, both squared; below it is rounding."""
+"""Share of sum(depth^4) in the component of depth^2 orthogonal to depth, up to which that component is rounding."""
 
 
 @dataclass(frozen=True)
@@ -199,7 +209,7 @@ class Slope:
     less (in squares) the distance that noise exceeds once in a hundred times; taken as the limit of a uniform
     distribution.
     `lever`: Relative change of alpha for a surface that lies 1 cm lower than assumed, 1/cm.
-    `shift`, `shift_of_tare`: Variance of errors that are the same in all samples, and the part of it by the tare,
+    `shift`, `shift_of_tare`: Variance of errors that are the same in all samples, and how much of it the tare causes,
     (N/cm^2)^2.
     `tare_share`: Fraction of the variance by the scatter of samples that comes from the tare.
 
@@ -248,11 +258,11 @@ NORMAL_95 = normal_quantile(0.95)
 """Half width of an interval of a normal number that is 95 % whatever a campaign states, in standard deviations."""
 
 
-def student_p(times: FloatArray | float, dof: FloatArray | float) -> FloatArray:
-    """Two-sided p value of a number of `times` its standard error, by Student's t."""
+def student_p(t: FloatArray | float, dof: FloatArray | float) -> FloatArray:
+    """Two-sided p value of `t`, a number divided by its standard error, by Student's t."""
     from scipy.special import stdtr
 
-    return np.asarray(2 * stdtr(dof, -np.abs(times)))
+    return np.asarray(2 * stdtr(dof, -np.abs(t)))
 
 
 def student_limit(sigmas: float, dof: float) -> float:
@@ -306,32 +316,32 @@ def fit_slope(
     shift = np.vstack([(alpha * depth_sd) ** 2, zero_variance])
     given_dof = np.full(alpha.size, GIVEN_DOF)
     shift_dof = np.vstack([given_dof, zero_dof])
-    p_value, ratio, excess, residual_after, noise = _test_curvature(
-        depth, alpha, residual, shift, shift_dof
-    )
+    test = _test_curvature(depth, alpha, residual, shift, shift_dof)
     # residuals of a curved stress would look like noise with a long memory: subtract a real curvature
-    bent = p_value < CURVED_P
-    scatter, count = weighted_sum_variance(np.where(bent[:, None], residual_after, residual), depth)
-    curvature = excess / math.sqrt(3)
+    bent = test.p_value < CURVED_P
+    scatter, count = weighted_sum_variance(np.where(bent[:, None], test.residual, residual), depth)
+    # an error that is equally likely anywhere up to a limit has a standard deviation of the limit over sqrt(3)
+    curvature = test.excess / math.sqrt(3)
     startup_error = np.zeros(alpha.size) if startup is None else startup * lever
-    parts = np.vstack([scatter / power**2, shift * lever**2, startup_error**2, curvature**2])
+    variances = np.vstack([scatter / power**2, shift * lever**2, startup_error**2, curvature**2])
     dofs = np.vstack([np.full(alpha.size, count), shift_dof, given_dof, given_dof])
-    se = np.sqrt(parts.sum(axis=0))
     intercept, free_slope = free_intercept(depth, stress)
     tare_share = np.zeros(alpha.size)
     if tare_stress is not None:
         tare_share = _share_of_tare(tare_stress, depth, scatter)
     tare = tare_share * scatter / power**2 + zero_variance[1:].sum(axis=0) * lever**2
-    offset, offset_se = _zero_stress_depth(depth, intercept, free_slope, noise, shift.sum(axis=0))
+    offset, offset_se = _zero_stress_depth(
+        depth, intercept, free_slope, test.noise, shift.sum(axis=0)
+    )
     return Slope(
         alpha=alpha,
-        se=se,
-        dof=combine_dof(parts, dofs),
+        se=np.sqrt(variances.sum(axis=0)),
+        dof=combine_dof(variances, dofs),
         ols_se=ols_se,
         intercept=intercept,
         free_slope=free_slope,
-        nonlinear_p=p_value,
-        nonlinear_ratio=ratio,
+        nonlinear_p=test.p_value,
+        nonlinear_ratio=test.ratio,
         points=depth.size,
         startup=startup_error,
         tare=np.sqrt(tare),
@@ -396,31 +406,6 @@ def fit_few(depth: FloatArray, stress: FloatArray) -> Slope:
     )
 
 
-def fit_few_free(depth: FloatArray, stress: FloatArray) -> Slope:
-    """Fit a line with a free intercept to a few independent depths; the error is NaN for two depths.
-
-    `depth`: cm, shape (n,). `stress`: N/cm^2, shape (k, n).
-    """
-    intercept, slope = free_intercept(depth, stress)
-    dof = depth.size - 2
-    residual = stress - intercept[:, None] - slope[:, None] * depth
-    spread = float(depth.var()) * depth.size
-    se = np.full(slope.size, np.nan)
-    if dof > 0:
-        se = np.sqrt((residual**2).sum(axis=1) / dof / spread)
-    dofs = np.full(slope.size, max(dof, 1.0))
-    return replace(
-        fit_few(depth, stress),
-        alpha=slope,
-        se=se,
-        ols_se=se,
-        dof=dofs,
-        intercept=intercept,
-        free_slope=slope,
-        lever=0.0,
-    )
-
-
 def free_intercept(depth: FloatArray, stress: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return intercept and slope of a line with a free intercept, for each stress; NaN along a level path."""
     if level_path(depth):
@@ -455,6 +440,8 @@ def _zero_stress_depth(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the depth at which the line with a free intercept has no stress, and its standard error, cm.
 
+    The depth is -intercept / slope, its error that of the line at zero depth over the slope; shape (k,) each.
+
     `noise`: Variance of the noise, of `_test_curvature`, (N/cm^2)^2, shape (k,).
     `shift`: Variance of errors that are the same in all samples, (N/cm^2)^2, shape (k,).
     """
@@ -462,13 +449,30 @@ def _zero_stress_depth(
         return intercept, intercept  # NaN
     spread = float(depth.var()) * depth.size
     variance = noise * (1 / depth.size + float(depth.mean()) ** 2 / spread) + shift
-    size = np.where(slope == 0, np.nan, slope)
-    return -intercept / size, np.sqrt(variance) / np.abs(size)
+    divisor = np.where(slope == 0, np.nan, slope)
+    return -intercept / divisor, np.sqrt(variance) / np.abs(divisor)
 
 
 def level_path(depth: FloatArray) -> bool:
     """Return True for a horizontal run, whose depth varies only by the noise of the motion log."""
     return bool(depth.std() <= _CHOSEN.level * np.abs(depth).max())
+
+
+class _CurvatureTest(NamedTuple):
+    """Result of the test of a term in depth squared; arrays of shape (k,), but for `residual`.
+
+    `p_value`: Probability of this curvature by chance.
+    `ratio`: Distance of the parabola from the line at the end of the window, relative to the stress there.
+    `excess`: That distance beyond noise, divided by the depth there, N/cm^3.
+    `residual`: Residuals without the term, N/cm^2, shape (k, n).
+    `noise`: Variance of the noise at low frequencies, (N/cm^2)^2.
+    """
+
+    p_value: FloatArray
+    ratio: FloatArray
+    excess: FloatArray
+    residual: FloatArray
+    noise: FloatArray
 
 
 def _test_curvature(
@@ -477,41 +481,35 @@ def _test_curvature(
     residual: FloatArray,
     shift: FloatArray,
     shift_dof: FloatArray,
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Test a term in depth squared, made orthogonal to the line through zero.
+) -> _CurvatureTest:
+    """Test whether residuals (k, n) of lines through zero hold a term in depth squared, orthogonal to the line.
 
-    An equal shift of all stresses looks like curvature of a line through zero, so the test includes the variances of
-    such shifts.
-
-    The results are
-    1. the probability of this curvature by chance,
-    2. the distance of the parabola from the line at the end of the window, relative to the stress there,
-    3. the part of that distance beyond noise, N/cm^3,
-    4. the residuals without the term,
-    5. the variance of the noise at low frequencies, (N/cm^2)^2.
+    An equal shift of all stresses looks like curvature of a line through zero, so the test includes the variances
+    `shift` of such shifts, (N/cm^2)^2, with their degrees of freedom, shape (m, k).
     """
+    # depth squared less its projection on depth
     bend = depth**2 - depth * float(depth**2 @ depth) / float(depth @ depth)
     power = float(bend @ bend)
-    # depths of 0 and one other have no curvature either
+    # depths of 0 and a single other one have no curvature either
     if level_path(depth) or power <= _NO_BEND * float(depth**2 @ depth**2):
         nothing = np.full(alpha.size, np.nan)
-        return nothing, nothing, np.zeros(alpha.size), residual, nothing
-    size = residual @ bend / power
-    residual_after = residual - size[:, None] * bend
+        return _CurvatureTest(nothing, nothing, np.zeros(alpha.size), residual, nothing)
+    curvature = residual @ bend / power
+    residual_after = residual - curvature[:, None] * bend
     scatter, count = weighted_sum_variance(residual_after, bend, np.stack([depth, bend]))
     lever = float(bend.sum()) / power
-    parts = np.vstack([scatter / power**2, shift * lever**2])
-    dof = combine_dof(parts, np.vstack([np.full(alpha.size, count), shift_dof]))
-    error = np.sqrt(parts.sum(axis=0))
+    variances = np.vstack([scatter / power**2, shift * lever**2])
+    dof = combine_dof(variances, np.vstack([np.full(alpha.size, count), shift_dof]))
+    error = np.sqrt(variances.sum(axis=0))
     safe = np.where(error > 0, error, 1.0)
-    p_value = np.where(error > 0, student_p(size / safe, dof), 1.0)
+    p_value = np.where(error > 0, student_p(curvature / safe, dof), 1.0)
     deepest = int(np.argmax(depth))
     end_stress = alpha * depth[deepest]
     reference = np.where(end_stress == 0, 1.0, np.abs(end_stress))
-    # the part that noise does not explain, in squares: it grows from 0, so that a larger error of the
+    # what noise does not explain, in squares: it grows from 0, so that a larger error of the
     # zero, which explains more, never makes the whole error smaller
     by_noise = student_quantile(1 - CURVED_P, dof) * error
-    excess = np.sqrt(np.maximum(size**2 - by_noise**2, 0.0)) * np.abs(
-        bend[deepest] / depth[deepest]
-    )
-    return p_value, size * bend[deepest] / reference, excess, residual_after, scatter / power
+    beyond_noise = np.sqrt(np.maximum(curvature**2 - by_noise**2, 0.0))
+    excess = beyond_noise * np.abs(bend[deepest] / depth[deepest])
+    ratio = curvature * bend[deepest] / reference
+    return _CurvatureTest(p_value, ratio, excess, residual_after, scatter / power)

@@ -58,19 +58,17 @@ class IntruderPath:
         least_s = math.sqrt(2) * noise_cm / (0.1 * arm.speed_cm_per_s)
         steps = min(max(math.ceil(least_s / (2 * usual_step_s)), 1), most_steps)
         while True:
-            # central differences, so that an edge is not seen half a step late
+            # differences from `steps` readings before to `steps` behind, so that an edge is not seen half a step late
             start = np.clip(index - steps, 0, index.size - 1 - 2 * steps)
-            step, x, z, angle = (
+            step_s, *changes = (
                 coordinate[start + 2 * steps] - coordinate[start]
                 for coordinate in (mean.time, mean.x, mean.z, mean.angle)
             )
-            relative = np.maximum(
-                np.hypot(x, z) / arm.speed_cm_per_s, np.abs(angle) / arm.leg_speed_rad_per_s
-            )
-            time, speed = self.time[index], relative / step
+            speed = _time_at_stated_speed(arm, *changes) / step_s
             is_last = 4 * steps * usual_step_s > _CHOSEN.longest_step_s or 2 * steps > most_steps
-            if is_last or not is_encoder_noise(time, speed):
-                return self._join_spans(moving_spans(time, speed), arm, 2 * steps * usual_step_s)
+            if is_last or not is_encoder_noise(self.time, speed):
+                spans = moving_spans(self.time, speed)
+                return self._join_spans(spans, arm, 2 * steps * usual_step_s)
             steps *= 2
 
     def _join_spans(self, spans: FloatArray, arm: Arm, least_s: float) -> FloatArray:
@@ -78,16 +76,22 @@ class IntruderPath:
 
         In a rest the arm travels little, and it lasts longer than `least_s`, over which speeds are measured.
         """
-        ends = spans.ravel()
-        x, z, angle = (np.abs(np.diff(coordinate)[1::2]) for coordinate in self.pose_at(ends))
-        travel_s = np.maximum(np.hypot(x, z) / arm.speed_cm_per_s, angle / arm.leg_speed_rad_per_s)
-        gap_s = np.diff(ends)[1::2]
-        first, last = np.searchsorted(self.time, np.stack([ends[1:-1:2], ends[2::2]]))
+        if not spans.size:
+            return spans
+        # from the end of each stretch to the start of the next one
+        rests = np.stack([spans[:-1, 1], spans[1:, 0]])
+        changes = (np.diff(coordinate, axis=0)[0] for coordinate in self.pose_at(rests))
+        travel_s = _time_at_stated_speed(arm, *changes)
+        rest_s = rests[1] - rests[0]
+        first, last = np.searchsorted(self.time, rests)
         is_rest = (
-            (gap_s > least_s) & (travel_s < 0.5 * gap_s) & (last - first >= _CHOSEN.fewest_at_rest)
+            (rest_s > least_s)
+            & (travel_s < 0.5 * rest_s)
+            & (last - first >= _CHOSEN.fewest_at_rest)
         )
-        is_kept = np.concatenate([[True], np.repeat(is_rest, 2), [True]]) if ends.size else ends > 0
-        return np.asarray(ends[is_kept].reshape(-1, 2))
+        starts = spans[np.append(True, is_rest), 0]
+        ends = spans[np.append(is_rest, True), 1]
+        return np.column_stack([starts, ends])
 
     @cached_property
     def noise_cm(self) -> float:
@@ -114,12 +118,14 @@ class IntruderPath:
         The average extends over a distance of at most about the size of the noise, as it also smooths turns.
         """
         noise_cm = self.noise_cm
+        hidden_cm = _CHOSEN.times_noise * noise_cm
         count = 1
-        if _CHOSEN.times_noise * noise_cm > _CHOSEN.turn_cm:
+        if hidden_cm > _CHOSEN.turn_cm:
             step_cm = arm.speed_cm_per_s * median(np.diff(self.time))
-            enough_readings = (_CHOSEN.times_noise * noise_cm / _CHOSEN.turn_cm) ** 2
+            # the noise of a mean of n readings is smaller by sqrt(n)
+            enough_readings = (hidden_cm / _CHOSEN.turn_cm) ** 2
             # over `most_readings` the arm moves twice as far as the remaining noise
-            most_readings = (_CHOSEN.times_noise * noise_cm / (2 * step_cm)) ** (2 / 3)
+            most_readings = (hidden_cm / (2 * step_cm)) ** (2 / 3)
             count = max(int(min(enough_readings, most_readings, self.time.size / 4)), 1)
         if count == 1:
             return AveragedPath(self, noise_cm)
@@ -165,6 +171,13 @@ class AveragedPath(NamedTuple):
     noise_cm: float
 
 
+def _time_at_stated_speed(arm: Arm, x: FloatArray, z: FloatArray, angle: FloatArray) -> FloatArray:
+    """Time that the arm needs for some changes of position, cm, and angle, rad, at the speeds of the config, s."""
+    return np.asarray(
+        np.maximum(np.hypot(x, z) / arm.speed_cm_per_s, np.abs(angle) / arm.leg_speed_rad_per_s)
+    )
+
+
 def _moving_mean(values: FloatArray, count: int) -> FloatArray:
     """Mean of `count` values around each, shape (n,); of fewer near the ends."""
     total = np.concatenate([[0.0], np.cumsum(values)])
@@ -188,7 +201,8 @@ def find_stroke(motion: IntruderPath, spans: FloatArray, run: Run, arm: Arm) -> 
         upside_down = mean.z[0] < min(lowest + 0.1, mean.z.max() - 1)
         code = "upside-down" if upside_down else "surface-not-reached"
         raise Refused(code, lowest=lowest, least=-UNDERGROUND_CM)
-    strokes = _stretches_along_path(motion, spans, run, arm)
+    least_turn_cm = max(hidden, motion.flicker_cm)
+    strokes = _stretches_along_path(motion, mean, least_turn_cm, spans, run, arm)
     start, end = _select_stroke(strokes, run, "cm", _cure_of_several(strokes, motion, run))
     _check_plate(motion, start, end, run, arm)
     return start, end
@@ -199,7 +213,7 @@ _StrokeSpan = tuple[float, float, float]
 
 
 def _cure_of_several(strokes: Sequence[_StrokeSpan], motion: IntruderPath, run: Run) -> str:
-    """Return a hint for the message if all strokes may be one push at a varying speed; else an empty text."""
+    """Return a hint for the message if all strokes may be a single push at a varying speed; else an empty string."""
     if len(strokes) < 2 or run.direction != "intrusion" or run.gamma_deg != 90:
         return ""
     try:
@@ -238,22 +252,28 @@ MIRROR = (
 
 
 def _stretches_along_path(
-    motion: IntruderPath, spans: FloatArray, run: Run, arm: Arm
+    motion: IntruderPath,
+    mean: IntruderPath,
+    least_turn_cm: float,
+    spans: FloatArray,
+    run: Run,
+    arm: Arm,
 ) -> list[_StrokeSpan]:
-    """Find straight stretches below the surface along the path that the run sheet names; refuse if there are none."""
+    """Find straight stretches below the surface along the path that the run sheet names; refuse if there are none.
+
+    `mean`: Path whose positions are means of neighbouring readings. `least_turn_cm`: Way back or aside up to which it
+    is noise. `spans`: Stretches of motion, s, shape (k, 2).
+    """
     wanted_x, wanted_z = (
         float(component) for component in direction(math.radians(run.motion_gamma_deg))
     )
     tolerance = math.radians(arm.angle_tolerance_deg)
-    mean, noise_cm = motion.averaged(arm)
-    least_turn_cm = max(_CHOSEN.times_noise * noise_cm, motion.flicker_cm)
     along: list[_StrokeSpan] = []
+    # length, cm, and gamma, degrees, of every straight stretch below the surface
     seen: list[tuple[float, float]] = []
-    stretches = [
-        stretch
-        for first, last in spans
-        for stretch in _split_at_turns(mean, float(first), float(last), least_turn_cm)
-    ]
+    stretches: list[tuple[float, float]] = []
+    for first, last in spans.tolist():
+        stretches += _split_at_turns(mean, first, last, least_turn_cm)
     for first, last in stretches:
         start, end = _part_below_surface(mean, first, last)
         (x0, x1), (z0, z1), _ = mean.pose_at(np.array([start, end]))
@@ -269,11 +289,13 @@ def _stretches_along_path(
         fastest = motion.fastest_below()
         raise Refused("too-slow", least=SHORTEST_CM, stated=arm.speed_cm_per_s, fastest=fastest)
     if not along:
-        ways = mirror(np.zeros(len(seen)), np.radians([angle_deg for _, angle_deg in seen]))[1]
-        off = np.abs(wrap_gamma(ways - math.radians(run.motion_gamma_deg)))
+        # would the mirror image of a stretch be along the path?
+        gamma = np.radians([angle_deg for _, angle_deg in seen])
+        _, mirrored_gamma = mirror(np.zeros(gamma.size), gamma)
+        off = np.abs(wrap_gamma(mirrored_gamma - math.radians(run.motion_gamma_deg)))
         raise Refused(
             "other-direction",
-            cure=MIRROR * bool((off <= tolerance).any()),
+            cure=MIRROR if (off <= tolerance).any() else "",
             seen=", ".join(f"{angle_deg:.1f}" for _, angle_deg in seen),
             seen_deg=max(seen)[1],
             tolerance=arm.angle_tolerance_deg,
@@ -288,32 +310,20 @@ def _split_at_turns(
     motion: IntruderPath, start: float, end: float, least_cm: float
 ) -> list[tuple[float, float]]:
     """Split a stretch at its turns, back or aside, by more than `least_cm`: an arm may turn without a pause."""
-    start_row, end_row = (
-        np.searchsorted(motion.time, start),
-        np.searchsorted(motion.time, end, "right"),
+    inside = slice(
+        np.searchsorted(motion.time, start), np.searchsorted(motion.time, end, side="right")
     )
-    time, x, z = (
-        motion.time[start_row:end_row],
-        motion.x[start_row:end_row],
-        motion.z[start_row:end_row],
-    )
+    time, x, z = motion.time[inside], motion.x[inside], motion.z[inside]
     if x.size < 3:
         return [(start, end)]
     turns = _find_reversals(x - x.mean(), z - z.mean(), max(_CHOSEN.turn_cm, least_cm))
-    turn_times = [float(time[turn]) for turn in turns]
-    if (
-        not turn_times
-        and (corner := _find_corner(x, z, max(_CHOSEN.corner_cm, least_cm))) is not None
-    ):
-        turn_times = [float(time[corner])]
-    if not turn_times:
+    turns = turns or _find_corner(x, z, max(_CHOSEN.corner_cm, least_cm))
+    if not turns:
         return [(start, end)]
-    ends = pairwise([start, *turn_times, end])
-    return [
-        stretch
-        for begin, stop in ends
-        for stretch in _split_at_turns(motion, begin, stop, least_cm)
-    ]
+    stretches: list[tuple[float, float]] = []
+    for begin, stop in pairwise([start, *time[turns].tolist(), end]):
+        stretches += _split_at_turns(motion, begin, stop, least_cm)
+    return stretches
 
 
 def _find_reversals(x: FloatArray, z: FloatArray, least_cm: float) -> list[int]:
@@ -321,6 +331,7 @@ def _find_reversals(x: FloatArray, z: FloatArray, least_cm: float) -> list[int]:
 
     `x`, `z`: Positions relative to their means, cm, shape (n,).
     """
+    # angle of the axis of largest variance
     main = math.atan2(2 * float(x @ z), float(x @ x - z @ z)) / 2
     along_cm = x * math.cos(main) + z * math.sin(main)
     backward_cm = [
@@ -330,23 +341,24 @@ def _find_reversals(x: FloatArray, z: FloatArray, least_cm: float) -> list[int]:
     turns: list[int] = []
     if min(backward_cm) <= least_cm:
         return turns
-    rising: bool | None = None
+    # rows of the lowest and highest position since the last turn; None: the path has not moved by `least_cm` yet
     low = high = 0
-    values = along_cm.tolist()
-    for index, value in enumerate(values):
-        low = index if value < values[low] else low
-        high = index if value > values[high] else high
-        if not rising and value - values[low] > least_cm:
+    rising: bool | None = None
+    positions = along_cm.tolist()
+    for row, position in enumerate(positions):
+        low = row if position < positions[low] else low
+        high = row if position > positions[high] else high
+        if not rising and position - positions[low] > least_cm:
             turns += [] if rising is None else [low]
-            rising, high = True, index
-        elif rising is not False and values[high] - value > least_cm:
+            rising, high = True, row
+        elif rising is not False and positions[high] - position > least_cm:
             turns += [] if rising is None else [high]
-            rising, low = False, index
+            rising, low = False, row
     return turns
 
 
-def _find_corner(x: FloatArray, z: FloatArray, least_cm: float) -> int | None:
-    """Return the row farthest from the chord of a path, if it is a corner more than `least_cm` from the chord."""
+def _find_corner(x: FloatArray, z: FloatArray, least_cm: float) -> list[int]:
+    """Return the row farthest from the chord of a path, if it is a corner more than `least_cm` from it; else no row."""
     dx, dz = x[-1] - x[0], z[-1] - z[0]
     distance_cm = np.abs(dx * (z - z[0]) - dz * (x - x[0])) / max(math.hypot(dx, dz), SHORTEST_CM)
     corner = int(distance_cm.argmax())
@@ -354,9 +366,9 @@ def _find_corner(x: FloatArray, z: FloatArray, least_cm: float) -> int | None:
     before, after = np.diff(ends).T
     lengths = float(np.hypot(*before)), float(np.hypot(*after))
     if distance_cm[corner] < least_cm or min(lengths) < SHORTEST_CM:
-        return None
+        return []
     cosine = float(before @ after) / (lengths[0] * lengths[1])
-    return None if cosine > math.cos(math.radians(_CHOSEN.corner_deg)) else corner
+    return [] if cosine > math.cos(math.radians(_CHOSEN.corner_deg)) else [corner]
 
 
 def _part_below_surface(motion: IntruderPath, start: float, end: float) -> tuple[float, float]:
@@ -386,7 +398,7 @@ def _find_uneven_pushes(motion: IntruderPath) -> list[_StrokeSpan]:
     z = motion.z
     if (lowest := float(z.min())) > -5 * _CHOSEN.bottom_cm or z.max() < -_CHOSEN.contact_cm:
         raise Refused("surface-not-crossed", highest=z.max(), lowest=lowest)
-    # every stay below the surface that is as deep as a stroke, or else the deepest one
+    # first row of every stay below the surface, and its lowest z; a stay counts if it is as deep as a stroke, or the deepest
     start_rows = np.flatnonzero((z <= 0) & np.append(True, z[:-1] > 0))
     lows = np.minimum.reduceat(z, start_rows)
     is_deep = lows <= max(lowest, -UNDERGROUND_CM)
@@ -417,10 +429,15 @@ def _check_plate(motion: IntruderPath, start: float, end: float, run: Run, arm: 
 
 
 def _find_rotations(motion: IntruderPath, spans: FloatArray) -> list[_StrokeSpan]:
-    """Find the turns of a leg toward positive theta."""
-    turns = np.degrees(np.diff(motion.pose_at(spans)[2])).ravel().tolist()
-    if not turns or max(turns, key=abs) < 0 or max(turns) < _CHOSEN.least_turn_deg:
-        turns_text = ", ".join(f"{turn:+.0f}" for turn in turns) or "nothing"
-        raise Refused("no-rotation", seen=turns_text, least=_CHOSEN.least_turn_deg)
-    strokes = [(turn, *span) for turn, span in zip(turns, spans.tolist(), strict=True)]
-    return [stroke for stroke in strokes if stroke[0] >= _CHOSEN.least_turn_deg]
+    """Find the stretches of motion in which a leg turns far enough toward positive theta; refuse if there are none.
+
+    Refused, too, if the largest turn is the other way.
+    """
+    _, _, theta = motion.pose_at(spans)
+    turns = np.degrees(np.diff(theta)).ravel().tolist()
+    least_deg = _CHOSEN.least_turn_deg
+    if not turns or max(turns, key=abs) < 0 or max(turns) < least_deg:
+        seen = ", ".join(f"{turn:+.0f}" for turn in turns) or "nothing"
+        raise Refused("no-rotation", seen=seen, least=least_deg)
+    strokes = zip(turns, spans.tolist(), strict=True)
+    return [(turn, start, end) for turn, (start, end) in strokes if turn >= least_deg]

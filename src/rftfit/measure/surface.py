@@ -14,7 +14,7 @@ from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.logs.base import Log
 from rftfit.measure.flags import Refused, format_remarks
-from rftfit.measure.lab_frame import force_in_lab_frame, path_in_lab_frame, without_repeats
+from rftfit.measure.lab_frame import logs_in_lab_frame
 from rftfit.measure.read import read_logs
 from rftfit.measure.session_clocks import find_clock
 from rftfit.measure.slopes import student_quantile, weighted_sum_variance
@@ -118,14 +118,15 @@ def find_surface(
     before_peak = np.arange(depth.size) <= int(np.argmax(force))
     depth, force = depth[is_deeper & before_peak], force[is_deeper & before_peak]
     onset, noise = _find_onset(depth, force, noise_N)
+    fits: list[Surface | None] = []
+    for share in _CHOSEN.windows:
+        fit = _fit_change_point(depth, force, onset, share * window_cm)
+        for _ in range(_CHOSEN.passes if toe_cm > 0 else 0):
+            if fit is not None:
+                window = share * window_cm
+                fit = _fit_change_point(depth, force, onset, window, fit.depth_cm, toe_cm)
+        fits.append(fit)
     # the middle window counts, the others show its bias
-    windows = [share * window_cm for share in _CHOSEN.windows]
-    fits = [_fit_change_point(depth, force, onset, window) for window in windows]
-    for _ in range(_CHOSEN.passes if toe_cm > 0 else 0):
-        fits = [
-            fit and _fit_change_point(depth, force, onset, window, fit.depth_cm, toe_cm)
-            for window, fit in zip(windows, fits, strict=True)
-        ]
     best = fits[1]
     if best is None:
         raise Refused(
@@ -161,19 +162,17 @@ def _fit_change_point(
     previous_depth: float = 0.0,
     toe: float = 0.0,
 ) -> Surface | None:
-    """Fit the depth at which the force begins to grow to the readings of one window; None where these are too few.
+    """Fit the depth of the surface to the readings within `window` of the `onset`, cm; None where these are too few.
 
-    Readings within `toe` of `previous_depth` are not used. The force is a constant above the surface and a parabola
-    below.
+    The force is a constant above the surface and a parabola below. Readings within `toe` of `previous_depth`, the
+    surface of the pass before, are not used.
     """
     near_onset = (depth > onset - window) & (depth < onset + window)
     if toe > 0:
         near_onset &= np.abs(depth - previous_depth) > toe
     d, f = depth[near_onset], force[near_onset]
-    if (
-        np.count_nonzero(d < onset) < _CHOSEN.min_air
-        or np.count_nonzero(d > onset) < _CHOSEN.min_below
-    ):
+    readings_above, readings_below = np.count_nonzero(d < onset), np.count_nonzero(d > onset)
+    if readings_above < _CHOSEN.min_air or readings_below < _CHOSEN.min_below:
         return None
     # the surface lies above the onset, where the force is already above its noise
     trial_depths = np.linspace(onset - 0.6 * window, onset + 0.1 * window + toe, _CHOSEN.trials)
@@ -184,21 +183,23 @@ def _fit_change_point(
     design = _design_matrix(d, surface_depth)
     terms = np.linalg.lstsq(design, f, rcond=None)[0]
     fitted = design @ terms
+    # derivative of the fitted force by the depth of the surface, the fourth parameter
     gradient = np.where(d > surface_depth, -(terms[1] + 2 * terms[2] * (d - surface_depth)), 0.0)
+    # rows: weights of the readings in each parameter
     weights = np.linalg.pinv(np.column_stack([design, gradient]))
     residual = (f - fitted)[None]
     variance, dof = weighted_sum_variance(residual, weights[3])
-    of_slope, _ = weighted_sum_variance(residual, weights[1])
+    variance_of_growth, _ = weighted_sum_variance(residual, weights[1])
     return Surface(
         surface_depth,
-        math.sqrt(float(variance[0])),
-        dof,
-        float(terms[1]),
-        math.sqrt(float(of_slope[0])),
-        float(terms[0]),
-        d,
-        f,
-        fitted,
+        se_cm=math.sqrt(float(variance[0])),
+        dof=dof,
+        growth_N_per_cm=float(terms[1]),
+        growth_se=math.sqrt(float(variance_of_growth[0])),
+        air_N=float(terms[0]),
+        depth=d,
+        force=f,
+        fitted=fitted,
     )
 
 
@@ -222,15 +223,16 @@ def _check_growth(surface: Surface, window_cm: float, noise: float) -> None:
     air = surface.depth < depth
     if np.count_nonzero(air) < _CHOSEN.min_air:
         raise Refused("not-in-air")
-    above = surface.depth[air] - surface.depth[air].mean()
-    # at one depth, as at rest, the force shows no growth
-    in_air = float(above @ surface.force[air]) / float(above @ above) if np.ptp(above) > 0 else 0.0
+    centred = surface.depth[air] - surface.depth[air].mean()
+    # at a single depth, as at rest, the force shows no growth
+    square = float(centred @ centred) if np.ptp(centred) > 0 else math.inf
+    in_air = float(centred @ surface.force[air]) / square
     if in_air > _CHOSEN.largest_air * growth:
         raise Refused("grows-in-air", depth=depth, above=in_air, below=growth)
 
 
 def _design_matrix(depth: FloatArray, surface_depth: float | FloatArray) -> FloatArray:
-    """Terms of the force: constant, depth below the surface, and its square; on a new last axis."""
+    """Terms of the force on a new last axis: 1, depth below the surface (0 above it), and the square of that."""
     depth_below = np.maximum(depth - surface_depth, 0.0)
     return np.stack([np.ones_like(depth_below), depth_below, depth_below**2], axis=-1)
 
@@ -278,23 +280,24 @@ def compliance_of(depth: FloatArray, force: FloatArray, noise_N: float) -> Compl
     depth, lift = depth[touching], lift[touching]
     if lift.size < _CHOSEN.min_readings:
         raise Refused("few-in-contact", found=lift.size, wanted=_CHOSEN.min_readings)
+    # means of lift and depth in even steps of lift
     edges = np.linspace(0, lift[-1], _CHOSEN.levels + 1)
-    bin_of_reading = np.clip(np.digitize(lift, edges) - 1, 0, _CHOSEN.levels - 1)
-    filled = np.unique(bin_of_reading)
-    levels = np.array([lift[bin_of_reading == bin_number].mean() for bin_number in filled])
-    means = np.array([depth[bin_of_reading == bin_number].mean() for bin_number in filled])
+    bins = np.clip(np.digitize(lift, edges) - 1, 0, _CHOSEN.levels - 1)
+    filled = np.unique(bins)
+    levels, means = (
+        np.array([readings[bins == number].mean() for number in filled])
+        for readings in (lift, depth)
+    )
     # the line through the first two levels gives the depth of contact; the travel never decreases
     slope = (means[1] - means[0]) / (levels[1] - levels[0]) if levels.size > 1 else 0.0
-    start = means[0] - max(slope, 0.0) * levels[0]
-    travel = np.maximum.accumulate(np.maximum(means - start, 0.0))
+    contact = means[0] - max(slope, 0.0) * levels[0]
+    travel = np.maximum.accumulate(np.maximum(means - contact, 0.0))
     lift_left = lift[-1] - levels[-1]
     if lift_left > 0 and levels.size > 1:
         # extend the curve from the mean of the last level to the largest lift, with the last slope
         steep = (travel[-1] - travel[-2]) / (levels[-1] - levels[-2])
-        levels, travel = (
-            np.append(levels, lift[-1]),
-            np.append(travel, travel[-1] + lift_left * steep),
-        )
+        levels = np.append(levels, lift[-1])
+        travel = np.append(travel, travel[-1] + lift_left * steep)
     return Compliance(np.append(0.0, levels), np.append(0.0, travel))
 
 
@@ -319,9 +322,7 @@ def find_compliance(campaign: Campaign, template_run: Run) -> Compliance:
     if not isinstance(logs.force, Log) or not isinstance(logs.motion, Log):
         raise InputError(f"rigid_contact: {format_remarks(logs.problems)}")
     try:
-        force_log = without_repeats(logs.force, config.transducer)
-        readings = force_in_lab_frame(force_log, config.transducer)
-        path = path_in_lab_frame(logs.motion, run, config.arm)
+        readings, path = logs_in_lab_frame(config, run, logs.force, logs.motion)
         clock = find_clock(config.clock, run, readings, path, path.spans(config.arm), None)
         _, depth, lift = _in_motion_log(path, clock.motion_time(readings.time), readings.force[0])
         return compliance_of(depth, lift, config.transducer.precision_N)

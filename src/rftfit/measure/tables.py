@@ -9,8 +9,8 @@ import pandas as pd
 
 from rftfit.campaign.load import Campaign
 from rftfit.measure.alpha import N_REPEATS, column
-from rftfit.measure.fits import FIT_COLUMNS, filed_under
-from rftfit.measure.flags import NO_DATA, Remark, dropped_rows, reason_columns, remark
+from rftfit.measure.fits import FIT_COLUMNS, RunFit, filed_under, make_fit_row
+from rftfit.measure.flags import NO_DATA, dropped_rows, reason_columns, remark
 from rftfit.measure.ingest import RUN_COLUMNS
 from rftfit.measure.lab_frame import is_symmetric, readings_digest
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
@@ -23,35 +23,39 @@ _FEWEST_READINGS = 8
 
 def ingest_table(campaign: Campaign, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
     """Make the tables of `measure.ingest.ingest_medium` from a table: a sample a row of stress, none for alpha."""
-    parts: dict[str, tuple[np.ndarray, ...]] = {}
+    samples: dict[str, tuple[np.ndarray, ...]] = {}
     ledger = Ledger()
-    exact_columns = {
-        "zero_var_z_N2": 0.0,
-        "zero_var_x_N2": 0.0,
-        "zero_dof": GIVEN_DOF,
-        "clock_se_s": 0.0,
-    }
     rows = []
     for run in campaign.runs_of(medium):
         table = campaign.numbers[run.run_id]
         size = len(next(iter(table.values())))
         lines = size + run.rows_without_data
-        count = {"rows_force": lines, "rows_motion": lines, "sample_step_s": 1.0}
-        name = {"run_id": run.run_id, "kind": run.kind, "status": "read"}
-        rows.append(RUN_COLUMNS | name | count | exact_columns)
-        if run.rows_without_data:
-            rows_of_file = {"count": run.rows_without_data, "file": run.force_log}
-            ledger.flag(run, Remark("no-data", {**rows_of_file, "why": NO_DATA}))
-            ledger.add(run, run.force_log, DROPPED, run.rows_without_data, dropped_rows(NO_DATA))
+        row = RUN_COLUMNS | {
+            "run_id": run.run_id,
+            "kind": run.kind,
+            "status": "read",
+            "rows_force": lines,
+            "rows_motion": lines,
+            "sample_step_s": 1.0,
+            # a table states forces without a zero, and depths without a clock
+            "zero_var_z_N2": 0.0,
+            "zero_var_x_N2": 0.0,
+            "zero_dof": GIVEN_DOF,
+            "clock_se_s": 0.0,
+        }
+        rows.append(row)
+        if count := run.rows_without_data:
+            ledger.flag(run, remark("no-data", count=count, file=run.force_log, why=NO_DATA))
+            ledger.add(run, run.force_log, DROPPED, count, dropped_rows(NO_DATA))
         if run.excluded:
             reason = remark("excluded", why=run.reason)
             ledger.add(run, run.force_log, DROPPED, size, reason)
-            rows[-1] |= {"status": "refused"} | reason_columns([reason])
+            row |= {"status": "refused"} | reason_columns([reason])
         if run.excluded or "depth_cm" not in table:
             continue
         stress = np.stack([table[f"stress_{c}_N_per_cm2"] for c in "zx"])
         if np.unique(stress[stress != 0]).size >= _FEWEST_READINGS:
-            rows[-1]["readings"] = readings_digest(np.vstack([table["depth_cm"], stress]))
+            row["readings"] = readings_digest(np.vstack([table["depth_cm"], stress]))
         why = np.full(size, RowStatus.GOOD, dtype=np.int8)
         why[table["other_sense"]] = RowStatus.OTHER_SENSE
         why[table["alone"]] = RowStatus.ALONE
@@ -60,7 +64,8 @@ def ingest_table(campaign: Campaign, medium: str) -> tuple[pd.DataFrame, pd.Data
                 ledger.flag(run, remark(f"rows-{status.code}", count=n_rows))
                 ledger.add(run, run.force_log, DROPPED, n_rows, remark(status.code))
         phase = np.where(why == RowStatus.GOOD, PHASES.index("stroke"), PHASES.index("other"))
-        parts[run.run_id] = (
+        # in the order of `SAMPLE_COLUMNS`: time, phase, x, depth, angle, force
+        samples[run.run_id] = (
             np.arange(size, dtype=float),
             phase,
             np.zeros(size),
@@ -69,7 +74,7 @@ def ingest_table(campaign: Campaign, medium: str) -> tuple[pd.DataFrame, pd.Data
             *stress,
             why,
         )
-    return samples_table(parts), pd.DataFrame(rows, columns=list(RUN_COLUMNS)), ledger
+    return samples_table(samples), pd.DataFrame(rows, columns=list(RUN_COLUMNS)), ledger
 
 
 def fit_alpha_table(
@@ -82,23 +87,11 @@ def fit_alpha_table(
         numbers = {name: float(values[0]) for name, values in campaign.numbers[run.run_id].items()}
         beta, gamma, _ = filed_under(run)
         excluded = [remark("excluded", why=run.reason)] if run.excluded else []
-        row = dict.fromkeys(FIT_COLUMNS, math.nan) | {
-            "run_id": run.run_id,
-            "medium": medium,
-            "beta_deg": beta,
-            "gamma_deg": gamma,
-            "direction": run.direction,
-            "mirrored": False,
-            "tare_run": "",
-            "n_points": 0,
-            "note": "",
-            N_REPEATS: 1,
-            "depth_from_cm": numbers["depth_from_cm"],
-            "depth_to_cm": numbers["depth_to_cm"],
-            **reason_columns(excluded),
-            "lever_per_cm": 0.0,  # the errors that the table states include that of the surface
-            "clock_cm": 0.0,
-        }
+        window = numbers["depth_from_cm"], numbers["depth_to_cm"]
+        fit = RunFit(beta, gamma, *window, reason=tuple(excluded))
+        row = make_fit_row(run, fit, 0.0, campaign.config, note="")
+        # the errors that the table states include that of the surface
+        row |= {"mirrored": False, "lever_per_cm": 0.0, N_REPEATS: 1}
         rows.append(row)
         if excluded:
             continue
@@ -112,15 +105,15 @@ def fit_alpha_table(
         for c in "zx":
             alpha, se = numbers[f"alpha_{c}_N_per_cm3"], numbers[f"se_{c}"]
             half_interval = float(student_quantile(level, dof)) * se
-            no_errors = dict.fromkeys(("_startup", "_tare", "_curvature", "_rod"), 0.0)
-            values = {
+            numbers_of_component = {
                 "": alpha,
                 "_se": se,
                 "_lo": alpha - half_interval,
                 "_hi": alpha + half_interval,
-            } | no_errors
-            row |= {column(c, end): value for end, value in values.items()}
+                **dict.fromkeys(("_startup", "_tare", "_curvature", "_rod"), 0.0),
+            }
+            row |= {column(c, name): number for name, number in numbers_of_component.items()}
             row[f"alpha_{c}_dof"] = dof
         ledger.add(run, run.force_log, USED, 1, remark("slope"))
-    windows = pd.DataFrame({"run_id": tared["run_id"], "why": tared["why"]})
+    windows = tared[["run_id", "why"]]
     return pd.DataFrame(rows, columns=[*FIT_COLUMNS, N_REPEATS]), windows, ledger

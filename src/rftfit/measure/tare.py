@@ -14,7 +14,7 @@ from rftfit.conventions import FloatArray
 from rftfit.measure.flags import REASON, Remark, reason_cells, reason_of, remark
 from rftfit.measure.lab_frame import lacks_force_x
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
-from rftfit.measure.samples import StrokeColumns, join_runs, strokes
+from rftfit.measure.samples import StrokeColumns, join_runs, stack_components, strokes
 
 TARE_KINDS = ("rod", "leg_air")
 _TARED_COLUMNS = (
@@ -71,8 +71,7 @@ def tare_medium(
         if isinstance(tare, Tare):
             tared = _subtract_tare(run, stroke, tare, ledger)
         elif may_lack_tare and not run.tare_run:
-            nothing = np.zeros(stroke["why"].size)
-            tared = stroke | {"tare_z_N": nothing, "tare_x_N": nothing}
+            tared = stroke | dict.fromkeys(("tare_z_N", "tare_x_N"), np.zeros(stroke["why"].size))
         else:
             why = _why_no_tare(run, tare, why_refused.get(run.tare_run, ()))
             reason = remark("tare-missing", why=why)
@@ -101,7 +100,7 @@ def _make_row(
     tared: StrokeColumns | None,
     reasons: Sequence[Remark],
 ) -> tuple[object, ...]:
-    """Make the row of a run in the table of tares; `tared`: its tared stroke, None if there is none."""
+    """Make the row of a run in the table of tares, in the order of `TARE_COLUMNS`; `tared`: its tared stroke."""
     valid_range = (np.nan, np.nan)
     if isinstance(tare, Tare):
         valid_range = (tare.position[0], tare.position[-1])
@@ -136,6 +135,7 @@ class Tare:
     def covers(self, position: FloatArray) -> np.ndarray:
         """Return True for positions at which the tare is known: inside its range and not in a hole of its log."""
         inside = (position >= self.position[0]) & (position <= self.position[-1])
+        # step of the tare between its samples on both sides of each position
         next_index = np.clip(np.searchsorted(self.position, position), 1, self.position.size - 1)
         step = self.position[next_index] - self.position[next_index - 1]
         return np.asarray(inside & (step <= self.longest_step))
@@ -156,17 +156,12 @@ def abscissa_of(run: Run) -> str:
 
 
 def _rms_forces(stroke: StrokeColumns) -> tuple[float, float]:
-    """Return the root mean square of the force before the tare was subtracted, and of the tare, N."""
+    """Return the root mean square of the force before the tare was subtracted, and that of the tare, N."""
     good = stroke["why"] == RowStatus.GOOD
     if not good.any():
         return np.nan, np.nan
-    force, tare = (_stack_components(stroke, quantity)[:, good] for quantity in ("force", "tare"))
+    force, tare = (stack_components(stroke, quantity)[:, good] for quantity in ("force", "tare"))
     return float(np.sqrt(np.mean((force + tare) ** 2))), float(np.sqrt(np.mean(tare**2)))
-
-
-def _stack_components(stroke: StrokeColumns, quantity: str) -> FloatArray:
-    """Stack z and x of a `quantity`, ``force`` or ``tare``, N, shape (2, n)."""
-    return np.stack([stroke[f"{quantity}_{c}_N"] for c in "zx"])
 
 
 def _tare_of(run: Run, stroke: StrokeColumns, ledger: Ledger) -> Tare | Remark:
@@ -179,7 +174,7 @@ def _tare_of(run: Run, stroke: StrokeColumns, ledger: Ledger) -> Tare | Remark:
         return reason
     ledger.add(run, run.force_log, USED, good_samples, remark("tare"))
     return Tare.from_samples(
-        abscissa, stroke[abscissa][good], _stack_components(stroke, "force")[:, good]
+        abscissa, stroke[abscissa][good], stack_components(stroke, "force")[:, good]
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -64,6 +64,7 @@ def trace_run(
         run, readings, _mark_motion(time, spans, -LONGEST_RAMP_S)
     )
     good = ~readings.saturated
+    # from here on z is counted from the surface, also where the force shows it
     path, surface = place_surface(
         config, run, path, time[good], readings.force[0, good], clock.se_s or 0.0
     )
@@ -86,8 +87,13 @@ def trace_run(
     zero_log_flags: list[Remark] = []
     if isinstance(zero_log, Log):
         zero, zero_log_flags = _zero_of_log(config, zero_log, force_log, middle_s)
+    elif config.zero.method == "stated":
+        zero = lab_frame.stated_zero(config.zero, config.transducer)
     else:
-        zero = _find_run_zero(config, readings, at_rest, middle_s, float(clear_cm.min()))
+        drift, least_cm = config.transducer.drift_N_per_min, float(clear_cm.min())
+        zero = lab_frame.find_zero(
+            readings.time, readings.force, at_rest, middle_s, drift, least_cm
+        )
     # a slow noise of the zero between rest and stroke does not show in the rest
     zero = replace(zero, variance=zero.variance + config.transducer.slow_noise_N**2)
     force = readings.force - zero.force
@@ -95,7 +101,7 @@ def trace_run(
         travel, is_measured = compliance.travel_at(force[0])
         z = z + travel
         why[~is_measured & (why == RowStatus.GOOD)] = RowStatus.YIELDED
-    # a log whose zero is known from elsewhere need not hold a rest in air
+    # a log whose zero comes from another log or from the config need not hold a rest in air
     rests_in_air = config.zero.method == "air" and zero_log is None
     phase = np.full(time.size, _OTHER)
     phase[in_air & ~moving & rests_in_air] = _AIR
@@ -118,19 +124,19 @@ def trace_run(
     return Trace(
         run,
         readings.time,
-        phase,
-        x,
-        z,
-        angle,
-        force,
-        why,
-        zero,
-        clock,
-        tuple(flags),
-        (force_log.rows, motion_log.rows),
-        surface,
-        lab_frame.channel_facts(readings.channels, in_stroke),
-        hold_s,
+        phase=phase,
+        x=x,
+        z=z,
+        angle=angle,
+        force=force,
+        why=why,
+        zero=zero,
+        clock=clock,
+        flags=tuple(flags),
+        rows=(force_log.rows, motion_log.rows),
+        surface=surface,
+        channels=lab_frame.channel_facts(readings.channels, in_stroke),
+        hold_s=hold_s,
     )
 
 
@@ -183,14 +189,18 @@ _AIR, _APPROACH, _PAUSE, _STROKE, _OTHER = range(len(PHASES))
 _CHOSEN = chosen("measure", "trace")
 
 HELD_SE: float = _CHOSEN.held_se
-"""Standard error of the clock, relative to the time for which a position is repeated, held or by a coarse sensor."""
+"""Standard error of the clock over the time for which the motion log repeats a position."""
 
 
 def _position_in_steps(path: IntruderPath, start: float, end: float) -> tuple[float, list[Remark]]:
     """Return the time for which a position is repeated while the arm moves, s, and its flag; 0 if steps are small."""
     inside = (path.time >= start) & (path.time <= end)
-    parts = [coordinate[inside] for coordinate in (path.x, path.z)]
-    position = max(parts, key=lambda coordinate: np.ptp(coordinate) if coordinate.size else 0.0)
+    # the axis along which the arm moves farther
+    position = max(
+        path.x[inside],
+        path.z[inside],
+        key=lambda coordinate: np.ptp(coordinate) if coordinate.size else 0.0,
+    )
     holds = find_holds(position)
     if holds.rows < 2 or holds.step < _CHOSEN.least_step_cm:
         return 0.0, []
@@ -201,38 +211,31 @@ def _position_in_steps(path: IntruderPath, start: float, end: float) -> tuple[fl
 
 
 def _mark_motion(time: FloatArray, spans: FloatArray, ramp_s: float = LONGEST_RAMP_S) -> np.ndarray:
-    """Return True for samples in a stretch of motion, made longer by `ramp_s` at both ends (shorter if negative)."""
+    """Return True for samples in a stretch of motion, made longer by `ramp_s` at both ends (shorter if negative).
+
+    `time`: s, shape (n,), increasing. `spans`: Start and end of each stretch, s, shape (k, 2).
+    """
     moving = np.zeros(time.size, dtype=bool)
-    starts = np.searchsorted(time, spans[:, 0] - ramp_s, side="right")
-    for begin, stop in zip(starts, np.searchsorted(time, spans[:, 1] + ramp_s), strict=True):
-        moving[begin:stop] = True
+    first_rows = np.searchsorted(time, spans[:, 0] - ramp_s, side="right")
+    stop_rows = np.searchsorted(time, spans[:, 1] + ramp_s)
+    for first, stop in zip(first_rows, stop_rows, strict=True):
+        moving[first:stop] = True
     return moving
 
 
 def _row_status(
     time: FloatArray, path: IntruderPath, saturated: np.ndarray, max_gap_s: float
 ) -> np.ndarray:
-    """Return the `RowStatus` of each force sample, by gaps of the motion log and saturation."""
+    """Return the `RowStatus` of each force sample: good, in a gap of the motion log, outside of that, or saturated.
+
+    `time`: Times of the samples on the clock of `path`, s. Of several reasons the last one counts.
+    """
     why = np.full(time.size, RowStatus.GOOD, dtype=np.int8)
     for start, end in gaps(path.time, max_gap_s):
         why[(time > start) & (time < end)] = RowStatus.MOTION_GAP
     why[(time < path.time[0]) | (time > path.time[-1])] = RowStatus.NO_MOTION
     why[saturated] = RowStatus.SATURATED
     return why
-
-
-def _find_run_zero(
-    config: Config,
-    readings: lab_frame.ForceReadings,
-    at_rest: np.ndarray,
-    middle_s: float,
-    clear_cm: float,
-) -> lab_frame.Zero:
-    """Find the zero of a run without a zero log: stated by the config, or from the rest in air."""
-    if config.zero.method == "stated":
-        return lab_frame.stated_zero(config.zero, config.transducer)
-    drift = config.transducer.drift_N_per_min
-    return lab_frame.find_zero(readings.time, readings.force, at_rest, middle_s, drift, clear_cm)
 
 
 # --- The zero by another log, recorded without load
@@ -245,29 +248,26 @@ def _zero_of_log(
     unloaded = lab_frame.force_in_lab_frame(zero_log, config.transducer)
     age = _age_of_zero(zero_log, unloaded.time, force_log, stroke_s)
     most_min, file = config.zero.log_age_min, zero_log.path.name
-    minutes = most_min if age is None else age.minutes
+    # of an unknown age the largest allowed one is assumed
+    minutes = most_min if age is None else age["minutes"]
     zero = lab_frame.zero_of_log(unloaded.force, config.transducer.drift_N_per_min, minutes)
     flags = []
     if age is not None and minutes > most_min:
-        flags.append(remark("zero-log-old", file=file, most=most_min, **age._asdict()))
+        flags.append(remark("zero-log-old", file=file, most=most_min, **age))
     change, times_noise = lab_frame.change_within(unloaded.force)
     if change > config.transducer.max_drift_N and times_noise > chosen("measure", "zero").moves:
         flags.append(remark("zero-log-moves", file=file, newtons=change, times=times_noise))
     return zero, flags
 
 
-class _Age(NamedTuple):
-    """Time between a zero log and the stroke, and the times of both as text."""
-
-    minutes: float
-    logged: str
-    pushed: str
-
-
 def _age_of_zero(
     zero_log: Log, zero_time: FloatArray, force_log: Log, stroke_s: float
-) -> _Age | None:
-    """Age of the zero of a run, between the middles of both logs; None unless both state dates or times of day."""
+) -> dict[str, Any] | None:
+    """Age of the zero of a run, minutes, from the middle of its zero log to that of the stroke, and both formatted.
+
+    The keys are those of the sentence `zero-log-old`. None unless both logs state dates or times of day. `zero_time`,
+    `stroke_s`: s.
+    """
     logged_s = float(zero_time.mean())
     between_s = abs(stroke_s - logged_s)
     if epoch_unit(logged_s) == epoch_unit(stroke_s) == "s":
@@ -281,7 +281,7 @@ def _age_of_zero(
     logged, pushed = (
         datetime.fromtimestamp(seconds, UTC).strftime(form) for seconds in (logged_s, stroke_s)
     )
-    return _Age(between_s / 60, logged, pushed)
+    return {"minutes": between_s / 60, "logged": logged, "pushed": pushed}
 
 
 # --- Steps and ends of channels
@@ -325,45 +325,44 @@ def _find_steps(
     A step in the stroke is a flag. After a step in air before the stroke the rows before it have another zero; after a
     step in air behind the stroke, the rows from it on.
     """
-    has_other_zero = np.zeros(readings.time.size, dtype=bool)
+    time = readings.time
+    has_other_zero = np.zeros(time.size, dtype=bool)
     flags: list[Remark] = []
     stepping_channels = may_step(readings.channels)
     if not stepping_channels.size:
         return flags, has_other_zero
-    rows = rows_within(readings.time, AWAY_S)
-    step_s = (readings.time[-1] - readings.time[0]) / (readings.time.size - 1)
+    rows = rows_within(time, AWAY_S)
+    step_s = (time[-1] - time[0]) / (time.size - 1)
     stroke_start = int(np.argmax(in_stroke))
     for number in stepping_channels:
-        name, channel = lab_frame.CHANNELS[number], readings.channels[number]
-        for step in find_steps(channel, rows):
+        for step in find_steps(readings.channels[number], rows):
+            row, both_sides = step.row, slice(step.row - 1, step.row + 1)
             # over a gap a force may change by any amount
-            if readings.time[step.row] - readings.time[step.row - 1] > USUAL_STEPS * step_s:
+            if time[row] - time[row - 1] > USUAL_STEPS * step_s:
                 continue
-            what: dict[str, Any] = {
-                "channel": name,
+            facts: dict[str, Any] = {
+                "channel": lab_frame.CHANNELS[number],
                 "newtons": step.size,
-                "when": f"{readings.time[step.row]:.2f} s",
+                "when": f"{time[row]:.2f} s",
             }
-            before = slice(0, step.row) if step.row <= stroke_start else slice(step.row, None)
-            if in_stroke[step.row - 1 : step.row + 1].all():
-                if not readings.saturated[step.row - 1 : step.row + 1].any():
-                    flags.append(remark("force-steps", **what))
-            elif in_air[step.row - 1 : step.row + 1].all():
-                has_other_zero[before] = True
-                side = "before it" if before.start == 0 else "from it on"
-                count = before.indices(channel.size)
-                flags.append(remark("zero-steps", count=count[1] - count[0], side=side, **what))
+            if in_stroke[both_sides].all():
+                if not readings.saturated[both_sides].any():
+                    flags.append(remark("force-steps", **facts))
+            elif in_air[both_sides].all():
+                side, first, stop = "before it", 0, row
+                if row > stroke_start:
+                    side, first, stop = "from it on", row, time.size
+                has_other_zero[first:stop] = True
+                flags.append(remark("zero-steps", count=stop - first, side=side, **facts))
     return flags, has_other_zero
 
 
 def _rest_of_zero(
     time: FloatArray, at_rest: np.ndarray, in_air: np.ndarray, has_other_zero: np.ndarray
 ) -> np.ndarray:
-    """Return the rows that show the zero of the stroke: at rest, or also moving in air where the rest is too short."""
-    left = at_rest & ~has_other_zero
-    if np.count_nonzero(left) >= lab_frame.fewest_for_zero(time):
-        return np.asarray(left)
-    return np.asarray(in_air & ~has_other_zero)
+    """Mark the rows that show the zero of the stroke: at rest, or also moving in air where the rest is too short."""
+    has_rest = np.count_nonzero(at_rest & ~has_other_zero) >= lab_frame.fewest_for_zero(time)
+    return np.asarray((at_rest if has_rest else in_air) & ~has_other_zero)
 
 
 # --- Flags of a trace: doubts that do not stop the run.
@@ -375,28 +374,22 @@ _NO_LOSS = (REPEATED, BLANK, OTHER_SOURCE)
 
 def _flag_lost_rows(force: Log, motion: Log, *, whole_lines: bool) -> list[Remark]:
     """Flag the rows that were lost from each log; `whole_lines`: a line of the file holds both force and motion."""
-    lost = [
-        {
-            reason: count
-            for reason, count in (*log.dropped.items(), *log.missing.items())
-            if reason not in _NO_LOSS
-        }
-        for log in (force, motion)
-    ]
-    parts = (" (force)", " (motion)") if force.path == motion.path else ("", "")
     flags = []
-    for lost_of_log, lost_beside, log, suffix in zip(
-        lost, lost[::-1], (force, motion), parts, strict=True
-    ):
-        for reason, count in lost_of_log.items():
+    for log, other, kind in ((force, motion, "force"), (motion, force, "motion")):
+        suffix = f" ({kind})" if force.path == motion.path else ""
+        counts_of_other = other.dropped | other.missing
+        for reason, count in (log.dropped | log.missing).items():
+            if reason in _NO_LOSS:
+                continue
             # a lost line of one table is lost to both logs, so it is named once; a lost cell is not
-            of_both = whole_lines and reason not in OF_CELLS and lost_beside.get(reason) == count
-            file = log.path.name + ("" if of_both else suffix)
-            when = log.stretches.get(reason)
-            more = {"when": format_stretches(when)} if when else {}
-            flags.append(
-                remark(dropped_rows(reason).code, count=count, file=file, why=reason, **more)
+            of_both = (
+                whole_lines and reason not in OF_CELLS and counts_of_other.get(reason) == count
             )
+            file = log.path.name + ("" if of_both else suffix)
+            facts: dict[str, Any] = {"count": count, "file": file, "why": reason}
+            if when := log.stretches.get(reason):
+                facts["when"] = _format_stretches(when)
+            flags.append(remark(dropped_rows(reason).code, **facts))
     for log in (force, motion):
         if when := log.stretches.get(SET_BACK):
             at = f"{when[0][0]:.2f} s"
@@ -406,20 +399,20 @@ def _flag_lost_rows(force: Log, motion: Log, *, whole_lines: bool) -> list[Remar
     return list(dict.fromkeys(flags))
 
 
-def _gaps(stroke_time: FloatArray, max_gap_s: float) -> Iterator[Remark]:
-    """Flag gaps in the times of the stroke, s."""
-    missed = np.diff(gaps(stroke_time, max_gap_s), axis=1)
-    if missed.size == 1:
-        yield remark("gap", seconds=missed[0, 0])
-    elif missed.size:
-        yield remark("gaps", count=missed.size, seconds=missed.sum(), longest=missed.max())
+def _flag_gaps(stroke_time: FloatArray, max_gap_s: float) -> Iterator[Remark]:
+    """Flag gaps in the times of the stroke, s, that are longer than `max_gap_s`."""
+    seconds = np.diff(gaps(stroke_time, max_gap_s), axis=1)
+    if seconds.size == 1:
+        yield remark("gap", seconds=seconds[0, 0])
+    elif seconds.size:
+        yield remark("gaps", count=seconds.size, seconds=seconds.sum(), longest=seconds.max())
 
 
-def format_stretches(stretches: Sequence[tuple[float, float]]) -> str:
-    """Format start and end of some stretches of a log, s."""
-    listed = [f"{start:.2f} to {stop:.2f} s" for start, stop in stretches[:3]]
-    remainder = len(stretches) - len(listed)
-    return ", ".join(listed) + (f" and {remainder} stretches more" if remainder > 0 else "")
+def _format_stretches(stretches: Sequence[tuple[float, float]]) -> str:
+    """Format start and end, s, of the first three stretches of a log, and the number of further ones."""
+    listed = ", ".join(f"{start:.2f} to {stop:.2f} s" for start, stop in stretches[:3])
+    remainder = len(stretches) - 3
+    return listed + (f" and {remainder} stretches more" if remainder > 0 else "")
 
 
 def _flag_doubts(
@@ -434,7 +427,7 @@ def _flag_doubts(
 
     `stroke`: True for the samples of the stroke. `lost_s`: Time of the stroke that the force log lacks, s.
     """
-    yield from _gaps(readings.time[stroke], config.clock.max_gap_s)
+    yield from _flag_gaps(readings.time[stroke], config.clock.max_gap_s)
     if lost_s > config.clock.max_gap_s:
         yield remark("force-log-short", seconds=lost_s)
     if zero.drift_N > config.transducer.max_drift_N:

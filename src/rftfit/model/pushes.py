@@ -17,7 +17,7 @@ from rftfit.errors import InputError
 from rftfit.measure.alpha import Columns, alpha_columns, column, directions, flagged
 from rftfit.measure.errors import (
     USUAL_BED_SPREAD,
-    Part,
+    ErrorTerm,
     bed_of_mean,
     bed_of_next,
     combined_half_width,
@@ -225,7 +225,7 @@ def with_scatter_of_repeats(pushes: Pushes, confidence: float) -> Pushes:
             mean_alpha[component] = alpha.mean()
             error_of_one_bed = spread.error_at(mean_alpha, component)
             share = np.full(alpha.size, 1 / alpha.size)
-            bed = bed_of_mean(alpha, share, Part(0.0), error_of_one_bed, spread.source)[1]
+            bed = bed_of_mean(alpha, share, ErrorTerm(0.0), error_of_one_bed, spread.source)[1]
             # variance of one push, whose mean over the pushes has the error of the mean
             variance[places] = alpha.size * _normal_error(bed, confidence) ** 2
             continue
@@ -247,14 +247,14 @@ def bed_spread_of_repeats(pushes: Pushes, confidence: float) -> float:
     squares, weights = 0.0, 0.0
     for _, alpha in _repeats_of(pushes):
         mean = abs(float(alpha.mean()))
-        usual = Part(USUAL_BED_SPREAD * mean)
+        usual = ErrorTerm(USUAL_BED_SPREAD * mean)
         next_error = bed_of_next(alpha, usual, confidence, scatter=True)
         squares += (alpha.size - 1) * _normal_error(next_error, confidence) ** 2
         weights += (alpha.size - 1) * mean**2
     return math.sqrt(squares / weights) if weights else USUAL_BED_SPREAD
 
 
-def _normal_error(error: Part, confidence: float) -> float:
+def _normal_error(error: ErrorTerm, confidence: float) -> float:
     """Return the standard deviation of a normal error whose interval is as wide as the interval of `error`."""
     return combined_half_width([error], confidence) / half_width_of_bed(1.0, confidence)
 

@@ -89,7 +89,7 @@ class Checked:
             if self.robot and self.robot.medium:
                 lines.append(self.robot.summary())
             if self.not_opened:
-                from rftfit.measure.readable import LARGEST_BYTES
+                from rftfit.measure.preview import LARGEST_BYTES
 
                 runs = count(self.not_opened, "run")
                 largest_mb = LARGEST_BYTES / 1e6
@@ -150,7 +150,7 @@ def check_all(config: Path, *, diagnose: bool = False) -> Checked:
         # answered before the slow imports below, which read a campaign
         return Checked([no_campaign])
     from rftfit.campaign.load import check_campaign
-    from rftfit.measure.readable import measure_for_check
+    from rftfit.measure.preview import measure_for_check
     from rftfit.robot.tracks import check_robot
 
     campaign, problems = check_campaign(config)

@@ -24,12 +24,12 @@ _AT_A_TIME, _ROWS = 256, 500
 
 
 @dataclass
-class Opened:
-    """Result of reading the logs of some runs.
+class LogPreview:
+    """Problems in the logs of a medium, and how many of its runs were read to find them.
 
-    `problems`: One for each sort of reason, with the runs that have it.
+    `problems`: One for each code of a reason or flag, with the runs that have it.
     `runs`: Number of runs whose logs were read.
-    `passed_over`: Number of runs with a log that is too large.
+    `passed_over`: Number of runs that were not read, as a log is larger than `LARGEST_BYTES`.
     """
 
     problems: list[Problem] = field(default_factory=list)
@@ -37,21 +37,22 @@ class Opened:
     passed_over: int = 0
 
 
-def measure_for_check(campaign: Campaign) -> list[Opened]:
+def measure_for_check(campaign: Campaign) -> list[LogPreview]:
     """Measure each medium as `rftfit run` does, and report which runs it would drop or doubt, and why."""
     table_settings = campaign.config.table
     if table_settings is not None and table_settings.holds == "alpha":
         return []
-    sizes = {run.run_id: _log_sizes(campaign, run) for run in campaign.runs}
-    large = {
-        name
-        for name, sizes_of_logs in sizes.items()
-        if max(filter(None, sizes_of_logs), default=0) > LARGEST_BYTES
-    }
+    large, absent = set(), set()
+    for run in campaign.runs:
+        logs = filter(None, (run.force_log, run.motion_log, run.zero_log))
+        sizes = [campaign.size_of(log) for log in logs]
+        if None in sizes:
+            absent.add(run.run_id)
+        if any(size and size > LARGEST_BYTES for size in sizes):
+            large.add(run.run_id)
     # pushes of other media in the same session show the clocks too
     small = tuple(run for run in campaign.runs if run.run_id not in large)
     clocks = find_session_clocks(replace(campaign, runs=small))
-    absent = {name for name, sizes_of_logs in sizes.items() if None in sizes_of_logs}
     return [
         _open_medium(campaign, medium, large, absent, clocks) for medium in campaign.media_with_runs
     ]
@@ -59,18 +60,17 @@ def measure_for_check(campaign: Campaign) -> list[Opened]:
 
 def _open_medium(
     campaign: Campaign, medium: str, large: set[str], absent: set[str], clocks: SessionClocks | None
-) -> Opened:
+) -> LogPreview:
     """Measure one medium. A problem is an error if it leaves no plate and no leg of the medium, else a warning.
 
     `large`, `absent`: run_ids with a log that is too large, or missing.
     """
-    preview = Opened()
-    form = campaign.config.table
+    is_table = campaign.config.table is not None
     all_runs = campaign.runs_of(medium)
-    runs = [run for run in all_runs if form or not {run.run_id, run.tare_run} & large]
-    preview.passed_over = len(all_runs) - len(runs)
-    reasons, flags = _measure_runs(_thin_out(campaign) if form else campaign, medium, runs, clocks)
-    if form:
+    runs = [run for run in all_runs if is_table or not {run.run_id, run.tare_run} & large]
+    measured = _thin_out(campaign) if is_table else campaign
+    reasons, flags = _measure_runs(measured, medium, runs, clocks)
+    if is_table:
         # some rows may give no alpha where all rows give one, so refused runs are measured again with all
         refused_runs = [run for run in runs if reasons[run.run_id]]
         reasons |= _measure_runs(campaign, medium, refused_runs, clocks)[0]
@@ -80,26 +80,24 @@ def _open_medium(
         }
     # excluded and absent runs are already reported with the run sheet
     opened = [run for run in runs if not run.excluded and run.run_id not in absent]
-    preview.runs = len(opened)
-    refused: dict[str, dict[Run, Remark]] = defaultdict(dict)
-    doubted: dict[str, dict[Run, Remark]] = defaultdict(dict)
-    for run in opened:
-        for reason in reasons[run.run_id]:
-            refused[reason.code][run] = reason
-        for flag in flags[run.run_id]:
-            doubted[flag.code].setdefault(run, flag)
-    lost = {run for members in refused.values() for run in members}
+    preview = LogPreview(runs=len(opened), passed_over=len(all_runs) - len(runs))
+    members: dict[tuple[str, str], dict[Run, Remark]] = defaultdict(dict)
+    for outcome, remarks in (("refused", reasons), ("flagged", flags)):
+        for run in opened:
+            for remark in remarks[run.run_id]:
+                members[outcome, remark.code].setdefault(run, remark)
+    lost = {run for (outcome, _), runs in members.items() if outcome == "refused" for run in runs}
     judged_runs = [run for run in opened if run.kind not in TARE_KINDS] or opened
-    severity: Severity = "error" if lost.issuperset(judged_runs) else "warning"
-    for members_by_code, code, fate in (
-        (refused, "refused", "dropped"),
-        (doubted, "flagged", "flagged"),
-    ):
-        for members in members_by_code.values():
-            place = _make_place(medium, list(members), len(opened), f"would be {fate}")
-            text = str(next(iter(members.values())))
-            preview.problems.append(Problem(f"logs.{code}", place, None, text, severity=severity))
-        severity = "warning"
+    leaves_none = lost.issuperset(judged_runs)
+    for (outcome, _), remark_by_run in members.items():
+        is_refused = outcome == "refused"
+        fate = "dropped" if is_refused else "flagged"
+        place = _make_place(medium, list(remark_by_run), len(opened), f"would be {fate}")
+        sentence = str(next(iter(remark_by_run.values())))
+        severity: Severity = "error" if is_refused and leaves_none else "warning"
+        preview.problems.append(
+            Problem(f"logs.{outcome}", place, None, sentence, severity=severity)
+        )
     return preview
 
 
@@ -113,21 +111,21 @@ def _measure_runs(
     reasons: _Remarks = {}
     flags: _Remarks = {}
     for portion in _split_runs(runs):
-        part_campaign = replace(campaign, runs=portion)
+        runs_together = replace(campaign, runs=portion)
         if campaign.numbers:
-            samples, status, book = ingest_table(part_campaign, medium)
+            samples, status, ledger = ingest_table(runs_together, medium)
         else:
-            samples, status, book = ingest_medium(part_campaign, medium, clocks)
-        tared, tares, _ = tare_medium(part_campaign, medium, samples, status)
-        fits, _, book_of_fits = fit_medium(
-            part_campaign, medium, status, tared, tares, verdicts_only=True
+            samples, status, ledger = ingest_medium(runs_together, medium, clocks)
+        tared, tares, _ = tare_medium(runs_together, medium, samples, status)
+        fits, _, ledger_of_fits = fit_medium(
+            runs_together, medium, status, tared, tares, verdicts_only=True
         )
         for table in (status, tares, fits):
             rows = table[["run_id", *REASON]].to_dict("records")
             reasons |= {row["run_id"]: reason_of(row) for row in rows}
         flags |= dict.fromkeys(status["run_id"], ())
-        gives_back = [flag for flag in book_of_fits.flags if flag.code == "gives-back"]
-        for flag in (*book.flags, *gives_back):
+        gives_back = [flag for flag in ledger_of_fits.flags if flag.code == "gives-back"]
+        for flag in (*ledger.flags, *gives_back):
             flags[flag.run_id] += (flag,)
     return reasons, flags
 
@@ -148,11 +146,6 @@ def _split_runs(runs: list[Run]) -> Iterator[tuple[Run, ...]]:
         portion = runs[start : start + _AT_A_TIME]
         tare_runs = [tares[run.tare_run] for run in portion if run.tare_run in tares]
         yield tuple(dict.fromkeys([*portion, *tare_runs]))
-
-
-def _log_sizes(campaign: Campaign, run: Run) -> list[int | None]:
-    """Sizes of the logs of a run, bytes; None for a missing file."""
-    return [campaign.size_of(log) for log in (run.force_log, run.motion_log, run.zero_log) if log]
 
 
 def _make_place(medium: str, members: list[Run], n_runs: int, fate: str) -> Place:
