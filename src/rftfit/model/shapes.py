@@ -18,10 +18,11 @@ from rftfit.conventions import FloatArray, mirror, wrap_beta
 from rftfit.directions import TOLERANCE_DEG
 from rftfit.model.draws import SEED_OF_MAPS
 from rftfit.model.energy import mean_effort, takes_energy
-from rftfit.model.likelihood import Likelihood
+from rftfit.model.likelihood import Likelihood, Measurements
 from rftfit.model.observations import Angles
 from rftfit.model.prior import (
     ZERO_VARIANCE,
+    Blocks,
     Prior,
     Variation,
     rough_kernel,
@@ -86,18 +87,17 @@ class Shapes:
         prior = self.prior(*PUBLISHED_GRID)
         mean = prior.mean
         # alpha that is 0 by symmetry has no variance
-        varies = np.diag(prior.covariance(0.0)) > ZERO_VARIANCE
+        varies = np.flatnonzero(np.diag(prior.covariance(0.0)) > ZERO_VARIANCE)
         # a medium with exactly the mean shape, measured everywhere without error
-        exact = 1e-6 * np.abs(mean).max() * np.eye(int(varies.sum()))
-        likelihood = Likelihood(prior, np.flatnonzero(varies), 0.0, mean[varies], exact**2)
-        is_x = np.arange(mean.size)[varies] >= mean.size // 2
-        allowed = likelihood.horizontal(is_x, 1.0)[1]
+        exact = (1e-6 * np.abs(mean).max()) ** 2 * np.eye(varies.size)
+        likelihood = Likelihood(Measurements(prior, varies, mean[varies], exact), 0.0)
+        allowed = likelihood.fit_horizontal_ratio(varies >= mean.size // 2, 1.0)[1]
         return float(log_ratios.std(ddof=1)) * np.sqrt(1 + 1 / log_ratios.size), allowed
 
     def horizontal_error(self, seen: float) -> float:
         """Return the standard deviation of an estimate of log(alpha_x / alpha_z) of a medium like the known ones.
 
-        `seen`: standard error of the estimate from some pushes by `Likelihood.horizontal`. It includes what C and K
+        `seen`: standard error of the estimate from some pushes by `Likelihood.fit_horizontal_ratio`. It includes what C and K
         allow, which is replaced by the scatter of the known media.
         """
         known_spread, allowed = self.horizontal_spread
@@ -161,20 +161,26 @@ class Shapes:
         course = courses.mean(axis=0)
         by_friction = (courses - course) / np.sqrt(len(courses) - 1)
         between = np.concatenate([between, by_friction, variation.course_share * course[None]])
-        amplitude = variation.floor + variation.share * np.abs(mean)
+        amplitudes = np.split(variation.floor + variation.share * np.abs(mean), 2)
         amplitude_on_grid = variation.floor + variation.share * np.abs(self._mean_on_grid)
-        smooth = symmetric_correlation(beta, gamma, partial(smooth_kernel, variation))
-        rough = symmetric_correlation(beta, gamma, partial(rough_kernel, variation))
+        rough_variance = np.mean(amplitude_on_grid**2)
+        smooth, rough = (
+            symmetric_correlation(beta, gamma, partial(kernel, variation))
+            for kernel in (smooth_kernel, rough_kernel)
+        )
+        z_and_x = tuple(np.split(np.arange(mean.size), 2))
         return Prior(
             mean,
             between,
-            smooth.changed(lambda at, k: np.outer(amplitude[at], amplitude[at]) * k),
-            rough.changed(lambda _, r: np.mean(amplitude_on_grid**2) * r),
+            Blocks(
+                z_and_x, tuple(np.outer(a, a) * k for a, k in zip(amplitudes, smooth, strict=True))
+            ),
+            Blocks(z_and_x, tuple(rough_variance * r for r in rough)),
         )
 
     @property
     def tilt(self) -> float:
-        """Exponent that makes media of large effort less likely (`Posterior.draws`): `TILT_SHARE` of the full tilt."""
+        """Exponent that makes media of large effort less likely (`Posterior.draw_media`): `TILT_SHARE` of the full tilt."""
         return TILT_SHARE * self._full_tilt if TILT_SHARE else 0.0
 
     @cached_property
