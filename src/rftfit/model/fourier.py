@@ -110,9 +110,7 @@ def fit_dft_index(
             "degrees in both angles in steps of at most "
             f"{WIDEST_DEG:g}, symmetric about 0 and with 0 in it; method lsq takes any directions"
         )
-    alpha_z, alpha_x = (
-        grid.closed(component)[2] for component in grid.torus.complete(alpha_z, alpha_x)
-    )
+    _, _, alpha_z, alpha_x = grid.complete(alpha_z, alpha_x)
     rows, columns = alpha_z.shape[-2:]
     beta_index = (np.arange(rows) - rows // 2) * np.pi / rows
     gamma_index = (np.arange(columns) - columns // 2) * 2 * np.pi / columns

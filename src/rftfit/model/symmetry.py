@@ -122,36 +122,41 @@ class Rectangle(NamedTuple):
     torus: Torus
     node: npt.NDArray[np.intp]
 
-    def closed(self, alpha: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Extend the grid to beta from -90 to 90 and gamma from -180 to 180 degrees, where opposite ends are equal.
+    def complete(
+        self, alpha_z: FloatArray, alpha_x: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Complete alpha of the cells by mirror images, and by periods to beta -90 to 90 and gamma -180 to 180 degrees.
 
-        If no line lies at an end, alpha there is interpolated. In a gap wider than `WIDEST_DEG` a line of
-        NaN is added. `alpha`: shape (..., m), in the directions of the torus. Returns beta, gamma (rad) and alpha on
-        this grid.
+        If no line lies at an end, alpha there is interpolated; opposite ends are equal. In a gap wider than
+        `WIDEST_DEG` a line of NaN is added. `alpha_z`, `alpha_x`: shape (..., n), in the cells of the table. Returns
+        the lines of the completed grid in beta and gamma (rad), and both alpha at its nodes, shape (..., lines of beta,
+        lines of gamma).
         """
-        filled = np.where(self.node >= 0, alpha[..., self.node], np.nan)
-        gamma, values = _close(self.gamma, filled, np.pi)
-        beta, turned = _close(self.beta, np.swapaxes(values, -1, -2), np.pi / 2)
-        # contiguous, so that `TableProfile.parameters` needs no copy
-        return beta, gamma, np.ascontiguousarray(np.swapaxes(turned, -1, -2))
+        completed = []
+        for alpha in self.torus.complete(alpha_z, alpha_x):
+            filled = np.where(self.node >= 0, alpha[..., self.node], np.nan)
+            gamma, filled = _close(self.gamma, filled, np.pi)
+            beta, filled = _close(self.beta, np.swapaxes(filled, -1, -2), np.pi / 2)
+            # contiguous, so that `TableProfile.parameters` needs no copy
+            completed.append(np.ascontiguousarray(np.swapaxes(filled, -1, -2)))
+        return beta, gamma, completed[0], completed[1]
 
 
-def _close(nodes: FloatArray, values: FloatArray, half: float) -> tuple[FloatArray, FloatArray]:
-    """Extend values of a periodic angle along the last axis to both ends; `nodes` lie in [-half, half), rad."""
+def _close(nodes: FloatArray, alpha: FloatArray, half: float) -> tuple[FloatArray, FloatArray]:
+    """Extend alpha at `nodes` of a periodic angle, along the last axis, to both ends -half and half of the period, rad."""
     widest = np.radians(WIDEST_DEG)
     if np.isclose(nodes[0], -half):
-        end = values[..., :1]
         nodes = np.append(nodes, half)
-        values = np.concatenate([values, end], axis=-1)
+        alpha = np.concatenate([alpha, alpha[..., :1]], axis=-1)
     else:
         gap = nodes[0] + 2 * half - nodes[-1]
         share = (half - nodes[-1]) / gap if gap <= widest else np.nan
-        end = (1 - share) * values[..., -1:] + share * values[..., :1]
+        end = (1 - share) * alpha[..., -1:] + share * alpha[..., :1]
         nodes = np.concatenate([[-half], nodes, [half]])
-        values = np.concatenate([end, values, end], axis=-1)
+        alpha = np.concatenate([end, alpha, end], axis=-1)
     wide = np.flatnonzero(np.diff(nodes) > widest)
     middle = (nodes[wide] + nodes[wide + 1]) / 2
-    return np.insert(nodes, wide + 1, middle), np.insert(values, wide + 1, np.nan, axis=-1)
+    return np.insert(nodes, wide + 1, middle), np.insert(alpha, wide + 1, np.nan, axis=-1)
 
 
 def rectangle(beta: FloatArray, gamma: FloatArray) -> Rectangle | None:
