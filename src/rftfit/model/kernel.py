@@ -366,9 +366,8 @@ def pose_forces(
             w,
         )
         forces[p, 0], forces[p, 1] = force_z, force_x
-        forces[p, 2] = (
-            moment + 0.0 * poses[p, 0]
-        )  # NaN if x of the pose is NaN, even above the surface
+        # NaN if x of the pose is NaN, even above the surface
+        forces[p, 2] = moment + 0.0 * poses[p, 0]
     return forces
 
 

@@ -29,8 +29,8 @@ def law(normal: FloatArray, velocity: FloatArray) -> FloatArray:
     """
     # turned down; the normal of a vertical face is turned to where the face moves
     m = normal * _sign(-normal[..., -1], _dot(normal, velocity))[..., None]
-    x = np.stack([-velocity[..., -1], -m[..., -1], _dot(m, velocity)])
-    terms = np.stack([x[[*factors]].prod(axis=0) for factors in _TERMS["factors"]])
+    products = np.stack([-velocity[..., -1], -m[..., -1], _dot(m, velocity)])  # v.g, m.g, m.v
+    terms = np.stack([products[[*factors]].prod(axis=0) for factors in _TERMS["factors"]])
     along_m, along_v, down = np.tensordot(COEFFICIENTS, terms, axes=1)[..., None]
     gravity = np.zeros(m.shape[-1])
     gravity[-1] = -1

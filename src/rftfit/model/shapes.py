@@ -140,12 +140,11 @@ class Shapes:
         corner of alpha their mean would be too small.
         """
         step_deg = _CHOSEN.slope_step_deg
-        steps = step_deg * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
-        beta, gamma = (
-            np.radians(angles + steps[:, axis, None]).ravel()
-            for axis, angles in enumerate((beta_deg, gamma_deg))
-        )
-        mean = self.of_media(beta, gamma).mean(axis=0).reshape(2, len(steps), -1)
+        # no step, a step up and down in beta, a step up and down in gamma
+        beta_steps, gamma_steps = step_deg * np.array([[0, 1, -1, 0, 0], [0, 0, 0, 1, -1]])
+        beta = np.radians(beta_deg + beta_steps[:, None]).ravel()
+        gamma = np.radians(gamma_deg + gamma_steps[:, None]).ravel()
+        mean = self.of_media(beta, gamma).mean(axis=0).reshape(2, beta_steps.size, -1)
         above, below = mean[:, 1::2] - mean[:, :1], mean[:, :1] - mean[:, 2::2]
         size = np.hypot(above, below) / (np.sqrt(2) * step_deg)
         return mean[:, 0], np.moveaxis(np.copysign(size, above + below), 1, -1)
@@ -289,14 +288,12 @@ def course_between_lines(beta: FloatArray, gamma: FloatArray) -> FloatArray:
 
 def _law_less_its_lines(friction: float, beta: FloatArray, gamma: FloatArray) -> FloatArray:
     """Return `course_between_lines` for one friction, shape (2 n,)."""
-    image = mirror(beta, gamma)
-    # the mean with the mirror image has exactly the symmetry of alpha; a plate at 90 degrees is the one at -90
-    law_here, law_at_mirror = (
-        alpha_3drft(wrap_beta(angles[0]), angles[1], friction) for angles in ((beta, gamma), image)
-    )
-    law = np.concatenate(
-        [(law_here[0] + law_at_mirror[0]) / 2, (law_here[1] - law_at_mirror[1]) / 2]
-    )
+    image_beta, image_gamma = mirror(beta, gamma)
+    # a plate at 90 degrees is the one at -90
+    z, x = alpha_3drft(wrap_beta(beta), gamma, friction)
+    z_of_image, x_of_image = alpha_3drft(wrap_beta(image_beta), image_gamma, friction)
+    # the mean with the mirror image has exactly the symmetry of alpha
+    law = np.concatenate([(z + z_of_image) / 2, (x - x_of_image) / 2])
     return law - np.concatenate(_law_on_lines(friction).alpha(beta, gamma))
 
 
