@@ -271,7 +271,7 @@ def _independent_parts(rest: Blocks, covariance: FloatArray) -> list[npt.NDArray
 
 def are_independent(covariance: FloatArray) -> bool:
     """Return True if a covariance of errors is diagonal."""
-    return np.count_nonzero(covariance) == np.count_nonzero(np.diag(covariance))
+    return bool(np.count_nonzero(covariance) == np.count_nonzero(np.diag(covariance)))
 
 
 def whitening(covariance: FloatArray) -> FloatArray:

@@ -101,7 +101,8 @@ class ObservedSystem:
         cls, observations: Sequence[Observation], nodes: Angles, mean: FloatArray, root: FloatArray
     ) -> ObservedSystem:
         """Make the system for nodes (beta, gamma), rad; observations of one body share an error of the model."""
-        mean_profile = TableProfile(*mean.reshape(2, -1), *nodes)
+        mean_z, mean_x = mean.reshape(2, -1)
+        mean_profile = TableProfile(mean_z, mean_x, *nodes)
         by_body: dict[int, list[Observation]] = {}
         for observation in observations:
             by_body.setdefault(id(observation.body), []).append(observation)

@@ -293,13 +293,20 @@ class PushedNodes(NamedTuple):
                 entries.append(
                     np.stack(np.broadcast_arrays(component, node, number_of[component, push], sign))
                 )
-        *indices, sign = np.concatenate(entries, axis=1)
-        return cls(is_pushed, *(index.astype(np.intp) for index in indices), sign)
+        measured = np.concatenate(entries, axis=1)
+        component, node, number = measured[:3].astype(np.intp)
+        return cls(is_pushed, component, node, number, sign=measured[3])
 
     def first(self, count: int) -> PushedNodes:
         """Return those that are among the first `count` nodes."""
         is_first = self.node < count
-        return PushedNodes(self.is_pushed[:count], *(entry[is_first] for entry in self[1:]))
+        return PushedNodes(
+            self.is_pushed[:count],
+            self.component[is_first],
+            self.node[is_first],
+            self.number[is_first],
+            self.sign[is_first],
+        )
 
     def put(self, alpha: FloatArray, numbers: FloatArray) -> None:
         """Write measured numbers, shape (..., k), into alpha at the nodes, shape (..., 2, n)."""

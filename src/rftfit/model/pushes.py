@@ -262,11 +262,12 @@ def _normal_error(error: Part, confidence: float) -> float:
 def merged(pushes: Pushes) -> Pushes:
     """Replace repeated pushes of a direction by their mean, weighted by their errors, with its error."""
     direction = np.empty(pushes.beta.size, dtype=np.intp)
-    first_pushes, sign_x = [], np.empty(pushes.beta.size)
+    first_pushes: list[int] = []
+    sign_x = np.empty(pushes.beta.size)
     for same_pushes, signs in _by_direction(pushes):
         direction[same_pushes] = len(first_pushes)
         sign_x[same_pushes] = signs[1]
-        first_pushes.append(same_pushes[0])
+        first_pushes.append(int(same_pushes[0]))
     alpha, covariance = pushes.alpha.ravel(), pushes.covariance
     is_known = np.isfinite(alpha) & np.isfinite(np.diag(covariance))
     count = len(first_pushes)

@@ -211,8 +211,8 @@ def reference_from(
     name: str,
     chi: Mapping[str, float],
     coefficients: Mapping[str, FloatArray],
-    *,
     tables: Mapping[str, TableProfile],
+    *,
     printed: bool = False,
 ) -> Reference:
     """Make a `Reference`.
