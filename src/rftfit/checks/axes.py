@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from rftfit.checks.declared import SOUND_ALPHA, Check, MediumMeasurements, Words, declare_check
+from rftfit.checks.declared import SOUND_ALPHA, Check, MediumMeasurements, Sentences, declare_check
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.verdict_words import BETA_AND_X_REVERSED, BETA_REVERSED, PULLS, UNUSABLE
 from rftfit.store.chosen import chosen
@@ -70,34 +70,34 @@ def axes_are_stated_in(measured: MediumMeasurements) -> str:
     after=SOUND_ALPHA,
     needed=True,
     outcomes={
-        "axes": Words(
+        "axes": Sentences(
             "the given axes explain alpha at least 10^{power:.0f} times better than any others",
             f"at least {_CLEARLY} better than any others",
         ),
-        "axes-others": Words(
+        "axes-others": Sentences(
             "with {axes} alpha is explained 10^{power:.0f} times better than as given, by the shape of known media",
             f"no axes explain alpha {_CLEARLY} better than the given ones",
             "axes or signs look wrong in all runs ({found}): look at {where}.",
         ),
-        "axes-pulls": Words(
+        "axes-pulls": Sentences(
             "beta of pulls with the other sign explains alpha 10^{power:.0f} times better than the given one, by the shape of "
             "known media",
             "beta as given explains alpha of pulls at least as well",
             "beta of pulls has the wrong sign ({found}): look at beta_deg of runs with a negative gamma_deg.",
             "beta of pulls has the wrong sign",
         ),
-        "axes-pulls-open": Words(
+        "axes-pulls-open": Sentences(
             "the given axes explain alpha at least 10^{power:.0f} times better than any others; these directions do not tell "
             "whether beta of pulls has the right sign",
             f"at least {_CLEARLY} better than any others",
         ),
-        "axes-beta-open": Words(
+        "axes-beta-open": Sentences(
             "the given axes explain alpha at least 10^{power:.0f} times better than any others; these directions do not tell "
             "whether beta has the right sign",
             f"at least {_CLEARLY} better than any others",
         ),
-        "axes-open": Words("these directions do not tell the given axes from others: {axes}"),
-        "axes-no-runs": Words("no run has both components of alpha"),
+        "axes-open": Sentences("these directions do not tell the given axes from others: {axes}"),
+        "axes-no-runs": Sentences("no run has both components of alpha"),
     },
 )
 def check_axes(measured: MediumMeasurements) -> Check:

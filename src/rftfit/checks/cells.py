@@ -17,7 +17,7 @@ from rftfit.checks.declared import (
     SOUND_LOGS,
     Check,
     MediumMeasurements,
-    Words,
+    Sentences,
     declare_check,
     describe_rows,
     flags_on,
@@ -46,18 +46,18 @@ _WORK_FOUND = "{negative}; the worst has D = {worst:.3g} N/cm^3, which must exce
     fault="the medium seems to give energy to the plates",
     after=SOUND_LOGS,
     outcomes={
-        "work": Words(
+        "work": Sentences(
             _WORK_FOUND,
             "{allowed}",
             "the signs of forces or motion are wrong in some runs ({negative}: {rows}): look at the direction, the angles "
             "and the logs of these runs, then at {where}.",
         ),
-        "work-axes": Words(
+        "work-axes": Sentences(
             _WORK_FOUND,
             "{allowed}",
             "axes or signs look wrong in all runs: alpha fits with {axes} ({negative}): look at {where}.",
         ),
-        "work-no-cell": Words("no cell has alpha"),
+        "work-no-cell": Sentences("no cell has alpha"),
     },
 )
 def check_work(measured: MediumMeasurements) -> Check:
@@ -108,20 +108,20 @@ _SYMMETRY_CAUSE = "on plates on vertical paths a horizontal force acts to one si
     fault="plates on vertical paths are pushed to one side",
     after=SOUND_ALPHA,
     outcomes={
-        "symmetry": Words(
+        "symmetry": Sentences(
             _SYMMETRY_FOUND,
             _SYMMETRY_ALLOWED,
             f"{_SYMMETRY_CAUSE}at transducer.turn_deg and transducer.axes, and for a bent plate or a slanted bed.",
         ),
-        "symmetry-pair": Words(
+        "symmetry-pair": Sentences(
             f"{_SYMMETRY_FOUND}; (\N{PLUS-MINUS SIGN}{{size_deg:g}}, {{gamma_deg:g}}) deg are off from that by "
             "{errors:.1f} times their error",
             _SYMMETRY_ALLOWED,
             f"{_SYMMETRY_CAUSE}at the sign of beta_deg in the runs at ({{beta_deg:g}}, {{gamma_deg:g}}) and "
             "({image_deg:g}, {gamma_deg:g}) deg.",
         ),
-        "symmetry-no-x": Words("the force along x was not measured"),
-        "symmetry-no-cell": Words("no alpha at (0, 90) deg, and no mirror images"),
+        "symmetry-no-x": Sentences("the force along x was not measured"),
+        "symmetry-no-cell": Sentences("no alpha at (0, 90) deg, and no mirror images"),
     },
 )
 def check_symmetry(measured: MediumMeasurements) -> Check:
@@ -159,13 +159,13 @@ def check_symmetry(measured: MediumMeasurements) -> Check:
     fault="up is harder than down for a level plate",
     after=SOUND_ALPHA,
     outcomes={
-        "up_down": Words(
+        "up_down": Sentences(
             "alpha_z(0, 90) = {down:.3g}, alpha_z(0, -90) = {up:.3g} N/cm^3",
             "alpha_z(0, 90) above the size of alpha_z(0, -90)",
             "pulling a level plate up takes more than pushing it down ({found}): look whether intrusions and extractions "
             "are exchanged in the run sheet.",
         ),
-        "up_down-no-cell": Words("no alpha at {cells} deg"),
+        "up_down-no-cell": Sentences("no alpha at {cells} deg"),
     },
 )
 def check_up_down(measured: MediumMeasurements) -> Check:

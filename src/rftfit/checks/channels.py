@@ -17,7 +17,7 @@ from rftfit.checks.axes import CLEAR, find_likelier_axes
 from rftfit.checks.declared import (
     Check,
     MediumMeasurements,
-    Words,
+    Sentences,
     declare_check,
     describe_rows,
     flags_on,
@@ -47,12 +47,12 @@ Cause = tuple[Remark, list[Remark]]
     fault="a force channel is dead, frozen, clipped, reversed or exchanged",
     after=("sheet",),
     outcomes={
-        "channels": Words(
+        "channels": Sentences(
             "{causes}",
             "below {frozen:.0%} of a stroke at one reading, no end in common below the range",
             "{causes}.",
         ),
-        "channels-unread": Words("no readings of channels"),
+        "channels-unread": Sentences("no readings of channels"),
     },
 )
 def check_channels(measured: MediumMeasurements) -> Check:

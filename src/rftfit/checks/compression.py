@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from rftfit.checks.declared import SOUND_LOGS, Check, MediumMeasurements, Words, declare_check
+from rftfit.checks.declared import SOUND_LOGS, Check, MediumMeasurements, Sentences, declare_check
 from rftfit.checks.law import BEFOREHAND_DOF
 from rftfit.conventions import FloatArray
 from rftfit.directions import number_rows
@@ -36,17 +36,17 @@ _ALLOWED = "{least:+.2f} to {most:+.2f}"
     fault="large forces are shown otherwise than small ones",
     after=(*SOUND_LOGS, "surface"),
     outcomes={
-        "compression": Words(_FOUND, _ALLOWED),
-        "compression-told": Words(
+        "compression": Sentences(_FOUND, _ALLOWED),
+        "compression-told": Sentences(
             _FOUND,
             _ALLOWED,
             "{found}: the channels show the largest force some {percent:.0f} % too {side}. Look at the range of the "
             "amplifier, and hang known weights up to the largest force on the transducer.",
         ),
-        "compression-few": Words(
+        "compression-few": Sentences(
             "fewer than {fewest} directions of pushes with a force that tells an exponent"
         ),
-        "compression-open": Words(
+        "compression-open": Sentences(
             "a change of the exponent below {most:.2f} up to the largest force would not be told"
         ),
     },

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from rftfit.checks.declared import Check, Words
+from rftfit.checks.declared import Check, Sentences
 from rftfit.checks.runs import SURE
 from rftfit.conventions import FloatArray
 from rftfit.directions import number_rows
@@ -41,26 +41,26 @@ _LAW_ALLOWED = (
     f"{LINE_POWERS}, and a begin {{start_most_mm:.1f}} mm from the surface of either sign"
 )
 LAW_OUTCOMES = {
-    "law-line": Words(
+    "law-line": Sentences(
         "stress of pushes grows as depth^{power:.2f}, or begins {start_mm:.1f} mm {side} the surface",
         _LAW_ALLOWED,
     ),
-    "law-open": Words(
+    "law-open": Sentences(
         "stress of pushes grows as depth^{power:.2f}; a power would be told only beyond "
         + LINE_POWERS
     ),
-    "law-power": Words(
+    "law-power": Sentences(
         "stress of pushes grows as depth^{power:.2f}",
         _LAW_ALLOWED,
         "{found}: a line through zero is up to {off:.0%} off within its window, so alpha depends on the window; results/"
         "alpha_at_depth has stress over depth at stated depths.",
     ),
-    "law-crust": Words(
+    "law-crust": Sentences(
         "stress of {count} of {size} pushes has a peak near the surface, {above:.0%} (median) above the line through the deeper part",
         "less than half of the pushes",
         "{found}: a crust that breaks. A line through zero holds below it at most: fit.submergence_cm leaves out what lies above.",
     ),
-    "law-intercept": Words(
+    "law-intercept": Sentences(
         "stress of pushes is c + alpha depth with c = {intercept:.3g} N/cm^2 (median), as if it began {start_mm:.1f} mm {side} the "
         "surface",
         _LAW_ALLOWED,

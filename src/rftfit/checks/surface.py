@@ -17,7 +17,7 @@ from rftfit.checks.declared import (
     SOUND_LOGS,
     Check,
     MediumMeasurements,
-    Words,
+    Sentences,
     declare_check,
     describe_rows,
     flags_on,
@@ -52,7 +52,7 @@ from rftfit.store.chosen import chosen
 _CHOSEN = chosen("checks", "surface")
 
 
-_ROD_IN_IT = Words("the force on the rod, which begins elsewhere, is in it")
+_ROD_IN_IT = Sentences("the force on the rod, which begins elsewhere, is in it")
 _SURFACE_FOUND = "stress begins {push} in pushes{pull}"
 _SURFACE_ALLOWED = "{most_mm:.1f} mm of either sign{by_cause}"
 _LATE = (
@@ -73,30 +73,30 @@ _SURFACE_OTHER = "in {count} of {size} runs than in the others ({rows}): look at
     after=SOUND_LOGS,
     outcomes={
         "rod-in-it": _ROD_IN_IT,
-        "natural-sand": Words("stress is a line only near the surface of a natural sand"),
-        "few-pushes": Words("too few pushes with a slope of their own"),
-        "surface": Words(_SURFACE_FOUND, _SURFACE_ALLOWED),
-        "surface-late": Words(_SURFACE_FOUND, _SURFACE_ALLOWED, _LATE, _LATE_FAULT),
-        "surface-off": Words(_SURFACE_FOUND, _SURFACE_ALLOWED, f"the {_SURFACE}."),
-        "surface-late-off": Words(_SURFACE_FOUND, _SURFACE_ALLOWED, f"{_LATE} The {_SURFACE}."),
-        "surface-differs": Words(
+        "natural-sand": Sentences("stress is a line only near the surface of a natural sand"),
+        "few-pushes": Sentences("too few pushes with a slope of their own"),
+        "surface": Sentences(_SURFACE_FOUND, _SURFACE_ALLOWED),
+        "surface-late": Sentences(_SURFACE_FOUND, _SURFACE_ALLOWED, _LATE, _LATE_FAULT),
+        "surface-off": Sentences(_SURFACE_FOUND, _SURFACE_ALLOWED, f"the {_SURFACE}."),
+        "surface-late-off": Sentences(_SURFACE_FOUND, _SURFACE_ALLOWED, f"{_LATE} The {_SURFACE}."),
+        "surface-differs": Sentences(
             _SURFACE_FOUND,
             _SURFACE_ALLOWED,
             f"stress begins {{gap_mm:.1f}} mm {{side}} {_SURFACE_OTHER}surface_z_mm of these runs.",
         ),
-        "lag-differs": Words(
+        "lag-differs": Sentences(
             _SURFACE_FOUND,
             _SURFACE_ALLOWED,
             f"the force log is {{gap_s:.2g}} s {{side}} {_SURFACE_OTHER}the clocks of these runs.",
             _LATE_FAULT,
         ),
-        "surface-of-path": Words(
+        "surface-of-path": Sentences(
             _SURFACE_FOUND,
             _SURFACE_ALLOWED,
             "stress begins {gap_mm:.1f} mm {side} in the {count} pushes at gamma {gamma_deg:g} deg than in the {others} at other "
             "angles of the path ({rows}): look at surface_z_mm of these runs, and where a slanted stage stands at the surface.",
         ),
-        "surface-curved": Words(
+        "surface-curved": Sentences(
             "stress looks curved, so where a line through it begins does not tell the surface"
         ),
     },
@@ -122,20 +122,20 @@ _LINE_ALLOWED = (
     outcomes={
         **LAW_OUTCOMES,
         "rod-in-it": _ROD_IN_IT,
-        "linearity": Words(
+        "linearity": Sentences(
             _LINE_FOUND,
             _LINE_ALLOWED,
             "stress is not proportional to depth ({found}): a line through zero depends on its window.",
         ),
-        "linearity-or-surface": Words(
+        "linearity-or-surface": Sentences(
             _LINE_FOUND,
             _LINE_ALLOWED,
             "{found}, or the surface is wrong ({surface}): look at arm.surface_z_mm and surface_z_mm; or, where stress begins "
             "above the surface, the sand sticks together (cohesion), as wet sand does. These logs cannot distinguish them.",
             "stress is not proportional to depth, or does not begin at the stated surface",
         ),
-        "linearity-few": Words("too few pushes with a power of their own"),
-        "linearity-open": Words(
+        "linearity-few": Sentences("too few pushes with a power of their own"),
+        "linearity-open": Sentences(
             f"{_LINE_FOUND}; only beyond {LINE_POWERS} would another power be told"
         ),
     },

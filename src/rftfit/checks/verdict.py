@@ -91,6 +91,6 @@ def verdict_on(checks: pd.DataFrame, fits: pd.DataFrame, flags: Flags) -> Verdic
             return Verdict(NOT_CHECKED, str(unchecked[check]))
     codes = set(checks["code"])
     open_questions = [
-        str(remark(words)) for code, words in _OPEN_QUESTIONS.items() if code in codes
+        str(remark(asked)) for code, asked in _OPEN_QUESTIONS.items() if code in codes
     ]
     return Verdict(SOUND, "; ".join(open_questions))
