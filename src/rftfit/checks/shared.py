@@ -125,7 +125,9 @@ def _describe_told(row: Mapping[Any, Any], measured: MediumMeasurements) -> Rema
     group, run_ids = row["group"], row["run_ids"].split()
     if group in ("from-run", "window"):
         first, last = measured.sheet[run_ids[0]], measured.sheet[run_ids[-1]]
-        of_last = {"last_row": last.row, "last_run": last.run_id} if group == "window" else {}
+        of_last: dict[str, Any] = {}
+        if group == "window":
+            of_last = {"last_row": last.row, "last_run": last.run_id}
         location = remark(
             f"where-{group}", row=first.row, run=first.run_id, count=row["n_runs"], **of_last
         )

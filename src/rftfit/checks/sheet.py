@@ -131,8 +131,9 @@ def _find_shift_of_logs(measured: MediumMeasurements) -> tuple[int, list[str], i
 
     def shows_angles_at(index: int, position: int) -> bool:
         """Return True if the log of refused run `index` shows the angles of the plate run at a position in the sheet."""
+        beta_deg, gamma_deg = seen_deg[index]
         return 0 <= position < len(plates) and _shows_angles(
-            plates[position], *seen_deg[index], tolerance_deg
+            plates[position], beta_deg, gamma_deg, tolerance_deg
         )
 
     likeliest_shift = find_shift([position_of_run[run_id] for run_id in run_ids], shows_angles_at)

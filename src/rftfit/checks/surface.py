@@ -177,7 +177,8 @@ def _judge_surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, C
     push_start_se = math.sqrt(mean_push @ covariance @ mean_push)
     is_off, is_late = abs(offset_cm) > SURE * offset_se, abs(lag_cm) > SURE * lag_se
     is_off |= abs(push_start) > SURE * push_start_se and not is_late
-    pull_found, by_cause = "", ""
+    pull_found: Remark | str = ""
+    by_cause: Remark | str = ""
     if np.ptp(starts.sine) > 1:  # there are pulls
         pull_found = _describe_start_of_pulls(starts.start[~is_push], config.fit.confidence)
         most_mm, most_late_s = 10 * SURE * offset_se, SURE * lag_se / speed
@@ -218,7 +219,7 @@ def _select_clear_lines(fits: pd.DataFrame) -> pd.DataFrame:
         steep_fits[f"{name}_N_per_cm3"].to_numpy(float)
         for name in ("alpha_z", "alpha_z_se", "free_slope_z")
     )
-    return steep_fits[np.fmin(np.abs(alpha), np.abs(free_slope)) > CLEAR_ALPHA * se]
+    return steep_fits.loc[np.fmin(np.abs(alpha), np.abs(free_slope)) > CLEAR_ALPHA * se]
 
 
 def _fit_surface_and_lag(

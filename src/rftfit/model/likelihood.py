@@ -129,8 +129,6 @@ class Likelihood:
         """Return the inverse covariance times numbers (draws, n) in the axes of `_to_axes`; `variance`: t, (draws, 1)."""
         over = 1 / (1 + variance * self._eigenvalues)
         without_between = numbers * over
-        if not len(self._between):
-            return np.asarray(without_between)
         inverse = self._woodbury_inverse(variance[:, 0], over)
         factors = np.einsum("dij,dj->di", inverse, without_between @ self._between.T)
         return np.asarray(without_between - over * (variance * (factors @ self._between)))

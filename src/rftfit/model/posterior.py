@@ -228,7 +228,7 @@ class Posterior:
         `share_number`: as in `_Batch`. `spread`: s times the root of lambda, (draws, 1). `normals`: a normal number for
         each of `columns`, the indices of alpha at these nodes in the prior.
         """
-        alpha = np.empty(normals.shape)
+        alpha = np.empty((len(normals), columns.stop - columns.start))
         for number in np.unique(share_number).tolist():
             of_share, root = share_number == number, self._matrices_of(number)[0]
             # transposed, in the order in which the root lies in memory: half the time for few draws

@@ -643,36 +643,26 @@ def _triangulate(
     Alpha is linear in triangles between directions on the torus, mirror images included. Returns beta, gamma
     of the grid (rad), and alpha_z, alpha_x of shape (..., nb, ng).
     """
-    from scipy.sparse import csr_array
+    from scipy.interpolate import LinearNDInterpolator
     from scipy.spatial import Delaunay, KDTree
 
     step_deg = _CHOSEN.triangulation_step_deg
     rows, columns = np.arange(-90, 91, step_deg), np.arange(-180, 181, step_deg)
     is_finite = np.isfinite(alpha_z + alpha_x)
     has_alpha = is_finite.reshape(-1, is_finite.shape[-1]).all(axis=0)
-    lead = alpha_z.shape[:-1]
+    shape = (*alpha_z.shape[:-1], rows.size, columns.size)
     if not has_alpha.any():
-        unknown = np.full((*lead, rows.size, columns.size), np.nan)
+        unknown = np.full(shape, np.nan)
         return np.radians(rows), np.radians(columns), unknown, unknown
     whole = torus(beta[has_alpha], gamma[has_alpha])
     directions_deg = np.degrees(np.column_stack([whole.beta, whole.gamma]))
     # the torus as a plane, with one more period to each side
     shifts = [(b, g) for b in (-180, 0, 180) for g in (-360, 0, 360)]
     points = np.concatenate([directions_deg + shift for shift in shifts])
-    direction_of_point = np.tile(np.arange(len(directions_deg)), len(shifts))
-    nodes_deg = np.stack(np.meshgrid(rows, columns, indexing="ij"), axis=-1)
-    nodes_deg = nodes_deg.reshape(-1, 2).astype(float)
-    mesh = Delaunay(points)
-    triangle = mesh.find_simplex(nodes_deg)
-    # barycentric coordinates of each node: the weights of the corners of its triangle
-    transform = mesh.transform[triangle]
-    first_two = np.einsum("nij,nj->ni", transform[:, :2], nodes_deg - transform[:, 2])
-    corner_weights = np.column_stack([first_two, 1 - first_two.sum(axis=1)])
-    corners = direction_of_point[mesh.simplices[triangle]]
-    node_and_direction = np.repeat(np.arange(len(nodes_deg)), 3), corners.ravel()
-    weights = csr_array(
-        (corner_weights.ravel(), node_and_direction), shape=(len(nodes_deg), len(directions_deg))
-    )
+    nodes_deg = np.stack(np.meshgrid(rows, columns, indexing="ij"), axis=-1).reshape(-1, 2)
+    # weights of the directions at each node: the interpolated values of functions that are 1 in one direction
+    ones = np.tile(np.eye(len(directions_deg)), (len(shifts), 1))
+    weights = LinearNDInterpolator(Delaunay(points), ones)(nodes_deg)
     is_near = KDTree(points).query(nodes_deg)[0] <= REACH_DEG
     # index of the mirror image of each node: (-beta, 180 - gamma)
     nodes = np.arange(len(nodes_deg)).reshape(rows.size, columns.size)
@@ -683,8 +673,7 @@ def _triangulate(
         # the mean of both is symmetric
         symmetric_weights = (weights + sign * weights[image]) / 2
         node_alpha = (symmetric_weights @ alpha.reshape(-1, alpha.shape[-1]).T).T
-        node_alpha = np.where(is_near & is_near[image], node_alpha, np.nan)
-        return node_alpha.reshape(*lead, rows.size, columns.size)
+        return np.where(is_near & is_near[image], node_alpha, np.nan).reshape(shape)
 
     z, x = whole.complete(alpha_z[..., has_alpha], alpha_x[..., has_alpha])
     return np.radians(rows), np.radians(columns), interpolate(z, 1.0), interpolate(x, -1.0)
