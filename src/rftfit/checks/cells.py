@@ -66,7 +66,7 @@ def check_work(measured: MediumMeasurements) -> Check:
     If the runs together show that other axes are right, the message names these axes instead of single runs.
     """
     alpha = measured.tables["alpha"]
-    cells = Cells.of(alpha, measured.config.grid.angle_tolerance_deg)
+    cells = Cells.of(alpha, measured.tolerance_deg)
     if not cells.gamma.size:
         return Check.skip("work", "work-no-cell")
     worst = int((cells.work / cells.work_noise).argmin())
@@ -128,7 +128,7 @@ def check_symmetry(measured: MediumMeasurements) -> Check:
     """Check that opposite horizontal forces act on plates that are mirror images, on vertical paths."""
     if measured.flags.runs_with("no-force-x") or measured_channel(measured.config, "x") is None:
         return Check.skip("symmetry", "symmetry-no-x")
-    cells = Cells.of(measured.tables["alpha"], measured.config.grid.angle_tolerance_deg)
+    cells = Cells.of(measured.tables["alpha"], measured.tolerance_deg)
     turn, se = cells.turn_rad
     if math.isnan(turn):
         return Check.skip("symmetry", "symmetry-no-cell")
@@ -170,7 +170,7 @@ def check_symmetry(measured: MediumMeasurements) -> Check:
 )
 def check_up_down(measured: MediumMeasurements) -> Check:
     """Check that pushing a level plate down takes more force than pulling it up."""
-    cells = Cells.of(measured.tables["alpha"], measured.config.grid.angle_tolerance_deg)
+    cells = Cells.of(measured.tables["alpha"], measured.tolerance_deg)
     push, pull = cells.push, cells.pull
     if push is None or pull is None:
         without_alpha = "(0, 90)" * (push is None), "(0, -90)" * (pull is None)

@@ -218,7 +218,7 @@ def compare_with_known(
     scale = max(float(np.median(ratio)) if ratio.size else 0.0 for ratio in ratios)
     if not scale > 0:
         return []
-    directions = _DirectionsOfRuns(number_rows(table, config.grid.angle_tolerance_deg))
+    directions = _DirectionsOfRuns(number_rows(table, measured.tolerance_deg))
     causes = []
     for component, axis in enumerate("zx"):
         name = measured_channel(config, axis)
@@ -245,7 +245,7 @@ def compare_with_known(
         mistake = code
         if code == "reversed" and axis == "x":
             is_right = must_act & ~faint & ~opposite
-            if _points_to_beta(table, bad, is_right, config.grid.angle_tolerance_deg):
+            if _points_to_beta(table, bad, is_right, measured.tolerance_deg):
                 mistake = "reversed-beta"
         runs = table["run_id"][bad]
         cause = remark(

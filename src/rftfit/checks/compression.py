@@ -53,7 +53,7 @@ _ALLOWED = "{least:+.2f} to {most:+.2f}"
 )
 def check_compression(measured: MediumMeasurements) -> Check:
     """Check that the exponent of stress over depth does not change with the size of the force."""
-    trend = fit_exponent_trend(measured.tables["fits"], measured.config.grid.angle_tolerance_deg)
+    trend = fit_exponent_trend(measured.tables["fits"], measured.tolerance_deg)
     if trend is None:
         return Check.skip("compression", "compression-few", fewest=_CHOSEN.fewest_directions)
     least, most = (
@@ -106,7 +106,7 @@ def fit_exponent_trend(fits: pd.DataFrame, tolerance_deg: float) -> Trend | None
     ]
     if len(directions) < _CHOSEN.fewest_directions:
         return None
-    return _fit_trend([_Direction.of_runs(*runs) for runs in directions])
+    return _fit_trend([_Direction.of_runs(*arrays) for arrays in directions])
 
 
 class _Direction(NamedTuple):

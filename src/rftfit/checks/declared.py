@@ -109,6 +109,11 @@ class MediumMeasurements:
     copies: Mapping[str, Collection[str]]
     flags: Flags = field(default_factory=Flags)
 
+    @property
+    def tolerance_deg(self) -> float:
+        """Tolerance of angles of the campaign's grid."""
+        return self.config.grid.angle_tolerance_deg
+
 
 @dataclass(frozen=True)
 class Check:

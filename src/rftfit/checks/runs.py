@@ -116,8 +116,7 @@ def _judge_other_rods(measured: MediumMeasurements) -> Check | None:
     """Fail the medium if the force on rods alone differs from that with plates; None if it does not, or may not be seen."""
     tables = measured.tables
     fits, tared, windows = (tables[name] for name in ("fits", "tared", "windows"))
-    tolerance_deg = measured.config.grid.angle_tolerance_deg
-    too_much = estimate_share_too_much(fits, tared, windows, tolerance_deg)
+    too_much = estimate_share_too_much(fits, tared, windows, measured.tolerance_deg)
     if too_much is None:
         return None
     share, se, dof = too_much
@@ -392,7 +391,7 @@ def _judge_spread(measured: MediumMeasurements) -> Check | None:
     runs = fits[np.isfinite(alpha_z) | np.isfinite(alpha_x)]
     if runs.empty:
         return None
-    number = number_rows(runs, measured.config.grid.angle_tolerance_deg)
+    number = number_rows(runs, measured.tolerance_deg)
     alpha, se = np.stack(alpha_columns(runs)), np.stack(alpha_columns(runs, "_se"))
     groups = [(alpha[:, number == first], se[:, number == first]) for first in np.unique(number)]
     scatter = spread_of_beds(groups).scatter
@@ -503,8 +502,7 @@ _SIZE_ALLOWED = "{low:g} to {high:g} N/cm^3"
 def check_size(measured: MediumMeasurements) -> Check:
     """Check that alpha_z(0, 90 deg) is as large as the config states, or else as large as in any granular medium."""
     expected = measured.medium.expected_alpha
-    tolerance_deg = measured.config.grid.angle_tolerance_deg
-    cell = cell_at(measured.tables["alpha"], 0, 90, tolerance_deg)
+    cell = cell_at(measured.tables["alpha"], 0, 90, measured.tolerance_deg)
     alpha = math.nan if cell is None else float(cell[column("z")])
     if math.isnan(alpha):
         return Check.skip("size", "size-no-cell")

@@ -22,6 +22,8 @@ from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.lab_frame import measures_force_x
 from rftfit.measure.verdict_words import DOUBTFUL, FEWEST_RUNS, MIXED_UP, NO_RUNS
 
+_ALLOWED = "less than would be seen by chance in one of 100 sound campaigns"
+
 
 @declare_check(
     "shared",
@@ -33,20 +35,13 @@ from rftfit.measure.verdict_words import DOUBTFUL, FEWEST_RUNS, MIXED_UP, NO_RUN
     quotes_found=True,
     needed=True,
     outcomes={
-        "shared": Sentences(
-            "nothing that many runs share is seen; {seen} would be",
-            "less than would be seen by chance in one of 100 sound campaigns",
-        ),
+        "shared": Sentences("nothing that many runs share is seen; {seen} would be", _ALLOWED),
         "shared-labels-open": Sentences(
             "nothing that many runs share is seen; {seen} would be; an error of the runs with {labels} cannot be told from their "
             "directions, which few or no other runs have: push one of these directions without that label",
-            "less than would be seen by chance in one of 100 sound campaigns",
+            _ALLOWED,
         ),
-        "shared-told": Sentences(
-            "{causes}",
-            "less than would be seen by chance in one of 100 sound campaigns",
-            "{causes}: {cures}.",
-        ),
+        "shared-told": Sentences("{causes}", _ALLOWED, "{causes}: {cures}."),
         "shared-open": Sentences(
             "these runs do not tell whether many of them share an error ({missing}): repeat some directions at the beginning and "
             "at the end"

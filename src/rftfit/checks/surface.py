@@ -160,7 +160,7 @@ def _judge_surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, C
     is_push = steep_fits["direction"].to_numpy() == "intrusion"
     pushes = steep_fits[is_push]
     run_cm, session_cm = ordinary_surface(config.errors)
-    tolerance_deg, speed = config.grid.angle_tolerance_deg, config.arm.speed_cm_per_s
+    tolerance_deg, speed = measured.tolerance_deg, config.arm.speed_cm_per_s
     crust = judge_crust(measured.flags, pushes)
     is_laboratory = measured.medium.role == "laboratory"
     if not is_laboratory or len(pushes) < FEW_RUNS:
@@ -440,9 +440,7 @@ def _find_path_apart(
     """
     starts = starts[starts.pushes]
     gamma_deg = pushes["gamma_deg"].to_numpy(float)
-    path = number_directions(
-        np.zeros_like(gamma_deg), gamma_deg, measured.config.grid.angle_tolerance_deg
-    )
+    path = number_directions(np.zeros_like(gamma_deg), gamma_deg, measured.tolerance_deg)
     surface, lag, *curvature = starts.terms.T
     starts = replace(starts, terms=np.column_stack([surface, *curvature]))
     # a lag also makes the paths differ: a surface of one path must explain the starts better than a lag

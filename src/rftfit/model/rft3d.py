@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
 from rftfit.model.profiles import Profile, TableProfile
+from rftfit.model.scaling import check_test
 from rftfit.store.chosen import read_toml
 
 _TERMS = read_toml("reference", "rft3d.toml")
@@ -112,8 +113,7 @@ def rft3d_profile(alpha: float, friction: float, step_deg: float = 1.0) -> Table
     >>> sand = rftfit.rft3d_profile(0.9, friction=0.4)
     >>> forces = rftfit.predict(sand, rftfit.model_leg("c_leg"))
     """
-    if not (np.isfinite(alpha) and alpha > 0):
-        raise ValueError(f"alpha_z(0, 90 deg) must be a positive number of N/cm^3, found {alpha:g}")
+    check_test(alpha, 0.0)
     if not (np.isfinite(friction) and friction >= 0):
         raise ValueError(f"the friction must be a number of at least 0, found {friction:g}")
     steps = round(90 / step_deg) if step_deg > 0 else 0
