@@ -98,7 +98,7 @@ def errors_behind(
     }
 
 
-def draws_of(table: pd.DataFrame, config: Config) -> tuple[FloatArray, FloatArray]:
+def draw_as_configured(table: pd.DataFrame, config: Config) -> tuple[FloatArray, FloatArray]:
     """Call `alpha_draws` with the number of draws, the seed and the confidence of a campaign."""
     settings = config.fourier
     return alpha_draws(table, settings.draws, settings.seed, config.fit.confidence)
@@ -114,7 +114,7 @@ def measured_profile(
     triangles_differ = profile.scattered and not errors_known(table)
     if not draws or not errors.any() or triangles_differ:
         return profile
-    alpha = np.stack(draws_of(table, config))
+    alpha = np.stack(draw_as_configured(table, config))
     lacks_draws = np.isnan(alpha).any(axis=(0, 1)) & table[column("z")].notna().to_numpy()
     # the profile has the mean of a direction and its mirror image, whose error is known only if both have one
     cells = torus(*directions(table)).cell

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
-from rftfit.model.symmetry import WIDEST_DEG, Rectangle, rectangle, torus
+from rftfit.model.symmetry import WIDEST_DEG, DirectionGrid, find_grid, torus
 
 TERMS_Z = ("A00", "A10", "B11", "B01", "Bm1")
 TERMS_X = ("C11", "C01", "Cm1", "D10")
@@ -103,7 +103,7 @@ def fit_dft_index(
 
     Shapes as in `fit_lsq`; the transform needs every cell, so NaN in any cell gives NaN.
     """
-    grid = rectangle(beta, gamma)
+    grid = find_grid(beta, gamma)
     if grid is None or not _transformable(grid):
         raise ValueError(
             "the transform on the index grid needs every direction of a grid that runs from -90 to 90 "
@@ -122,7 +122,7 @@ def fit_dft_index(
     return np.concatenate([mean_z * scale_z, mean_x * 2.0], axis=-1)
 
 
-def _transformable(grid: Rectangle) -> bool:
+def _transformable(grid: DirectionGrid) -> bool:
     """Return True if a completed grid is full, symmetric, with lines at 0, 90 and 180 degrees, without wide steps."""
     beta, gamma = np.degrees(grid.beta), np.degrees(grid.gamma)
     symmetric = np.allclose(beta[1:], -beta[:0:-1]) and np.allclose(gamma[1:], -gamma[:0:-1])

@@ -97,13 +97,17 @@ class Likelihood:
         return np.asarray(np.linalg.inv(np.eye(len(between)) + variance[:, None, None] * inner))
 
     def log_likelihood(self, sizes: FloatArray, departures: FloatArray) -> FloatArray:
-        """Return the logarithm of the likelihood, shape (departures, sizes)."""
+        """Return the logarithm of the likelihood, shape (departures, sizes), but for a constant.
+
+        It is -(log det V + r' V^-1 r) / 2 with the residual r = y - s m and the covariance V = 1 + t (B B' + S).
+        """
         variance = (departures[:, None] * sizes**2).ravel()
         diagonal = 1 + variance[:, None] * self._eigenvalues
         if not len(self._between):
             residual = np.tile(self._y - sizes[:, None] * self._mean, (departures.size, 1))
             total = (np.log(diagonal) + residual**2 / diagonal).sum(axis=-1)
             return np.asarray(-0.5 * total).reshape(departures.size, sizes.size)
+        # V^-1 = D^-1 - t D^-1 B (1 + t B' D^-1 B)^-1 B' D^-1 with the diagonal D of 1 + t S
         over = 1 / diagonal
         inverse = self._woodbury_inverse(variance, over)
         size = np.broadcast_to(sizes, (departures.size, sizes.size)).ravel()
@@ -117,8 +121,8 @@ class Likelihood:
         residual = between_y - size[:, None] * between_mean
         correction = np.einsum("ti,tij,tj->t", residual, inverse, residual)
         total = (squares * powers).sum(axis=1) - variance * correction
-        determinant = np.log(diagonal).sum(axis=1) - np.linalg.slogdet(inverse)[1]
-        return np.asarray(-0.5 * (determinant + total)).reshape(departures.size, sizes.size)
+        log_determinant = np.log(diagonal).sum(axis=1) - np.linalg.slogdet(inverse)[1]
+        return np.asarray(-0.5 * (log_determinant + total)).reshape(departures.size, sizes.size)
 
     def expected_size(self, fixed_size: float | None) -> float:
         """Return the posterior mean of the size for lambda = 1, or `fixed_size` if it is given."""
@@ -150,23 +154,20 @@ class Likelihood:
     def fit_horizontal_ratio(self, is_x: npt.NDArray[np.bool_], size: float) -> tuple[float, float]:
         """Fit alpha_x over alpha_z relative to this ratio in known media; return it and the standard error of its log.
 
-        `is_x` (n,): True for numbers that are alpha_x. By generalised least squares with one factor on the mean shape for each component; NaN if one component was not
+        By generalised least squares with one factor on the mean shape for each component; NaN if one component was not
         measured. If a factor is not positive, returns 0 and the relative error of the difference of both factors.
+        `is_x` (n,): True for numbers that are alpha_x.
         """
         if is_x.all() or not is_x.any():
-            return float("nan"), float("nan")
-        design = np.stack([np.where(is_x, 0.0, self.mean), np.where(is_x, self.mean, 0.0)])
-        in_axes = self._to_axes(design)
-        weighted = self._solve_in_axes(in_axes, np.full((2, 1), size**2))
-        covariance = np.linalg.pinv(weighted @ in_axes.T)
+            return math.nan, math.nan
+        design = self._to_axes(np.stack([self.mean * ~is_x, self.mean * is_x]))
+        weighted = self._solve_in_axes(design, np.full((2, 1), size**2))
+        covariance = np.linalg.pinv(weighted @ design.T)
         z, x = (float(factor) for factor in covariance @ (weighted @ self._y))
+        (zz, zx), (_, xx) = covariance
         if min(z, x) <= 0:
-            of_difference = covariance[0, 0] + covariance[1, 1] - 2 * covariance[0, 1]
-            return 0.0, float(np.sqrt(max(of_difference, 0.0))) / abs(z - x)
-        variance = (
-            covariance[0, 0] / z**2 + covariance[1, 1] / x**2 - 2 * covariance[0, 1] / (z * x)
-        )
-        return x / z, float(np.sqrt(max(variance, 0.0)))
+            return 0.0, math.sqrt(max(zz + xx - 2 * zx, 0.0)) / abs(z - x)
+        return x / z, math.sqrt(max(zz / z**2 + xx / x**2 - 2 * zx / (z * x), 0.0))
 
     def _precision_of_each(self, size: float) -> FloatArray:
         """Return the diagonal of the inverse covariance of the numbers for lambda = 1, shape (n,)."""

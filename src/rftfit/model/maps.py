@@ -49,7 +49,7 @@ from rftfit.model.pushes import (
 )
 from rftfit.model.scaling import PAPER_RULE, check_level, check_test, chi_of, vertical_penetration
 from rftfit.model.shapes import PUBLISHED_GRID, Shapes, grid, published_shapes
-from rftfit.model.symmetry import rectangle
+from rftfit.model.symmetry import find_grid
 from rftfit.reference import GAMMA_DEG, load
 from rftfit.store.chosen import chosen
 
@@ -587,7 +587,7 @@ def nodes_of(table: pd.DataFrame) -> Nodes:
     """Return the nodes for the map of a medium, with the lines of its table if they are a grid of moderate size."""
     lines_deg = tuple(table[name].unique() for name in ("beta_deg", "gamma_deg"))
     coarse = grid(*lines_deg)
-    if rectangle(*directions(table)) is None or coarse[0].size > _CHOSEN.most_nodes:
+    if find_grid(*directions(table)) is None or coarse[0].size > _CHOSEN.most_nodes:
         return map_nodes()
     fine = map_nodes(*lines_deg)
     return fine if fine.beta.size <= _CHOSEN.most_fine_nodes else Nodes(*coarse, coarse[0].size)

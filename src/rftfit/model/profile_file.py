@@ -25,7 +25,7 @@ from rftfit.errors import InputError
 from rftfit.model.maps import Map
 from rftfit.model.profile_schema import FORMAT, VERSION, ProfileFile
 from rftfit.model.profiles import KnownMedium, Profile, TableProfile
-from rftfit.model.symmetry import each_once
+from rftfit.model.symmetry import list_once
 from rftfit.store import write_text
 from rftfit.store.digests import digest_of, sha256_of
 from rftfit.store.text import megabytes
@@ -171,7 +171,7 @@ def _list_directions(table: TableProfile, pushed: FloatArray) -> dict[str, Any]:
     file.
     """
     beta, gamma = (axis.ravel() for axis in np.meshgrid(table.beta, table.gamma, indexing="ij"))
-    cells, listed = each_once(beta, gamma)
+    cells, listed = list_once(beta, gamma)
 
     def alpha_at_nodes(of: TableProfile) -> FloatArray:
         return np.stack(listed.complete(*of.parameters))
@@ -422,7 +422,7 @@ def _check_lengths(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
 def _check_directions(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
     """Note a direction that is listed twice, and directions that are no whole grid."""
     beta, gamma = np.radians(_array(content.directions, ("beta_deg", "gamma_deg")))
-    listed, _ = each_once(beta, gamma)
+    listed, _ = list_once(beta, gamma)
     for index in sorted({*range(beta.size)} - {*listed.tolist()}):
         direction_deg = f"({np.degrees(beta[index]):g}, {np.degrees(gamma[index]):g})"
         text = "directions once, without mirror images; this one was listed before"

@@ -29,7 +29,7 @@ from rftfit.model.packs import (
     make_pack,
     pack_values,
 )
-from rftfit.model.symmetry import WIDEST_DEG, each_once, grid_of_directions, rectangle, torus
+from rftfit.model.symmetry import WIDEST_DEG, find_exact_grid, find_grid, list_once, torus
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, alpha_grid, coefficients
 from rftfit.store.chosen import chosen
 
@@ -334,7 +334,7 @@ class TableProfile(Profile):
         flat = (*alpha_z.shape[: alpha_z.ndim - len(shape)], -1)
         angles = beta_of.ravel(), gamma_of.ravel()
         alpha = alpha_z.reshape(flat), alpha_x.reshape(flat)
-        grid = rectangle(*angles)
+        grid = find_grid(*angles)
         nodes = _triangulate(*angles, *alpha) if grid is None else grid.complete(*alpha)
         self._set((*angles, *alpha), nodes, name, spread=spread)
         self.scattered = grid is None
@@ -459,7 +459,7 @@ class TableProfile(Profile):
         No angle is moved or interpolated: raises ValueError if the grid has holes or does not begin at beta = -90
         and gamma = -180 degrees.
         """
-        grid = grid_of_directions(torus(beta, gamma))
+        grid = find_exact_grid(torus(beta, gamma))
         offset = np.inf if grid is None else max(grid.beta[0] + np.pi / 2, grid.gamma[0] + np.pi)
         if grid is None or offset > 1e-9 or (grid.node < 0).any():
             raise ValueError("the directions are no whole grid")
@@ -493,7 +493,7 @@ class TableProfile(Profile):
         Shape (6, n); alpha and errors in N/cm^3, NaN if not known.
         """
         beta, gamma, *alpha = self.cells
-        number, listed = each_once(beta, gamma)
+        number, listed = list_once(beta, gamma)
         mean = np.stack(listed.complete(*alpha))
         se = np.full_like(mean, np.nan)
         if isinstance(self.spread, TableProfile):

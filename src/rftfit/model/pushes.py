@@ -25,7 +25,7 @@ from rftfit.measure.errors import (
     scatter_of_runs,
     spread_of_beds,
 )
-from rftfit.model.draws import draws_of, errors_known
+from rftfit.model.draws import draw_as_configured, errors_known
 
 if TYPE_CHECKING:
     from rftfit.campaign.config import Config
@@ -154,7 +154,7 @@ def pushes_of(table: pd.DataFrame, config: Config) -> Pushes:
     gamma_deg = table["gamma_deg"].to_numpy(float)
     if not errors_known(table):
         return Pushes.of(beta_deg[use], gamma_deg[use], alpha[:, use])
-    draws = np.concatenate([drawn[:, use] for drawn in draws_of(table, config)], axis=1)
+    draws = np.concatenate([drawn[:, use] for drawn in draw_as_configured(table, config)], axis=1)
     covariance = np.atleast_2d(np.cov(draws, rowvar=False))
     beta, gamma = directions(table)
     return Pushes(beta[use], gamma[use], alpha[:, use], covariance)

@@ -24,7 +24,7 @@ from rftfit.measure.slopes import student_quantile
 from rftfit.measure.verdict_words import is_usable
 from rftfit.model import fourier
 from rftfit.model.draws import (
-    draws_of,
+    draw_as_configured,
     errors_behind,
     errors_known,
     interval_of_sum,
@@ -569,7 +569,7 @@ class MediumFit:
     @cached_property
     def _alpha_draws(self) -> tuple[FloatArray, FloatArray]:
         """Draws of alpha_z and alpha_x of the table within its errors, each of shape (draws, n)."""
-        return draws_of(self.table, self.config)
+        return draw_as_configured(self.table, self.config)
 
     @cached_property
     def draws(self) -> FloatArray:

@@ -86,7 +86,7 @@ def torus(beta: FloatArray, gamma: FloatArray, *, images: bool = True) -> Torus:
     )
 
 
-def each_once(beta: FloatArray, gamma: FloatArray) -> tuple[npt.NDArray[np.intp], Torus]:
+def list_once(beta: FloatArray, gamma: FloatArray) -> tuple[npt.NDArray[np.intp], Torus]:
     """List the directions of a table, where a direction and its mirror image count as one.
 
     Of the two the one with |gamma| up to 90 degrees is listed, if the table has it.
@@ -107,8 +107,8 @@ def each_once(beta: FloatArray, gamma: FloatArray) -> tuple[npt.NDArray[np.intp]
     return order[best_rank[listed]], directions
 
 
-class Rectangle(NamedTuple):
-    """A table whose directions lie on a grid.
+class DirectionGrid(NamedTuple):
+    """The grid on which the directions of a table and their mirror images lie.
 
     `beta`, `gamma`: shape (nb,), (ng,); lines of the grid, rad, increasing, in the ranges of `Torus`.
     `torus`: the directions, with the angles of the lines.
@@ -157,7 +157,7 @@ def _close(nodes: FloatArray, alpha: FloatArray, half: float) -> tuple[FloatArra
     return np.insert(nodes, wide + 1, middle), np.insert(alpha, wide + 1, np.nan, axis=-1)
 
 
-def rectangle(beta: FloatArray, gamma: FloatArray) -> Rectangle | None:
+def find_grid(beta: FloatArray, gamma: FloatArray) -> DirectionGrid | None:
     """Find the grid on which the directions of a table lie; None if they are scattered.
 
     Angles that differ by less than `rftfit.directions.TOLERANCE_DEG` share a line. A table with fewer than two
@@ -165,22 +165,22 @@ def rectangle(beta: FloatArray, gamma: FloatArray) -> Rectangle | None:
     """
     # by the size of beta, so that a direction and its mirror image share the lines beta and -beta
     size = _move_to_lines(np.abs(np.degrees(beta)), (0.0, 90.0))
-    return grid_of_directions(
+    return find_exact_grid(
         torus(np.radians(np.copysign(size, beta)), np.radians(_move_to_lines(np.degrees(gamma))))
     )
 
 
-def grid_of_directions(directions: Torus) -> Rectangle | None:
+def find_exact_grid(directions: Torus) -> DirectionGrid | None:
     """Find the grid on which directions lie exactly, without moving an angle to a line; None if they are scattered."""
-    rows, row = np.unique(directions.beta.round(9), return_inverse=True)
-    columns, column = np.unique(directions.gamma.round(9), return_inverse=True)
-    if min(rows.size, columns.size) < 2 or row.size < LEAST_FILL * rows.size * columns.size:
+    beta, row = np.unique(directions.beta.round(9), return_inverse=True)
+    gamma, column = np.unique(directions.gamma.round(9), return_inverse=True)
+    if min(beta.size, gamma.size) < 2 or row.size < LEAST_FILL * beta.size * gamma.size:
         return None
-    node = np.full((rows.size, columns.size), -1)
+    node = np.full((beta.size, gamma.size), -1)
     node[row, column] = np.arange(row.size)
     # the lines have the exact angles, which were rounded for the search alone
-    rows[row], columns[column] = directions.beta, directions.gamma
-    return Rectangle(rows, columns, directions, node)
+    beta[row], gamma[column] = directions.beta, directions.gamma
+    return DirectionGrid(beta, gamma, directions, node)
 
 
 def _move_to_lines(angles_deg: FloatArray, exact: tuple[float, ...] = ()) -> FloatArray:
