@@ -153,15 +153,15 @@ def find_exchanged_channels(transducer: Transducer, logs: Logs) -> list[Cause]:
 
 def find_axes_of_part(measured: MediumMeasurements) -> list[Cause]:
     """Find other axes that fit some runs better, by the shape of known media, as if two cables were exchanged."""
-    likeliest = measured.tables["misplaced"].head(1).to_dict("records")
+    likeliest = measured.likeliest_mistake
     names = [measured_channel(measured.config, axis) for axis in "xz"]
     if not likeliest or None in names or find_likelier_axes(measured) is not None:
         return []
-    (mistake,) = likeliest
-    if mistake["mistake"] in (ROWS, BETA_ROWS) or mistake["log_bayes_factor"] < CLEAR:
+    mistake = likeliest["mistake"]
+    if mistake in (ROWS, BETA_ROWS) or likeliest["log_bayes_factor"] < CLEAR:
         return []
-    run_ids = mistake["run_ids"].split()
-    axes = str(remark(f"axes-{mistake['mistake']}"))
+    run_ids = likeliest["run_ids"].split()
+    axes = str(remark(f"axes-{mistake}"))
     cause = remark(
         "cause-axes",
         axes=axes,

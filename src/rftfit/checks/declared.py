@@ -114,6 +114,11 @@ class MediumMeasurements:
         """Tolerance of angles of the campaign's grid."""
         return self.config.grid.angle_tolerance_deg
 
+    @property
+    def likeliest_mistake(self) -> dict[Any, Any]:
+        """Row of the likeliest mistake with angles or axes of some runs; empty if none was judged."""
+        return next(iter(self.tables["misplaced"].head(1).to_dict("records")), {})
+
 
 @dataclass(frozen=True)
 class Check:

@@ -76,28 +76,27 @@ def check_sheet(measured: MediumMeasurements) -> Check:
             where=_describe_shift(shift),
             rows=describe_rows(shifted_runs, measured.sheet),
         )
-    misplaced = measured.tables["misplaced"]
     # only the likeliest mistake counts: with wrong axes the angles of other rows may fit better, too
-    for likeliest in misplaced.head(1).to_dict("records"):
-        if likeliest["mistake"] in (ROWS, BETA_ROWS) and likeliest["log_bayes_factor"] > _EVIDENCE:
-            if (
-                causes_in_readings(measured)[1]
-                or check_rods(measured).flags
-                or check_drift(measured).flags
-            ):
-                return Check.skip("sheet", "sheet-readings")
-            run_ids = likeliest["run_ids"].split()
-            code = "sheet-rows" if likeliest["mistake"] == ROWS else "sheet-beta"
-            return Check.judge(
-                "sheet",
-                False,
-                flags_on(run_ids, "other-row"),
-                code=code,
-                count=len(run_ids),
-                power=likeliest["log_bayes_factor"] / math.log(10),
-                where=_describe_shift(likeliest["rows"]),
-                rows=describe_rows(run_ids, measured.sheet),
-            )
+    likeliest = measured.likeliest_mistake
+    mistake = likeliest.get("mistake")
+    if mistake in (ROWS, BETA_ROWS) and likeliest["log_bayes_factor"] > _EVIDENCE:
+        if (
+            causes_in_readings(measured)[1]
+            or check_rods(measured).flags
+            or check_drift(measured).flags
+        ):
+            return Check.skip("sheet", "sheet-readings")
+        run_ids = likeliest["run_ids"].split()
+        return Check.judge(
+            "sheet",
+            False,
+            flags_on(run_ids, "other-row"),
+            code="sheet-rows" if mistake == ROWS else "sheet-beta",
+            count=len(run_ids),
+            power=likeliest["log_bayes_factor"] / math.log(10),
+            where=_describe_shift(likeliest["rows"]),
+            rows=describe_rows(run_ids, measured.sheet),
+        )
     run_count = len(measured.tables["peers"])
     if run_count < FEWEST_SHIFTED:
         return Check.skip("sheet", "sheet-few")

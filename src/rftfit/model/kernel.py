@@ -247,13 +247,13 @@ def _write_table_alpha(w: FloatArray, block: FloatArray, angle: float, pack: Pac
 @_step
 def _interpolate_table(w: FloatArray, pack: Pack) -> None:
     """Replace beta and gamma, in the rows of alpha, by alpha interpolated in a table; overwrites tangents."""
-    beta0, beta_end, rows = pack.beta[0], pack.beta[-1], float(pack.beta_bins.size)
-    gamma0, gamma_end, columns = pack.gamma[0], pack.gamma[-1], float(pack.gamma_bins.size)
-    rows_per_rad, columns_per_rad = rows / (beta_end - beta0), columns / (gamma_end - gamma0)
-    # a loop of its own, since the compiler finds the bins of several elements at a time
+    beta0, beta_end, beta_bins = pack.beta[0], pack.beta[-1], float(pack.beta_bins.size)
+    gamma0, gamma_end, gamma_bins = pack.gamma[0], pack.gamma[-1], float(pack.gamma_bins.size)
+    beta_per_rad, gamma_per_rad = beta_bins / (beta_end - beta0), gamma_bins / (gamma_end - gamma0)
+    # a loop of its own, since the compiler finds the bins of several elements at a time; the rows of tangents hold them
     for i in range(LANES):
-        w[_TX + i] = _bin_of_angle(w[_ALPHA_Z + i], beta0, rows_per_rad, rows - 1)
-        w[_TZ + i] = _bin_of_angle(w[_ALPHA_X + i], gamma0, columns_per_rad, columns - 1)
+        w[_TX + i] = _bin_of_angle(w[_ALPHA_Z + i], beta0, beta_per_rad, beta_bins - 1)
+        w[_TZ + i] = _bin_of_angle(w[_ALPHA_X + i], gamma0, gamma_per_rad, gamma_bins - 1)
     for i in range(LANES):
         if w[_LOAD + i] == 0:
             continue

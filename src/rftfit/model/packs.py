@@ -62,6 +62,7 @@ def _intervals_of_bins(nodes: FloatArray) -> npt.NDArray[np.int64]:
     """Return `beta_bins` or `gamma_bins` of a `Pack` for increasing nodes; empty without nodes."""
     if nodes.size == 0:
         return np.zeros(0, dtype=np.int64)
+    # more than one bin for the narrowest interval, so that no bin reaches into a third interval
     count = int(np.ceil(1.5 * (nodes[-1] - nodes[0]) / np.diff(nodes).min())) + 1
     starts = np.linspace(nodes[0], nodes[-1], count + 1)[:-1]
     return np.clip(np.searchsorted(nodes, starts, side="right") - 1, 0, nodes.size - 2)

@@ -74,7 +74,10 @@ USUAL_PERCENT, LEAST_PERCENT = 100 * USUAL_BED_SPREAD, 1.0
 def usual_error(
     alpha: FloatArray, percent: float = USUAL_PERCENT, least_percent: float = LEAST_PERCENT
 ) -> FloatArray:
-    """Return the standard error of pushes whose error is not known, N/cm^3, in the shape of `alpha`."""
+    """Return the standard error of pushes whose error is not known, N/cm^3, in the shape of `alpha`.
+
+    `percent` of alpha and `least_percent` of the largest alpha, added in squares.
+    """
     largest = float(np.nanmax(np.abs(alpha), initial=0.0))
     return np.hypot(percent / 100 * alpha, least_percent / 100 * largest)
 
