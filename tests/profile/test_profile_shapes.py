@@ -101,10 +101,10 @@ def test_draws_are_of_the_whole_posterior(monkeypatch):
     monkeypatch.setattr(shapes_module, "TILT_SHARE", 0.0)
     monkeypatch.setattr(posterior, "DRAWS", 20_000)
     shapes = published_shapes(without=["poppy_LP"])
-    for places, off, known_size in ((FEW[:3], 0, None), (FEW[1:], 3, 0.13)):
+    for places, off in ((FEW[:3], 0), (FEW[1:], 3)):
         pushes = Pushes.of(BETA[places] + off, GAMMA[places], truth("poppy_LP")[:, places], 0.01)
-        estimated = estimate(pushes, shapes, ON_LINES, size=known_size)
-        sizes = [known_size] if known_size else np.exp(np.linspace(np.log(0.005), np.log(4.0), 70))
+        estimated = estimate(pushes, shapes, ON_LINES)
+        sizes = np.exp(np.linspace(np.log(0.005), np.log(4.0), 70))
         parts, weights = [], []
         places_of_all = zip(NODES, (pushes.beta, pushes.gamma), strict=True)
         prior = shapes.prior(*(np.concatenate(both) for both in places_of_all))

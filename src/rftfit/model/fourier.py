@@ -28,26 +28,21 @@ def basis(beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[FloatArray, FloatA
     return terms_z, terms_x
 
 
-def as_array(coefficients: Mapping[str, float] | npt.ArrayLike) -> FloatArray:
-    """Return coefficients as an array in the order of `TERMS`, shape (9,)."""
-    if isinstance(coefficients, Mapping):
-        missing = [term for term in TERMS if term not in coefficients]
-        if missing:
-            raise ValueError(f"no coefficient {', '.join(missing)}; wanted: {', '.join(TERMS)}")
-        return np.array([coefficients[term] for term in TERMS], dtype=float)
-    values = np.asarray(coefficients, dtype=float)
-    if values.shape != (len(TERMS),):
-        raise ValueError(f"nine coefficients wanted, found an array of shape {values.shape}")
-    return values
+def as_array(coefficients: Mapping[str, float]) -> FloatArray:
+    """Return coefficients by name as an array in the order of `TERMS`, shape (9,)."""
+    return np.array([coefficients[term] for term in TERMS], dtype=float)
 
 
 def evaluate(
-    coefficients: Mapping[str, float] | npt.ArrayLike, beta: npt.ArrayLike, gamma: npt.ArrayLike
+    coefficients: FloatArray, beta: npt.ArrayLike, gamma: npt.ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
-    """Return alpha_z and alpha_x of the nine-term model at angles in rad, in the unit of the coefficients."""
-    values = as_array(coefficients)
+    """Return alpha_z and alpha_x of nine coefficients (9,) at angles in rad, in the unit of the coefficients."""
     terms_z, terms_x = basis(beta, gamma)
-    return np.tensordot(values[:5], terms_z, 1), np.tensordot(values[5:], terms_x, 1)
+    split = len(TERMS_Z)
+    return (
+        np.tensordot(coefficients[:split], terms_z, 1),
+        np.tensordot(coefficients[split:], terms_x, 1),
+    )
 
 
 def fit_lsq(
@@ -71,7 +66,7 @@ def fit_lsq(
     coefficients = np.zeros((*alpha_z.shape[:-1], len(TERMS)))
     alphas = nodes.complete(alpha_z, alpha_x)
     for first_term, alpha, terms in zip(
-        (0, 5), alphas, basis(nodes.beta, nodes.gamma), strict=True
+        (0, len(TERMS_Z)), alphas, basis(nodes.beta, nodes.gamma), strict=True
     ):
         used = np.flatnonzero(keep[first_term : first_term + len(terms)])
         has_alpha = np.isfinite(alpha).reshape(-1, alpha.shape[-1]).all(axis=0)

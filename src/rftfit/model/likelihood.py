@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -124,9 +125,10 @@ class Likelihood:
         log_determinant = np.log(diagonal).sum(axis=1) - np.linalg.slogdet(inverse)[1]
         return np.asarray(-0.5 * (log_determinant + total)).reshape(departures.size, sizes.size)
 
-    def expected_size(self, fixed_size: float | None) -> float:
-        """Return the posterior mean of the size for lambda = 1, or `fixed_size` if it is given."""
-        sizes, weights = weigh([self], np.ones(1), np.zeros((1, 1, 1)), fixed_size)
+    @cached_property
+    def expected_size(self) -> float:
+        """Posterior mean of the size for lambda = 1."""
+        sizes, weights = weigh([self], np.ones(1), np.zeros((1, 1, 1)))
         return float(weights[0, 0] @ sizes)
 
     def _solve_in_axes(self, numbers: FloatArray, variance: FloatArray) -> FloatArray:
@@ -208,10 +210,7 @@ class Likelihood:
 
 
 def weigh(
-    likelihoods: list[Likelihood],
-    departures: FloatArray,
-    log_prior: FloatArray,
-    fixed_size: float | None,
+    likelihoods: list[Likelihood], departures: FloatArray, log_prior: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return sizes (k,), evenly spaced in their logarithm, and the posterior weight of each w, lambda and size.
 
@@ -219,19 +218,14 @@ def weigh(
     of the logarithm of the size is flat, but falls for sizes that the errors would hide: pushes in directions where
     media have hardly any force would otherwise fit the weakest medium best.
     """
-    middle = likelihoods[0].first_size if fixed_size is None else fixed_size
-    low, high = np.log(middle / _CHOSEN.widest), np.log(middle * _CHOSEN.widest)
+    first = likelihoods[0]
+    low, high = np.log(first.first_size) + np.log(_CHOSEN.widest) * np.array([-1, 1])
     for _ in range(3):  # narrow the range to sizes with weight
-        sizes = (
-            np.exp(np.linspace(low, high, _CHOSEN.sizes))
-            if fixed_size is None
-            else np.array([fixed_size])
-        )
+        sizes = np.exp(np.linspace(low, high, _CHOSEN.sizes))
         log_weights = log_prior + np.stack(
             [likelihood.log_likelihood(sizes, departures) for likelihood in likelihoods]
         )
-        hidden_below = _CHOSEN.hidden_below_se * likelihoods[0].least_error
-        log_weights += np.log(sizes / (sizes + hidden_below))
+        log_weights += np.log(sizes / (sizes + _CHOSEN.hidden_below_se * first.least_error))
         weights = np.exp(log_weights - log_weights.max())
         likely = np.flatnonzero(weights.max(axis=(0, 1)) > 1e-6)
         low = np.log(sizes[max(likely[0] - 1, 0)])

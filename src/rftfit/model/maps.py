@@ -423,15 +423,13 @@ def estimate(
     shapes: Shapes | None = None,
     nodes: Nodes | None = None,
     *,
-    size: float | None = None,
     confidence: float = 0.95,
     name: str = "",
     contacts: Sequence[Observation] = (),
 ) -> Map:
     """Do what `estimate_map` does, for pushes with known errors.
 
-    `nodes`: nodes of the map, all on lines of a grid; default: `map_nodes`. `size`: root mean square of alpha over the
-    published grid, N/cm^3, if it is known; default: it is estimated.
+    `nodes`: nodes of the map, all on lines of a grid; default: `map_nodes`.
     """
     shapes = shapes or published_shapes()
     nodes = nodes or map_nodes()
@@ -459,18 +457,18 @@ def estimate(
     used_covariance = covariance if used.all() else covariance[np.ix_(used, used)]
     of_pushes = measurements = Measurements(prior, np.flatnonzero(used), y[used], used_covariance)
     if contacts:
-        measurements = _add_contacts(of_pushes, contacts, sorted_nodes, node_indices, size)
-    posterior = Posterior(measurements, shapes.variation, size)
+        measurements = _add_contacts(of_pushes, contacts, sorted_nodes, node_indices)
+    posterior = Posterior(measurements, shapes.variation)
     pushed_nodes = PushedNodes.of(sorted_nodes, pushes, used)
     draws, not_passive = posterior.draw_media(sorted_nodes, coarse, pushed_nodes, shapes.tilt)
     smooth_likelihood = posterior.likelihoods[0]  # w is 0
-    expected_size = smooth_likelihood.expected_size(size)
+    size = smooth_likelihood.expected_size
     farthest, horizontal, horizontal_off = None, math.nan, math.nan
     if used.any():
         likelihood = _smooth_likelihood(of_pushes) if contacts else smooth_likelihood
-        farthest = likelihood.farthest(pushes, used, expected_size)
+        farthest = likelihood.farthest(pushes, used, size)
         is_x = np.flatnonzero(used) >= pushes.beta.size
-        horizontal, se = likelihood.fit_horizontal_ratio(is_x, expected_size)
+        horizontal, se = likelihood.fit_horizontal_ratio(is_x, size)
         # NaN if only one component was measured
         if horizontal == 0:
             horizontal_off = 1 / se
@@ -484,8 +482,8 @@ def estimate(
         draws[..., unsorted],
         measured=pushed_nodes.is_pushed[unsorted],
         not_passive=not_passive,
-        size=expected_size,
-        distance=smooth_likelihood.chi_squared(expected_size),
+        size=size,
+        distance=smooth_likelihood.chi_squared(size),
         dof=measurements.y.size - 1,
         pushes=push_count,
         known_media=shapes.name,
@@ -504,7 +502,6 @@ def _add_contacts(
     contacts: Sequence[Observation],
     nodes: Angles,
     node_indices: npt.NDArray[np.intp],
-    fixed_size: float | None,
 ) -> Measurements:
     """Add the combinations of measured forces of contacts behind the numbers of pushes.
 
@@ -520,7 +517,7 @@ def _add_contacts(
     prior.rough.add_to(covariance)
     rows_of_prior = root(covariance[np.ix_(node_indices, node_indices)])
     system = ObservedSystem.of(contacts, nodes, prior.mean[node_indices], rows_of_prior)
-    size = fixed_size or system.first_size()
+    size = system.first_size()
     if not size > 0:
         raise ValueError(
             "the contacts meet no resistance: look at the signs of the forces and at the angles"
@@ -534,7 +531,7 @@ def _add_contacts(
             np.concatenate([of_pushes.y, rows.values]),
             block_diag(of_pushes.covariance, np.diag(rows.errors**2)),
         )
-        previous_size, size = size, _smooth_likelihood(measurements).expected_size(fixed_size)
+        previous_size, size = size, _smooth_likelihood(measurements).expected_size
         if abs(size - previous_size) < _CHOSEN.same_size * previous_size:
             break
     return measurements

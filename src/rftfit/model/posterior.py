@@ -26,12 +26,10 @@ class Posterior:
     """Posterior of a medium, on a grid of its size s, departure lambda and share w of R, and draws of alpha from it.
 
     The prior of the measurements has three blocks: the measured numbers, alpha at the nodes of the published grid, and
-    alpha at other nodes; at nodes z, then x. `fixed_size`: size of the medium if it is known.
+    alpha at other nodes; at nodes z, then x.
     """
 
-    def __init__(
-        self, measurements: Measurements, variation: Variation, fixed_size: float | None
-    ) -> None:
+    def __init__(self, measurements: Measurements, variation: Variation) -> None:
         measurements = measurements.with_rounding()
         self._prior, self._prior_index, self._y, covariance = measurements
         self._first_node = int(self._prior_index.max()) + 1
@@ -52,7 +50,7 @@ class Posterior:
         quadrature = np.ones(len(self.likelihoods))
         quadrature[[0, -1]] = 0.5
         log_prior = np.log(quadrature)[:, None, None] + log_prior_of_departure[:, None]
-        self._sizes, self._weights = weigh(self.likelihoods, _DEPARTURES, log_prior, fixed_size)
+        self._sizes, self._weights = weigh(self.likelihoods, _DEPARTURES, log_prior)
 
     def _matrices_of(self, share_number: int) -> tuple[npt.NDArray[np.float32], FloatArray]:
         """Return two matrices of the prior for one w, number `share_number` of `_rough_shares`.
