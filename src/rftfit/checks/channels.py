@@ -113,8 +113,8 @@ def find_stuck_channels(config: Config, logs: Logs) -> list[Cause]:
             causes.append((cause, flags_on(runs, "channel-still", channel=name)))
             continue
         limit = 0.99 * config.transducer.range_N[int(name[1]) - 1]
-        for value, runs in _find_clipping_ends([row for _, row in logs], name, limit).items():
-            of_channel: dict[str, Any] = {"channel": name, "newtons": value}
+        for end_N, runs in _find_clipping_ends([row for _, row in logs], name, limit).items():
+            of_channel: dict[str, Any] = {"channel": name, "newtons": end_N}
             cause = remark(
                 "cause-clipped", **of_channel, axis=axis, count=len(runs), size=len(logs)
             )
@@ -142,8 +142,10 @@ def find_exchanged_channels(transducer: Transducer, logs: Logs) -> list[Cause]:
     """Find exchanged channels x and y: the force across the plane of motion (y) is larger than that in it (x)."""
     slanted = [row for run, row in _pushes(logs) if not is_symmetric(run)]
     y, x = transducer.axes.y[1:], transducer.axes.x[1:]
-    sizes = [[row[f"{name}_high_N"] - row[f"{name}_low_N"] for name in (y, x)] for row in slanted]
-    across, along = np.array(sizes, dtype=float).reshape(-1, 2).T
+    ranges_N = [
+        [row[f"{name}_high_N"] - row[f"{name}_low_N"] for name in (y, x)] for row in slanted
+    ]
+    across, along = np.array(ranges_N, dtype=float).reshape(-1, 2).T
     if not slanted or np.median(across) <= 10 * transducer.precision_N:
         return []
     ratio = float(np.median(across / np.maximum(along, 1e-9)))

@@ -205,13 +205,13 @@ def _quantile(ordered: FloatArray, share: float) -> FloatArray:
     return np.asarray(low + gap * fraction if fraction < 0.5 else high - gap * (1 - fraction))
 
 
-def widen(value: Any, ends: tuple[Any, Any], half: Any) -> tuple[Any, Any]:
-    """Return the ends of an interval about `value`, widened by an independent error.
+def widen(best: Any, ends: tuple[Any, Any], half: Any) -> tuple[Any, Any]:
+    """Return the ends of an interval about a best number or array, widened by an independent error.
 
-    `half`: half width of that error, or the distances of both its ends from `value`. Distances add in squares.
+    `half`: half width of that error, or the distances of both its ends from `best`. Distances add in squares.
     """
-    below, above = np.hypot(np.subtract(ends, value), half)
-    return value - below, value + above
+    below, above = np.hypot(np.subtract(ends, best), half)
+    return best - below, best + above
 
 
 def end_names(quantity: str, of: str = "") -> tuple[str, str]:

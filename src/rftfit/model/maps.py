@@ -149,7 +149,11 @@ class Map(KnownMedium):
     def measurements(self) -> str:
         """Text with the numbers of pushes and contacts from which the map was estimated."""
         counts = ((self.pushes, "push", "pushes"), (self.contacts, "contact", "contacts"))
-        counted = [f"{count} {one if count == 1 else many}" for count, one, many in counts if count]
+        counted = [
+            f"{count} {singular if count == 1 else plural}"
+            for count, singular, plural in counts
+            if count
+        ]
         return " and ".join(counted) or "0 pushes"
 
     @property
@@ -230,25 +234,22 @@ class Map(KnownMedium):
     @property
     def zeta(self) -> tuple[float, float, float]:
         """Scaling factor of the nine terms fitted to the map (least squares), with its interval."""
-        return self._with_ends(
-            *(vertical_penetration(self.coefficients(alpha)) for alpha in (self.alpha, self.draws))
-        )
+        return self._with_ends(lambda alpha: vertical_penetration(self.coefficients(alpha)))
 
     @property
     def chi(self) -> tuple[float, float, float]:
         """Ratio of alpha_z(0, 90 deg) of the map to `zeta`, with its interval."""
         straight_down = int(np.argmin(np.hypot(self.beta, self.gamma - np.pi / 2)))
         return self._with_ends(
-            *(
-                chi_of(alpha[..., 0, straight_down], self.coefficients(alpha))
-                for alpha in (self.alpha, self.draws)
-            )
+            lambda alpha: chi_of(alpha[..., 0, straight_down], self.coefficients(alpha))
         )
 
-    def _with_ends(self, best: FloatArray, draws: FloatArray) -> tuple[float, float, float]:
-        """Return a number with the ends of the interval from its draws."""
-        lo, hi = interval(draws, self.confidence)
-        return float(best), float(lo), float(hi)
+    def _with_ends(
+        self, quantity: Callable[[FloatArray], FloatArray]
+    ) -> tuple[float, float, float]:
+        """Return a quantity of alpha (..., 2, n) of the map, with the ends of its interval from the draws."""
+        lo, hi = interval(quantity(self.draws), self.confidence)
+        return float(quantity(self.alpha)), float(lo), float(hi)
 
     def coefficients(self, alpha: FloatArray | None = None) -> FloatArray:
         """Fit nine coefficients to the map by least squares.

@@ -23,7 +23,7 @@ class Pack(NamedTuple):
     """Numbers of a profile for the compiled kernel; fields that a kind does not use are empty.
 
     `kind`: `FOURIER`, `TABLE` or `DEPTH_ONLY`.
-    `values`: Nine coefficients, or the three values of the depth-only model; N/cm^3.
+    `values`: Nine coefficients, or the three alphas of the depth-only model; N/cm^3.
     `beta`, `gamma`: Nodes of the table, rad, from -pi/2 to pi/2 and from -pi to pi.
     `beta_bins`, `gamma_bins`: The range of the nodes is divided into equal bins; for each bin the index of the interval
         between nodes in which the bin begins. A bin is narrower than any interval, so an angle of the bin lies in this
