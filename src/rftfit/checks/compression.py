@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -143,24 +144,19 @@ class _Direction(NamedTuple):
 
 
 def _fit_trend(directions: list[_Direction]) -> Trend:
-    """Fit the change with force by least squares; its error combines the usual scatter and that of the directions.
+    """Fit the change with force by least squares; its error combines the known errors and the scatter of directions.
 
     The prior difference of the exponents of z and x is 0, with the standard deviation `_CHOSEN.unlike`.
     """
-    normal = np.diag([0.0, _CHOSEN.unlike**-2, 0.0])
-    moment = np.zeros(3)
-    for direction in directions:
-        weighted = direction.terms.T @ direction.precision
-        normal += weighted @ direction.terms
-        moment += weighted @ direction.exponent
-    inverse = np.linalg.pinv(normal)
-    coefficients = inverse @ moment
-    residuals = [direction.exponent - direction.terms @ coefficients for direction in directions]
-    chi_square = sum(
-        float(residual @ direction.precision @ residual)
-        for residual, direction in zip(residuals, directions, strict=True)
-    )
-    size = sum(residual.size for residual in residuals)
-    dof = BEFOREHAND_DOF + max(size - 2, 0)
-    factor = (BEFOREHAND_DOF + chi_square) / dof
-    return Trend(float(coefficients[2]), float(np.sqrt(factor * inverse[2, 2])), dof)
+    from scipy.linalg import block_diag
+
+    exponent = np.concatenate([direction.exponent for direction in directions])
+    terms = np.concatenate([direction.terms for direction in directions])
+    precision = block_diag(*(direction.precision for direction in directions))
+    weighted = terms.T @ precision
+    inverse = np.linalg.pinv(weighted @ terms + np.diag([0.0, _CHOSEN.unlike**-2, 0.0]))
+    coefficients = inverse @ weighted @ exponent
+    residual = exponent - terms @ coefficients
+    dof = BEFOREHAND_DOF + max(exponent.size - 2, 0)
+    factor = (BEFOREHAND_DOF + float(residual @ precision @ residual)) / dof
+    return Trend(float(coefficients[2]), math.sqrt(factor * inverse[2, 2]), dof)
