@@ -231,11 +231,11 @@ def with_scatter_of_repeats(pushes: Pushes, confidence: float) -> Pushes:
             bed = bed_of_mean(alpha, share, Part(0.0), error_of_one_bed, spread.source)[1]
             # variance of one push, whose mean over the pushes has the error of the mean
             variance[rows] = alpha.size * _normal_error(bed, confidence) ** 2
-            continue
-        scatter = scatter_of_runs(alpha)
-        stated_variance_of_mean = 1 / np.sum(1 / np.maximum(variance[rows], 1e-300))
-        if scatter.sd**2 / alpha.size > stated_variance_of_mean:
-            variance[rows] = _normal_error(scatter, confidence) ** 2
+        else:
+            scatter = scatter_of_runs(alpha)
+            stated_variance_of_mean = 1 / np.sum(1 / np.maximum(variance[rows], 1e-300))
+            if scatter.sd**2 / alpha.size > stated_variance_of_mean:
+                variance[rows] = _normal_error(scatter, confidence) ** 2
     if np.array_equal(variance, np.diag(pushes.covariance)):
         return pushes
     return pushes._replace(covariance=np.diag(variance))

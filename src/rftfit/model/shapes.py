@@ -154,28 +154,25 @@ class Shapes:
         courses = course_between_lines(beta, gamma)
         media_shapes = self._with_course(beta, gamma, courses.mean(axis=0))
         mean, count, variation = media_shapes.mean(axis=0), len(media_shapes), self.variation
+        # sample covariance of a further medium about the mean of `count` media, times the factor `media`
         between = (media_shapes - mean) * np.sqrt(variation.media * (1 + 1 / count) / (count - 1))
         # two more terms of C: courses differ by friction, and a medium may have less or more of the mean course
         courses = self.levels.mean() * courses
         course = courses.mean(axis=0)
         by_friction = (courses - course) / np.sqrt(len(courses) - 1)
         between = np.concatenate([between, by_friction, variation.course_share * course[None]])
-        amplitudes = np.split(variation.floor + variation.share * np.abs(mean), 2)
-        amplitude_on_grid = variation.floor + variation.share * np.abs(self._mean_on_grid)
-        rough_variance = np.mean(amplitude_on_grid**2)
-        smooth, rough = (
+        # the standard deviation of K depends on the mean there, that of R is the same everywhere
+        sd_z, sd_x = np.split(variation.floor + variation.share * np.abs(mean), 2)
+        sd_on_grid = variation.floor + variation.share * np.abs(self._mean_on_grid)
+        rough_variance = np.mean(sd_on_grid**2)
+        (smooth_z, smooth_x), (rough_z, rough_x) = (
             symmetric_correlation(beta, gamma, partial(kernel, variation))
             for kernel in (smooth_kernel, rough_kernel)
         )
-        z_and_x = tuple(np.split(np.arange(mean.size), 2))
-        return Prior(
-            mean,
-            between,
-            Blocks(
-                z_and_x, tuple(np.outer(a, a) * k for a, k in zip(amplitudes, smooth, strict=True))
-            ),
-            Blocks(z_and_x, tuple(rough_variance * r for r in rough)),
-        )
+        z, x = np.split(np.arange(mean.size), 2)
+        smooth = np.outer(sd_z, sd_z) * smooth_z, np.outer(sd_x, sd_x) * smooth_x
+        rough = rough_variance * rough_z, rough_variance * rough_x
+        return Prior(mean, between, Blocks((z, x), smooth), Blocks((z, x), rough))
 
     @property
     def tilt(self) -> float:
