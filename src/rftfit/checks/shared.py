@@ -61,44 +61,51 @@ def check_shared(measured: MediumMeasurements) -> Check:
     if "symmetry" in measured.medium.accept:
         # the config accepts a turned mount
         is_told &= ~((causes["group"] == "all") & causes["kind"].isin(["turn", "crosstalk"]))
-    told_causes = causes[is_told].to_dict("records")
-    if told_causes:
-        described = [_describe_told(row, measured) for row in told_causes]
-        flags: list[Remark] = []
-        for row, cause in zip(told_causes, described, strict=True):
-            if row["group"] != "all":
-                flags += flags_on(row["run_ids"].split(), "shared-cause", cause=str(cause))
-        cures = [remark(f"cure-{row['kind']}") for row in told_causes]
-        return Check.judge(
-            "shared",
-            False,
-            flags,
-            code="shared-told",
-            causes=format_remarks(described),
-            cures=format_remarks(dict.fromkeys(cures)),
-        )
-    least_remarks = [
-        _describe_least(kind, group, causes)
-        for kind, group in (("gain", "from-run"), ("turn", "all"))
-    ]
-    if None in least_remarks:
-        if (causes["reason"] == NO_RUNS).all():
-            fits = measured.tables["fits"]
-            sheet, config = measured.sheet, measured.config
-            if not any(measures_force_x(config, sheet[run]) for run in fits["run_id"]):
-                return Check.skip("shared", "shared-no-x")
-            count = int(np.isfinite(alpha_columns(fits)).all(axis=0).sum())
-            return Check.skip("shared", "shared-few", count=count, wanted=FEWEST_RUNS)
-        kinds = causes.loc[causes["verdict"] == "not checked", "kind"].unique()
-        missing = ", ".join(sorted(str(remark(f"kind-{kind}")) for kind in kinds))
-        return Check.skip("shared", "shared-open", missing=missing)
-    seen = " and ".join(map(str, least_remarks))
+    if is_told.any():
+        return _fail_by_causes(causes[is_told].to_dict("records"), measured)
+    least_gain = _describe_least("gain", "from-run", causes)
+    least_turn = _describe_least("turn", "all", causes)
+    if least_gain is None or least_turn is None:
+        return _skip_causes(measured)
+    seen = f"{least_gain} and {least_turn}"
     is_mixed_up = causes["group"].isin(LABELS) & (causes["reason"] == MIXED_UP)
     if is_mixed_up.any():
         labels = (causes["group"] + " " + causes["place"].astype(str))[is_mixed_up]
         names = " or ".join(dict.fromkeys(labels))
         return Check.judge("shared", True, code="shared-labels-open", seen=seen, labels=names)
     return Check.judge("shared", True, seen=seen)
+
+
+def _fail_by_causes(told_causes: list[dict[Any, Any]], measured: MediumMeasurements) -> Check:
+    """Fail the medium by errors that many runs share; `told_causes`: rows of the table of causes."""
+    described = [_describe_told(row, measured) for row in told_causes]
+    flags: list[Remark] = []
+    for row, cause in zip(told_causes, described, strict=True):
+        if row["group"] != "all":
+            flags += flags_on(row["run_ids"].split(), "shared-cause", cause=str(cause))
+    cures = dict.fromkeys(remark(f"cure-{row['kind']}") for row in told_causes)
+    return Check.judge(
+        "shared",
+        False,
+        flags,
+        code="shared-told",
+        causes=format_remarks(described),
+        cures=format_remarks(cures),
+    )
+
+
+def _skip_causes(measured: MediumMeasurements) -> Check:
+    """Say why errors that many runs share would not be seen: no force along x, too few runs, or too few directions."""
+    causes, fits = measured.tables["causes"], measured.tables["fits"]
+    if not (causes["reason"] == NO_RUNS).all():
+        kinds = causes.loc[causes["verdict"] == "not checked", "kind"].unique()
+        missing = ", ".join(sorted(str(remark(f"kind-{kind}")) for kind in kinds))
+        return Check.skip("shared", "shared-open", missing=missing)
+    sheet, config = measured.sheet, measured.config
+    if not any(measures_force_x(config, sheet[run]) for run in fits["run_id"]):
+        return Check.skip("shared", "shared-no-x")
+    count = int(np.isfinite(alpha_columns(fits)).all(axis=0).sum())
+    return Check.skip("shared", "shared-few", count=count, wanted=FEWEST_RUNS)
 
 
 def _describe_least(kind: str, group: str, causes: pd.DataFrame) -> Remark | None:
