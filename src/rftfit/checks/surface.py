@@ -219,7 +219,9 @@ def _select_clear_lines(fits: pd.DataFrame) -> pd.DataFrame:
         steep_fits[f"{name}_N_per_cm3"].to_numpy(float)
         for name in ("alpha_z", "alpha_z_se", "free_slope_z")
     )
-    return steep_fits.loc[np.fmin(np.abs(alpha), np.abs(free_slope)) > CLEAR_ALPHA * se]
+    is_clear = np.fmin(np.abs(alpha), np.abs(free_slope)) > CLEAR_ALPHA * se
+    clear_fits: pd.DataFrame = steep_fits[is_clear]
+    return clear_fits
 
 
 def _fit_surface_and_lag(

@@ -142,13 +142,13 @@ def write_profile(
     }
     content = _check_content(file)
     with_digest = content.model_copy(update={"digest": _digest(content)})
-    text = _format_json(with_digest.model_dump()) + "\n"
-    if (size := len(text.encode())) > _MOST_BYTES:
+    json_text = _format_json(with_digest.model_dump()) + "\n"
+    if (size := len(json_text.encode())) > _MOST_BYTES:
         file_content = (
             f"{size / 1e6:.1f} MB with the errors of {len(content.directions.beta_deg)} directions"
         )
         raise InputError(f"{path}: found {file_content}; allowed: {_MOST_BYTES / 1e6:g} MB")
-    write_text(path, text)
+    write_text(path, json_text)
 
 
 def _describe_origin(profile: Map | TableProfile) -> dict[str, Any]:
@@ -451,16 +451,16 @@ def _check_numbers(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
         for component, index in np.argwhere(has_draw & ~is_between)[:1]:
             found = f"draws from {least[component, index]:.6g} to {most[component, index]:.6g}"
             allowed = f"numbers on both sides of {_ALPHA[component]}, {alpha[component, index]:.6g}"
-            key = "errors", _DRAW_COLUMNS[component], 0, int(index)
-            file.note(key, "draws", found, allowed)
+            key_of_draw = "errors", _DRAW_COLUMNS[component], 0, int(index)
+            file.note(key_of_draw, "draws", found, allowed)
     angles_deg = golden.beta_deg, golden.gamma_deg
     table_alpha = np.array(table.alpha(*np.radians(angles_deg)))
     golden_alpha = _array(golden, _ALPHA)
     for component in np.flatnonzero(~(np.abs(table_alpha - golden_alpha) <= tolerance)):
         direction_deg = f"({angles_deg[0]:g}, {angles_deg[1]:g})"
         allowed = f"{golden_alpha[component]:.6g}, the golden value {_ALPHA[component]} at {direction_deg} degrees"
-        key = "directions", _ALPHA[component]
-        file.note(key, "golden", f"{table_alpha[component]:.6g}", allowed)
+        found = f"{table_alpha[component]:.6g}"
+        file.note(("directions", _ALPHA[component]), "golden", found, allowed)
 
 
 def collect_pushes(
