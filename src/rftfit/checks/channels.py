@@ -231,25 +231,25 @@ def compare_with_known(
         opposite = (np.sign(force[component]) != np.sign(expected[component])) & ~faint & must_act
         values: dict[str, Any] = {"channel": name}
         if not explained and (count := directions.count_silent(faint, must_act)):
-            code, bad, size = "silent", faint, directions.count(must_act)
+            code, is_wrong, size = "silent", faint, directions.count(must_act)
         elif not explained and (count := directions.count_reversed(opposite, strong[component])):
-            code, bad, size = "reversed", opposite, directions.count(strong[component])
+            code, is_wrong, size = "reversed", opposite, directions.count(strong[component])
         elif gain := _find_other_gain(
             table[f"{name}_noise_N"].to_numpy(float),
             mount_force[component],
             expected[component],
             strong[component],
         ):
-            values["times"], bad = gain
-            code, count, size = "gain", int(bad.sum()), bad.size
+            values["times"], is_wrong = gain
+            code, count, size = "gain", int(is_wrong.sum()), is_wrong.size
         else:
             continue
         mistake = code
         if code == "reversed" and axis == "x":
             is_right = must_act & ~faint & ~opposite
-            if _points_to_beta(table, bad, is_right, measured.tolerance_deg):
+            if _points_to_beta(table, is_wrong, is_right, measured.tolerance_deg):
                 mistake = "reversed-beta"
-        runs = table["run_id"][bad]
+        runs = table["run_id"][is_wrong]
         cause = remark(
             f"cause-{mistake}",
             whose=f"alpha_{axis}" if config.table else f"{name}, along {axis},",
@@ -289,15 +289,17 @@ class _DirectionsOfRuns:
         return n_reversed if are_several and _CHOSEN.fewest_reversed <= n_reversed <= most else 0
 
 
-def _points_to_beta(table: pd.DataFrame, bad: Mask, is_right: Mask, tolerance_deg: float) -> bool:
+def _points_to_beta(
+    table: pd.DataFrame, is_wrong: Mask, is_right: Mask, tolerance_deg: float
+) -> bool:
     """Return True where only slanted plates have the opposite sign, and a level or upright one on the same path the right one.
 
     A reversed channel would reverse both.
     """
     is_slanted = has_sign(table["beta_deg"], tolerance_deg)
     gamma_deg = table["gamma_deg"].to_numpy(float)
-    on_their_paths = np.abs(gamma_deg[:, None] - gamma_deg[bad]).min(axis=1) <= tolerance_deg
-    return bool(is_slanted[bad].all() and (is_right & ~is_slanted & on_their_paths).any())
+    on_their_paths = np.abs(gamma_deg[:, None] - gamma_deg[is_wrong]).min(axis=1) <= tolerance_deg
+    return bool(is_slanted[is_wrong].all() and (is_right & ~is_slanted & on_their_paths).any())
 
 
 def _find_other_gain(

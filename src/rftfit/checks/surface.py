@@ -196,10 +196,12 @@ def _judge_surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, C
     # consecutive runs with patches in their beds may look like a step, so the error includes patches
     starts = replace(starts, error=np.hypot(starts.error, _error_of_start(steep_fits)))
     runs = [measured.sheet[run] for run in steep_fits["run_id"]]
-    apart = _find_two_levels(starts, runs, speed) or _find_path_apart(starts, pushes, measured)
-    if apart is not None:
-        code, flags, values_apart = apart
-        return Check.judge("surface", False, flags, code, **values, **values_apart), line
+    other_level = _find_two_levels(starts, runs, speed) or _find_other_path(
+        starts, pushes, measured
+    )
+    if other_level is not None:
+        code, flags, values_of_level = other_level
+        return Check.judge("surface", False, flags, code, **values, **values_of_level), line
     code = _CODES[bool(is_late), bool(is_off)]
     values |= {"side": "late" if lag_cm > 0 else "early", "late_s": abs(lag_cm) / speed}
     surface = Check.judge("surface", not (is_late or is_off), code=code, **values)
@@ -430,7 +432,7 @@ def _find_second_level(starts: Starts) -> Mask | None:
     return on_second_level
 
 
-def _find_path_apart(
+def _find_other_path(
     starts: Starts, pushes: pd.DataFrame, measured: MediumMeasurements
 ) -> tuple[str, list[Remark], dict[str, Any]] | None:
     """Find pushes at one angle of the path whose surface differs from that of the others; None where all are alike.
