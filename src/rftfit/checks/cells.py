@@ -211,8 +211,10 @@ class Cells:
         beta_deg, gamma_deg = (table[f"{name}_deg"].to_numpy(float) for name in ("beta", "gamma"))
         ends = rows_at(table, 0, [90, -90], tolerance_deg)
         push, pull = (int(row) if row >= 0 else None for row in ends)
+        # row of the cell with the opposite beta, its mirror image on a vertical path; -1 if there is none
         image = rows_at(table, -beta_deg, gamma_deg, tolerance_deg)
         is_vertical = is_straight_down(0.0, np.abs(gamma_deg), tolerance_deg)
+        # each pair once
         first_cells = np.flatnonzero((image >= np.arange(image.size)) & is_vertical)
         return cls(
             rows,

@@ -292,9 +292,12 @@ class _DirectionsOfRuns:
 def _points_to_beta(
     table: pd.DataFrame, is_wrong: Mask, is_right: Mask, tolerance_deg: float
 ) -> bool:
-    """Return True where only slanted plates have the opposite sign, and a level or upright one on the same path the right one.
+    """Return True if the sign of beta is wrong, not a channel, in runs with the opposite force along x.
 
-    A reversed channel would reverse both.
+    All of these are slanted plates, and a level or upright plate on the same path shows the right force: a reversed
+    channel would reverse both.
+
+    `is_wrong`, `is_right`: True for runs with the opposite and with the right force.
     """
     is_slanted = has_sign(table["beta_deg"], tolerance_deg)
     gamma_deg = table["gamma_deg"].to_numpy(float)

@@ -150,8 +150,8 @@ def exponent_of(pushes: pd.DataFrame, session_cm: float, tolerance_deg: float) -
     # of an uneven bed
     run_variance = pushes["exponent_z_se"].to_numpy(float) ** 2 - (levers * session_cm) ** 2
     scatter = np.sqrt(np.fmax(run_variance, PATCHES**2))
-    session = float(levers.mean()) * session_cm
-    return combine_directions(pushes, "exponent_z", scatter, session, tolerance_deg)
+    session_error = float(levers.mean()) * session_cm
+    return combine_directions(pushes, "exponent_z", scatter, session_error, tolerance_deg)
 
 
 def combine_directions(

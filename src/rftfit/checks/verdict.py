@@ -44,7 +44,7 @@ class Verdict(NamedTuple):
         return f"{self.word}{', but ' if self.word == SOUND else ': '}{self.reason}"
 
     def on(self, media: str, are_several: bool = False) -> str:
-        """Format the verdict on a medium, or on several media with the same verdict, without a full stop."""
+        """Format the verdict as a sentence without a full stop; `media`: name of a medium, or names of several."""
         if self.word == NOT_CHECKED:
             # say that some checks passed, which is less than sound but more than nothing
             verb = "show" if are_several else "shows"

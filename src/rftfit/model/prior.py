@@ -167,9 +167,10 @@ def symmetric_correlation(
             2 * np.sin(beta[:, None] - angles[0]), 2 * np.sin((gamma[:, None] - angles[1]) / 2)
         )
 
+    # covariances k(a, b) + k(a, mirror of b) of an even function, and their difference of an odd one
     direct, mirrored = kernel_to((beta, gamma)), kernel_to(mirror(beta, gamma))
-    size = np.sqrt(1 + np.diag(mirrored))
-    return (direct + mirrored) / size / size[:, None], direct - mirrored
+    sd_even = np.sqrt(1 + np.diag(mirrored))
+    return (direct + mirrored) / sd_even / sd_even[:, None], direct - mirrored
 
 
 def smooth_kernel(variation: Variation, beta: FloatArray, gamma: FloatArray) -> FloatArray:

@@ -68,12 +68,13 @@ def turn_and_cap(
 
     A part with the wrong sign is reversed. All vectors: shape (..., d).
     """
-    across = _dot(stress, normal)
-    along = stress - across[..., None] * normal
-    along_size = np.maximum(np.sqrt(_dot(along, along)), _NEGLIGIBLE)
-    factor = np.minimum(1, friction * np.abs(across) / along_size)
-    factor = np.where(_dot(along, velocity) > _NEGLIGIBLE, -factor, factor)
-    return factor[..., None] * along - np.abs(across)[..., None] * normal
+    normal_part = _dot(stress, normal)
+    tangential = stress - normal_part[..., None] * normal
+    tangential_size = np.maximum(np.sqrt(_dot(tangential, tangential)), _NEGLIGIBLE)
+    factor = np.minimum(1, friction * np.abs(normal_part) / tangential_size)
+    drives = _dot(tangential, velocity) > _NEGLIGIBLE
+    factor = np.where(drives, -factor, factor)
+    return factor[..., None] * tangential - np.abs(normal_part)[..., None] * normal
 
 
 def rft3d_profile(alpha: float, friction: float, step_deg: float = 1.0) -> TableProfile:

@@ -96,6 +96,7 @@ def list_once(beta: FloatArray, gamma: FloatArray) -> tuple[npt.NDArray[np.intp]
     edge = np.pi / 2 + 1e-9
     order = np.lexsort((gamma, beta, beta < 1e-9 - np.pi / 2, np.abs(gamma) > edge))
     whole = torus(beta[order], gamma[order])
+    # the best cell of each direction and its slot; empty slots rank last
     rank = np.where(whole.cell < 0, beta.size, whole.cell)
     best_slot = rank.argmin(axis=1, keepdims=True)
     best_rank = np.take_along_axis(rank, best_slot, axis=1)[:, 0]
