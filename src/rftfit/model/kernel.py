@@ -227,8 +227,9 @@ def _bin_of_angle(angle: float, low: float, per_rad: float, last: float) -> floa
 def _find_interval(
     angle: float, bin_number: float, nodes: FloatArray, bins: IntArray
 ) -> tuple[np.uint64, float]:
-    """Find the node below an angle that lies in a bin, and the place from 0 to 1 between this node and the next."""
+    """Find the node below an angle that lies in a bin, and how far the angle lies to the next node, from 0 to 1."""
     node = bins[np.uint64(bin_number)]
+    # one further if the angle lies in the next interval, which may begin within the bin
     node += (node + 2 < nodes.size) & (angle >= nodes[np.uint64(node + 1)])
     low = nodes[np.uint64(node)]
     return np.uint64(node), (angle - low) / (nodes[np.uint64(node + 1)] - low)

@@ -256,8 +256,8 @@ class Profile(KnownMedium):
 
     def _alpha(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Calculate `alpha` in numpy, for angles of equal shape; a profile may be a stack of draws."""
-        (basis_z, basis_x), (values_z, values_x) = self.basis(beta, gamma), self.parameters
-        return weighted_sum(values_z, basis_z), weighted_sum(values_x, basis_x)
+        (basis_z, basis_x), (parameters_z, parameters_x) = self.basis(beta, gamma), self.parameters
+        return weighted_sum(parameters_z, basis_z), weighted_sum(parameters_x, basis_x)
 
     def _alpha_compiled(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Calculate `alpha` by the compiled kernel, for angles of equal shape; the profile must be no stack."""

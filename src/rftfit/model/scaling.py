@@ -266,9 +266,9 @@ def published(method: str = "lsq") -> Reference:
         return _by_least_squares()
     rows = load("table_s3").query("quantity == 'chi'")
     chi = dict(zip(rows["medium"], rows["value"].astype(float), strict=True))
-    arrays = {medium: fourier.as_array(coefficients(medium)) for medium in (*MEDIA, GENERIC)}
+    printed = {name: fourier.as_array(coefficients(name)) for name in (*MEDIA, GENERIC)}
     name = "published Tables S2 and S3, method dft-index as printed"
-    return reference_from(name, chi, arrays, printed=True, tables=_published_tables())
+    return reference_from(name, chi, printed, _published_tables(), printed=True)
 
 
 @cache
