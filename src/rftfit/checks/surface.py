@@ -171,7 +171,7 @@ def _judge_surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, C
     starts = Starts.of(steep_fits, is_push, run_cm)
     (offset_cm, lag_cm), covariance = _fit_surface_and_lag(starts, steep_fits, session_cm, speed)
     offset_se, lag_se = np.sqrt(np.diag(covariance))
-    # start of a push with the mean vertical speed, by surface and lag together
+    # start of a push with the mean vertical speed by surface and lag together, which pushes alone do not tell apart
     mean_push = np.array([1.0, float(starts.sine[is_push].mean())])
     push_start = offset_cm + mean_push[1] * lag_cm
     push_start_se = math.sqrt(mean_push @ covariance @ mean_push)

@@ -263,7 +263,10 @@ def _normal_error(error: Part, confidence: float) -> float:
 
 
 def merged(pushes: Pushes) -> Pushes:
-    """Replace repeated pushes of a direction by their mean, weighted by their errors, with its error."""
+    """Replace repeated pushes of a direction by their mean, each weighted by 1 / variance, with its error.
+
+    A number that was not measured or has no error has no weight; a mean of such numbers alone is NaN.
+    """
     direction = np.empty(pushes.beta.size, dtype=np.intp)
     first_pushes: list[int] = []
     sign_x = np.empty(pushes.beta.size)
@@ -287,6 +290,7 @@ def merged(pushes: Pushes) -> Pushes:
     sign = np.concatenate([np.ones_like(sign_x), sign_x])
     share = sign * weight / np.where(total > 0, total, 1.0)[mean_number]
     mean = np.bincount(mean_number, share * alpha, minlength=2 * count)
+    # covariance of the means: sums of the covariance over blocks, with all numbers of one mean beside each other
     order = np.argsort(mean_number, kind="stable")
     starts = np.searchsorted(mean_number[order], np.arange(2 * count))
     # in place: for a thousand pushes each product would be another 32 MB
