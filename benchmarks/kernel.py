@@ -25,7 +25,7 @@ from rftfit import reference
 from rftfit.forces.motion import THETA_DEG
 from rftfit.forces.outlines import model_leg
 from rftfit.measure.alpha import alpha_columns, directions
-from rftfit.model.fourier import as_array, fit_lsq
+from rftfit.model.fourier import fit_lsq
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ def all_draws(stacks: list[TableProfile]) -> None:
 def main() -> None:
     table = TableProfile.published("poppy_LP")
     cells = reference.load("table_s5").query("medium == 'poppy_LP'")
-    nine = FourierProfile(as_array(fit_lsq(*directions(cells), *alpha_columns(cells))))
+    nine = FourierProfile(fit_lsq(*directions(cells), *alpha_columns(cells)))
     profiles: dict[str, Profile] = {
         "nine terms": nine,
         "table": table,

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rftfit.checks.declared import CHECKS
+from rftfit.checks.declared import CHECKS, MediumMeasurements
 from rftfit.directions import TOLERANCE_DEG
 from rftfit.measure.alpha import column
 
@@ -41,9 +41,9 @@ def error_of_trend(check):
 
 
 def judged(fits):
-    grid = SimpleNamespace(angle_tolerance_deg=TOLERANCE_DEG)
-    measured: Any = SimpleNamespace(tables={"fits": fits}, config=SimpleNamespace(grid=grid))
-    return CHECKS["compression"].check(measured)
+    config: Any = SimpleNamespace(grid=SimpleNamespace(angle_tolerance_deg=TOLERANCE_DEG))
+    medium: Any = SimpleNamespace()
+    return CHECKS["compression"].check(MediumMeasurements(config, medium, {}, {"fits": fits}, {}))
 
 
 @pytest.mark.parametrize("bend_of_medium", [-0.2, 0.0, 0.3])

@@ -11,7 +11,7 @@ from scipy.stats import t
 
 from rftfit import TableProfile
 from rftfit.campaign.problems import CampaignError
-from rftfit.checks.declared import CHECKS
+from rftfit.checks.declared import CHECKS, MediumMeasurements
 from rftfit.compare.joint import RunSlopes
 from rftfit.compare.misplaced import find_misplaced
 from rftfit.directions import TOLERANCE_DEG
@@ -125,7 +125,8 @@ def check_refused(sheet, seen, size_of_alpha=20):
         "peers": pd.DataFrame(index=range(size_of_alpha)),
     }
     config: Any = SimpleNamespace(arm=SimpleNamespace(angle_tolerance_deg=2.0))
-    measured: Any = SimpleNamespace(config=config, sheet=sheet, tables=tables)
+    medium: Any = SimpleNamespace()
+    measured = MediumMeasurements(config, medium, sheet, tables, {})
     return CHECKS["sheet"].check(measured)
 
 
@@ -237,7 +238,8 @@ def test_other_rods_are_told_with_an_interval_of_the_confidence_of_the_campaign(
         grid=SimpleNamespace(angle_tolerance_deg=TOLERANCE_DEG),
         fit=SimpleNamespace(confidence=confidence),
     )
-    measured: Any = SimpleNamespace(config=config, sheet=sheet, tables=tables)
+    medium: Any = SimpleNamespace()
+    measured = MediumMeasurements(config, medium, sheet, tables, {})
     check = CHECKS["rods"].check(measured)
     estimate = estimate_share_too_much(fits, tared, windows, TOLERANCE_DEG)
     assert estimate is not None

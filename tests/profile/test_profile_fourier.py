@@ -14,7 +14,7 @@ from rftfit.model.scaling import vertical_penetration
 
 RANDOM = np.random.default_rng(2013)
 TABLE_S2 = {medium: reference.coefficients(medium) for medium in reference.MEDIA}
-GENERIC = reference.coefficients("generic")
+GENERIC = fourier.as_array(reference.coefficients("generic"))
 
 
 def cells(medium):
@@ -40,19 +40,19 @@ def test_grid_or_scattered():
     off = np.radians(RANDOM.uniform(-0.2, 0.2, (2, 91)))
     shaky = np.clip(BETA + off[0], -np.pi / 2, np.pi / 2), GAMMA + off[1]
     for angles, holes in (((BETA, GAMMA), 0), ((BETA[holed], GAMMA[holed]), 1), (shaky, 0)):
-        grid = symmetry.rectangle(*angles)
+        grid = symmetry.find_grid(*angles)
         assert grid is not None
         assert grid.beta.size == 6
         assert (grid.node < 0).any() == holes
-    assert symmetry.rectangle(*RANDOM.uniform(-1.5, 1.5, (2, 40))) is None
-    assert symmetry.rectangle(BETA[BETA == 0], GAMMA[BETA == 0]) is None
+    assert symmetry.find_grid(*RANDOM.uniform(-1.5, 1.5, (2, 40))) is None
+    assert symmetry.find_grid(BETA[BETA == 0], GAMMA[BETA == 0]) is None
 
 
 def test_lines_of_a_grid():
     """Angles closer than half a degree are one line; near 0 and 90 degrees of beta that line is exact."""
     degrees = np.array([0.2, 29.7, 30.0, 30.4, 31.0, 89.8])
     beta, gamma = (a.ravel() for a in np.meshgrid(degrees, [-60.0, 60.0]))
-    grid = symmetry.rectangle(*np.radians([beta, gamma]))
+    grid = symmetry.find_grid(*np.radians([beta, gamma]))
     assert grid is not None
     lines = np.degrees(grid.beta)
     # and the mirror images of all but the first and the last
@@ -60,7 +60,7 @@ def test_lines_of_a_grid():
     assert_allclose(np.degrees(grid.gamma), [-120, -60, 60, 120], atol=1e-9)
     # beyond a quarter of a degree a line is where it is
     beta[beta == 0.2] = 0.3
-    grid = symmetry.rectangle(*np.radians([beta, gamma]))
+    grid = symmetry.find_grid(*np.radians([beta, gamma]))
     assert grid is not None
     assert_allclose(np.degrees(grid.beta), [-90, -31, -30, -0.3, 0.3, 30, 31], atol=1e-9)
 
@@ -144,7 +144,7 @@ def test_as_many_cells_as_terms_are_enough():
         GENERIC, BETA[measured_cells], GAMMA[measured_cells]
     )
     fitted = fourier.fit_lsq(BETA, GAMMA, *alpha)
-    assert_allclose(fitted, fourier.as_array(GENERIC), atol=1e-9)
+    assert_allclose(fitted, GENERIC, atol=1e-9)
     alpha[:, 49] = np.nan
     with pytest.raises(ValueError, match=r"^4 .* 5 terms$"):
         fourier.fit_lsq(BETA, GAMMA, *alpha)

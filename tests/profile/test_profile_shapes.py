@@ -101,10 +101,10 @@ def test_draws_are_of_the_whole_posterior(monkeypatch):
     monkeypatch.setattr(shapes_module, "TILT_SHARE", 0.0)
     monkeypatch.setattr(posterior, "DRAWS", 20_000)
     shapes = published_shapes(without=["poppy_LP"])
-    for places, off, known_size in ((FEW[:3], 0, None), (FEW[1:], 3, 0.13)):
+    for places, off in ((FEW[:3], 0), (FEW[1:], 3)):
         pushes = Pushes.of(BETA[places] + off, GAMMA[places], truth("poppy_LP")[:, places], 0.01)
-        estimated = estimate(pushes, shapes, ON_LINES, size=known_size)
-        sizes = [known_size] if known_size else np.exp(np.linspace(np.log(0.005), np.log(4.0), 70))
+        estimated = estimate(pushes, shapes, ON_LINES)
+        sizes = np.exp(np.linspace(np.log(0.005), np.log(4.0), 70))
         parts, weights = [], []
         places_of_all = zip(NODES, (pushes.beta, pushes.gamma), strict=True)
         prior = shapes.prior(*(np.concatenate(both) for both in places_of_all))
@@ -140,13 +140,15 @@ def test_two_decompositions_with_a_correction_have_the_likelihood_of_one_of_all_
     answers = []
     for few_numbers in (0, seen.size):
         monkeypatch.setattr(likelihood._CHOSEN, "few_numbers", few_numbers)
-        of_numbers = likelihood.Likelihood(prior, seen, 0.2, y, errors)
+        of_numbers = likelihood.Likelihood(likelihood.Measurements(prior, seen, y, errors), 0.2)
         answers.append(
             [
-                of_numbers.likelihood(np.array([0.5, 1.0, 2.0]), np.array([0.3, 1.0, 4.0, 9.0])),
-                of_numbers.distance(1.3),
-                of_numbers.solved(y[None], np.full((1, 1), 1.7)),
-                of_numbers.horizontal(seen >= COUNT, 1.3),
+                of_numbers.log_likelihood(
+                    np.array([0.5, 1.0, 2.0]), np.array([0.3, 1.0, 4.0, 9.0])
+                ),
+                of_numbers.chi_squared(1.3),
+                of_numbers.solve(y[None], np.full((1, 1), 1.7)),
+                of_numbers.fit_horizontal_ratio(seen >= COUNT, 1.3),
             ]
         )
         # each number by all others follows from the inverse of the whole covariance
@@ -197,7 +199,7 @@ def test_media_take_energy_because_that_is_known_beforehand():
     values = []
     roots = [root_of(blocks.whole()) for blocks in (prior.smooth, prior.rough)]
     for _ in range(many // 4000):
-        share = random.uniform(0, variation.most_own, (4000, 1))
+        share = random.uniform(0, variation.most_rough, (4000, 1))
         departure = 3.5 / random.gamma(2.5, size=(4000, 1))
         size = np.exp(random.uniform(np.log(0.05), np.log(0.4), (4000, 1)))
         normal = [

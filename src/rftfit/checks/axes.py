@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from rftfit.checks.declared import SOUND_ALPHA, Check, MediumMeasurements, Words, declare_check
+from rftfit.checks.declared import SOUND_ALPHA, Check, MediumMeasurements, Sentences, declare_check
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.verdict_words import BETA_AND_X_REVERSED, BETA_REVERSED, PULLS, UNUSABLE
 from rftfit.store.chosen import chosen
@@ -14,7 +14,9 @@ CLEAR: float = chosen("checks", "evidence").axes
 """Log of the Bayes factor above which one choice of axes is clearly better than another."""
 
 _CLEARLY = f"{math.exp(CLEAR):.0f} times"
-"""The same, in words."""
+"""Bayes factor of `CLEAR`, in words."""
+
+_GIVEN_FIT_BEST = f"at least {_CLEARLY} better than any others"
 
 
 class LikelierAxes(NamedTuple):
@@ -43,17 +45,18 @@ def find_likelier_axes(measured: MediumMeasurements) -> LikelierAxes | None:
     evidence = other_axes["log_bayes_factor"]
     if other_axes.empty or not evidence.iloc[0] > CLEAR:
         return None
-    # on vertical paths alone, another sign of beta does what x reversed does
+    # several may be as likely: on vertical paths alone, another sign of beta does what x reversed does
     is_likely = (evidence > CLEAR) & (evidence >= evidence.iloc[0] - CLEAR)
     first, *others = other_axes["axes"][is_likely]
     mistake = remark(f"axes-{first}")
     if others:
         others_text = ", ".join(str(remark(f"axes-{name}")) for name in others)
         mistake = remark("axes-or", axes=mistake, others=others_text)
-    places = [_STATED_IN.get(name, axes_are_stated_in(measured)) for name in (first, *others)]
+    of_axes = axes_are_stated_in(measured)
     if measured.config.table:
-        places = [axes_are_stated_in(measured)]
-    return LikelierAxes(mistake, " and ".join(dict.fromkeys(places)))
+        return LikelierAxes(mistake, of_axes)
+    stated_in = dict.fromkeys(_STATED_IN.get(name, of_axes) for name in (first, *others))
+    return LikelierAxes(mistake, " and ".join(stated_in))
 
 
 def axes_are_stated_in(measured: MediumMeasurements) -> str:
@@ -70,34 +73,34 @@ def axes_are_stated_in(measured: MediumMeasurements) -> str:
     after=SOUND_ALPHA,
     needed=True,
     outcomes={
-        "axes": Words(
+        "axes": Sentences(
             "the given axes explain alpha at least 10^{power:.0f} times better than any others",
-            f"at least {_CLEARLY} better than any others",
+            _GIVEN_FIT_BEST,
         ),
-        "axes-others": Words(
+        "axes-others": Sentences(
             "with {axes} alpha is explained 10^{power:.0f} times better than as given, by the shape of known media",
             f"no axes explain alpha {_CLEARLY} better than the given ones",
             "axes or signs look wrong in all runs ({found}): look at {where}.",
         ),
-        "axes-pulls": Words(
+        "axes-pulls": Sentences(
             "beta of pulls with the other sign explains alpha 10^{power:.0f} times better than the given one, by the shape of "
             "known media",
             "beta as given explains alpha of pulls at least as well",
             "beta of pulls has the wrong sign ({found}): look at beta_deg of runs with a negative gamma_deg.",
             "beta of pulls has the wrong sign",
         ),
-        "axes-pulls-open": Words(
+        "axes-pulls-open": Sentences(
             "the given axes explain alpha at least 10^{power:.0f} times better than any others; these directions do not tell "
             "whether beta of pulls has the right sign",
-            f"at least {_CLEARLY} better than any others",
+            _GIVEN_FIT_BEST,
         ),
-        "axes-beta-open": Words(
+        "axes-beta-open": Sentences(
             "the given axes explain alpha at least 10^{power:.0f} times better than any others; these directions do not tell "
             "whether beta has the right sign",
-            f"at least {_CLEARLY} better than any others",
+            _GIVEN_FIT_BEST,
         ),
-        "axes-open": Words("these directions do not tell the given axes from others: {axes}"),
-        "axes-no-runs": Words("no run has both components of alpha"),
+        "axes-open": Sentences("these directions do not tell the given axes from others: {axes}"),
+        "axes-no-runs": Sentences("no run has both components of alpha"),
     },
 )
 def check_axes(measured: MediumMeasurements) -> Check:
@@ -116,7 +119,8 @@ def check_axes(measured: MediumMeasurements) -> Check:
         )
     if for_pulls > CLEAR:
         return Check.judge("axes", False, code="axes-pulls", power=for_pulls / math.log(10))
-    for_beta = max((evidence.pop(name, -math.inf) for name in _STATED_IN), default=-math.inf)
+    # the sign of beta is no question of the axes of the force
+    for_beta = max(evidence.pop(name, -math.inf) for name in _STATED_IN)
     open_axes = [remark(f"axes-{name}") for name in evidence if evidence[name] > -CLEAR]
     if open_axes:
         return Check.skip("axes", "axes-open", axes=format_remarks(open_axes))

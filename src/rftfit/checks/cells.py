@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from rftfit.checks.declared import (
     SOUND_LOGS,
     Check,
     MediumMeasurements,
-    Words,
+    Sentences,
     declare_check,
     describe_rows,
     flags_on,
@@ -45,18 +46,18 @@ _WORK_FOUND = "{negative}; the worst has D = {worst:.3g} N/cm^3, which must exce
     fault="the medium seems to give energy to the plates",
     after=SOUND_LOGS,
     outcomes={
-        "work": Words(
+        "work": Sentences(
             _WORK_FOUND,
             "{allowed}",
             "the signs of forces or motion are wrong in some runs ({negative}: {rows}): look at the direction, the angles "
             "and the logs of these runs, then at {where}.",
         ),
-        "work-axes": Words(
+        "work-axes": Sentences(
             _WORK_FOUND,
             "{allowed}",
             "axes or signs look wrong in all runs: alpha fits with {axes} ({negative}): look at {where}.",
         ),
-        "work-no-cell": Words("no cell has alpha"),
+        "work-no-cell": Sentences("no cell has alpha"),
     },
 )
 def check_work(measured: MediumMeasurements) -> Check:
@@ -64,21 +65,19 @@ def check_work(measured: MediumMeasurements) -> Check:
 
     If the runs together show that other axes are right, the message names these axes instead of single runs.
     """
-    alpha, sheet = measured.tables["alpha"], measured.sheet
-    cells = Cells.of(alpha, measured.config.grid.angle_tolerance_deg)
-    if not (count := cells.gamma.size):
+    alpha = measured.tables["alpha"]
+    cells = Cells.of(alpha, measured.tolerance_deg)
+    if not cells.gamma.size:
         return Check.skip("work", "work-no-cell")
-    work, work_noise = cells.work
-    negative_cells = alpha.iloc[cells.rows[work < -work_noise]]
-    runs = " ".join(negative_cells["run_ids"]).split()
-    worst = int((work / work_noise).argmin())
+    worst = int((cells.work / cells.work_noise).argmin())
     limit = "few-cells" if cells.fewest_negative > 1 else "no-cell"
     if cells.most_clear < cells.fewest_negative - 1:
         limit = "few-clear"
+    n_negative = int(cells.gives_energy.sum())
     values: dict[str, Any] = {
-        "negative": remark("negative-work", count=cells.n_negative_work, size=count),
-        "worst": work[worst],
-        "noise": -work_noise[worst],
+        "negative": remark("negative-work", count=n_negative, size=cells.gamma.size),
+        "worst": cells.work[worst],
+        "noise": -cells.work_noise[worst],
         "allowed": remark(
             f"{limit}-no-push" if cells.push is not None else limit,
             count=cells.fewest_negative - 1,
@@ -90,8 +89,10 @@ def check_work(measured: MediumMeasurements) -> Check:
         # other axes concern all runs, so no single run is flagged
         values |= {"axes": likelier_axes.mistake, "where": likelier_axes.stated_in}
         return Check.judge("work", cells.takes_energy, code="work-axes", **values)
+    runs = " ".join(alpha["run_ids"].iloc[cells.rows[cells.gives_energy]]).split()
     flags = flags_on(runs, "gives-back")
-    return Check.judge("work", cells.takes_energy, flags, rows=describe_rows(runs, sheet), **values)
+    rows = describe_rows(runs, measured.sheet)
+    return Check.judge("work", cells.takes_energy, flags, rows=rows, **values)
 
 
 _SYMMETRY_FOUND = "the mount looks turned by {turn_deg:+.1f} deg{interval} beyond what is stated"
@@ -107,35 +108,35 @@ _SYMMETRY_CAUSE = "on plates on vertical paths a horizontal force acts to one si
     fault="plates on vertical paths are pushed to one side",
     after=SOUND_ALPHA,
     outcomes={
-        "symmetry": Words(
+        "symmetry": Sentences(
             _SYMMETRY_FOUND,
             _SYMMETRY_ALLOWED,
             f"{_SYMMETRY_CAUSE}at transducer.turn_deg and transducer.axes, and for a bent plate or a slanted bed.",
         ),
-        "symmetry-pair": Words(
+        "symmetry-pair": Sentences(
             f"{_SYMMETRY_FOUND}; (\N{PLUS-MINUS SIGN}{{size_deg:g}}, {{gamma_deg:g}}) deg are off from that by "
             "{errors:.1f} times their error",
             _SYMMETRY_ALLOWED,
             f"{_SYMMETRY_CAUSE}at the sign of beta_deg in the runs at ({{beta_deg:g}}, {{gamma_deg:g}}) and "
             "({image_deg:g}, {gamma_deg:g}) deg.",
         ),
-        "symmetry-no-x": Words("the force along x was not measured"),
-        "symmetry-no-cell": Words("no alpha at (0, 90) deg, and no mirror images"),
+        "symmetry-no-x": Sentences("the force along x was not measured"),
+        "symmetry-no-cell": Sentences("no alpha at (0, 90) deg, and no mirror images"),
     },
 )
 def check_symmetry(measured: MediumMeasurements) -> Check:
     """Check that opposite horizontal forces act on plates that are mirror images, on vertical paths."""
     if measured.flags.runs_with("no-force-x") or measured_channel(measured.config, "x") is None:
         return Check.skip("symmetry", "symmetry-no-x")
-    cells = Cells.of(measured.tables["alpha"], measured.config.grid.angle_tolerance_deg)
+    cells = Cells.of(measured.tables["alpha"], measured.tolerance_deg)
     turn, se = cells.turn_rad
     if math.isnan(turn):
         return Check.skip("symmetry", "symmetry-no-cell")
-    degrees = math.degrees(turn)
+    turn_deg = math.degrees(turn)
     half_deg = normal_quantile(measured.config.fit.confidence) * math.degrees(se)
     values: dict[str, Any] = {
-        "turn_deg": degrees,
-        "interval": remark("interval-deg", low=degrees - half_deg, high=degrees + half_deg)
+        "turn_deg": turn_deg,
+        "interval": remark("interval-deg", low=turn_deg - half_deg, high=turn_deg + half_deg)
         if se
         else "",
         "most_deg": math.degrees(_CHOSEN.turn + _CHOSEN.sigmas * se),
@@ -158,28 +159,27 @@ def check_symmetry(measured: MediumMeasurements) -> Check:
     fault="up is harder than down for a level plate",
     after=SOUND_ALPHA,
     outcomes={
-        "up_down": Words(
+        "up_down": Sentences(
             "alpha_z(0, 90) = {down:.3g}, alpha_z(0, -90) = {up:.3g} N/cm^3",
             "alpha_z(0, 90) above the size of alpha_z(0, -90)",
             "pulling a level plate up takes more than pushing it down ({found}): look whether intrusions and extractions "
             "are exchanged in the run sheet.",
         ),
-        "up_down-no-cell": Words("no alpha at {cells} deg"),
+        "up_down-no-cell": Sentences("no alpha at {cells} deg"),
     },
 )
 def check_up_down(measured: MediumMeasurements) -> Check:
     """Check that pushing a level plate down takes more force than pulling it up."""
-    cells = Cells.of(measured.tables["alpha"], measured.config.grid.angle_tolerance_deg)
-    if cells.push is None or cells.pull is None:
-        without_alpha = [
-            name
-            for name, place in (("(0, 90)", cells.push), ("(0, -90)", cells.pull))
-            if place is None
-        ]
-        return Check.skip("up_down", "up_down-no-cell", cells=" and ".join(without_alpha))
-    (down, up), errors = (values[0, [cells.push, cells.pull]] for values in (cells.force, cells.se))
-    exceeds = bool(abs(up) - down <= _CHOSEN.sigmas * math.hypot(*errors))
-    return Check.judge("up_down", exceeds, down=down, up=up)
+    cells = Cells.of(measured.tables["alpha"], measured.tolerance_deg)
+    push, pull = cells.push, cells.pull
+    if push is None or pull is None:
+        without_alpha = "(0, 90)" * (push is None), "(0, -90)" * (pull is None)
+        names = " and ".join(filter(None, without_alpha))
+        return Check.skip("up_down", "up_down-no-cell", cells=names)
+    down, up = cells.alpha[0, [push, pull]]
+    error = math.hypot(*cells.se[0, [push, pull]])
+    is_harder_down = bool(abs(up) - down <= _CHOSEN.sigmas * error)
+    return Check.judge("up_down", is_harder_down, down=down, up=up)
 
 
 @dataclass(frozen=True)
@@ -188,68 +188,77 @@ class Cells:
 
     `rows`: Row of each cell in the table, shape (n,).
     `gamma`: rad, shape (n,).
-    `side`: -1 where the sign of alpha_x was turned, as for an extraction; else 1.
-    `force`, `se`: Alpha and its standard error, z and x, N/cm^3, shape (2, n).
-    `turn`: Part of the error of alpha_x by an unknown turn of the mount, N/cm^3.
+    `alpha`, `se`: Alpha and its standard error, z and x, N/cm^3, shape (2, n).
+    `se_of_turn`: Part of the error of alpha_x by an unknown turn of the mount, N/cm^3, shape (n,).
     `push`, `pull`: Indices of the cells (0, 90) and (0, -90) deg; None where they have no alpha.
     `pairs`: Indices of cells on vertical paths that are mirror images of each other, or of themselves, shape (2, k).
     """
 
     rows: npt.NDArray[np.intp]
     gamma: FloatArray
-    side: FloatArray
-    force: FloatArray
+    alpha: FloatArray
     se: FloatArray
-    turn: FloatArray
+    se_of_turn: FloatArray
     push: int | None
     pull: int | None
     pairs: npt.NDArray[np.intp]
 
     @classmethod
-    def of(cls, alpha: pd.DataFrame, tolerance_deg: float) -> Cells:
+    def of(cls, alpha_table: pd.DataFrame, tolerance_deg: float) -> Cells:
         """Select the cells of an alpha table that have alpha."""
-        rows = np.flatnonzero(np.isfinite(alpha_columns(alpha)).all(axis=0))
-        table = alpha.iloc[rows].reset_index(drop=True)
-        force = np.stack(alpha_columns(table))
-        se = np.nan_to_num(alpha_columns(table, "_se"))
-        gamma = np.radians(table["gamma_deg"].to_numpy(float))
-        turn = np.nan_to_num(table[column("x", "_turn")].to_numpy(float))
+        rows = np.flatnonzero(np.isfinite(alpha_columns(alpha_table)).all(axis=0))
+        table = alpha_table.iloc[rows].reset_index(drop=True)
         beta_deg, gamma_deg = (table[f"{name}_deg"].to_numpy(float) for name in ("beta", "gamma"))
         ends = rows_at(table, 0, [90, -90], tolerance_deg)
         push, pull = (int(row) if row >= 0 else None for row in ends)
+        # row of the cell with the opposite beta, its mirror image on a vertical path; -1 if there is none
         image = rows_at(table, -beta_deg, gamma_deg, tolerance_deg)
         is_vertical = is_straight_down(0.0, np.abs(gamma_deg), tolerance_deg)
+        # each pair once
         first_cells = np.flatnonzero((image >= np.arange(image.size)) & is_vertical)
-        pairs = np.stack([first_cells, image[first_cells]])
-        side = np.where(gamma < 0, -1.0, 1.0)
-        return cls(rows, gamma, side, force, se, turn, push, pull, pairs)
+        return cls(
+            rows,
+            np.radians(gamma_deg),
+            np.stack(alpha_columns(table)),
+            np.nan_to_num(alpha_columns(table, "_se")),
+            np.nan_to_num(table[column("x", "_turn")].to_numpy(float)),
+            push,
+            pull,
+            np.stack([first_cells, image[first_cells]]),
+        )
 
-    @property
-    def work(self) -> tuple[FloatArray, FloatArray]:
-        """D = alpha_x cos gamma + alpha_z sin gamma, N/cm^3, and the distance below 0 that noise may cause."""
-        share = np.stack([np.sin(self.gamma), np.cos(self.gamma)])
-        se = np.sqrt(np.sum((share * self.se) ** 2, axis=0))
+    @cached_property
+    def work(self) -> FloatArray:
+        """Energy that the medium takes, D = alpha_z sin gamma + alpha_x cos gamma, N/cm^3, shape (n,)."""
+        return np.asarray(np.sum(self._directions * self.alpha, axis=0))
+
+    @cached_property
+    def work_noise(self) -> FloatArray:
+        """Distance of `work` below 0 that noise may cause, N/cm^3, shape (n,)."""
+        se = np.sqrt(np.sum((self._directions * self.se) ** 2, axis=0))
         sigmas = np.full(se.shape, _CHOSEN.sigmas)
         if self.push is not None:
             sigmas[self.push] = _CHOSEN.sigmas_of_push
-        return np.sum(share * self.force, axis=0), np.maximum(LEAST_WORK, sigmas * se)
+        return np.asarray(np.maximum(LEAST_WORK, sigmas * se))
 
     @property
-    def n_negative_work(self) -> int:
-        """Number of cells in which the medium gives energy back."""
-        work, work_noise = self.work
-        return int(np.count_nonzero(work < -work_noise))
+    def _directions(self) -> FloatArray:
+        """Share of alpha_z and of alpha_x that acts against the motion, shape (2, n)."""
+        return np.stack([np.sin(self.gamma), np.cos(self.gamma)])
+
+    @property
+    def gives_energy(self) -> npt.NDArray[np.bool_]:
+        """True for cells in which the medium gives energy back."""
+        return self.work < -self.work_noise
 
     @property
     def takes_energy(self) -> bool:
         """True if few cells give energy back, even fewer do so clearly, and the level push down is none of them."""
-        work, work_noise = self.work
-        push_is_negative = self.push is not None and work[self.push] < -work_noise[self.push]
-        n_clear = int(np.count_nonzero(work < -_CHOSEN.clear * work_noise))
+        n_clear = int(np.count_nonzero(self.work < -_CHOSEN.clear * self.work_noise))
         return (
-            self.n_negative_work < self.fewest_negative
+            int(self.gives_energy.sum()) < self.fewest_negative
             and n_clear <= self.most_clear
-            and not push_is_negative
+            and not (self.push is not None and self.gives_energy[self.push])
         )
 
     @property
@@ -262,20 +271,21 @@ class Cells:
         """Largest number of cells that may clearly give energy back; in a small table only one may."""
         return int(max(1, self.gamma.size // _CHOSEN.cells_of_one_mistake))
 
-    @property
-    def _mirror_sums(self) -> tuple[npt.NDArray[np.intp], FloatArray, FloatArray, FloatArray]:
-        """First cell of each pair of mirror images, the pair's sums of z and of x, and the variance of the latter."""
-        cell, mirror_cell = self.pairs
-        z, x = (
-            (values[cell] + values[mirror_cell])
-            for values in (self.force[0] * self.side, self.force[1])
-        )
-        variance = np.maximum(self.se[1] ** 2 - self.turn**2, 0)
+    @cached_property
+    def _mirror_sums(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Sums of alpha_z and of alpha_x over each pair, and the variance of the latter, shape (k,).
+
+        Alpha_z of pulls has the other sign, as `file_extraction` turned that of alpha_x: a turn of the mount then changes
+        alpha_x by the same share of alpha_z in pushes and in pulls.
+        """
+        cell, image = self.pairs
+        z, x = self.alpha * [np.where(self.gamma < 0, -1.0, 1.0), np.ones_like(self.gamma)]
+        variance = np.maximum(self.se[1] ** 2 - self.se_of_turn**2, 0)
         # a cell that is its own image is added to itself: twice the error, four times the variance
-        error = np.where(
-            cell == mirror_cell, 4 * variance[cell], variance[cell] + variance[mirror_cell]
+        variance_of_sum = np.where(
+            cell == image, 4 * variance[cell], variance[cell] + variance[image]
         )
-        return cell, z, x, error
+        return z[cell] + z[image], x[cell] + x[image], variance_of_sum
 
     @property
     def turn_rad(self) -> tuple[float, float]:
@@ -284,12 +294,12 @@ class Cells:
         Horizontal forces on mirror images are opposite, so their sum, relative to that of the vertical forces, shows
         the turn.
         """
-        _, z, x, error = self._mirror_sums
-        weight = z / np.maximum(error + (_CHOSEN.alike * np.abs(z).max(initial=0)) ** 2, 1e-12)
+        z, x, variance = self._mirror_sums
+        weight = z / np.maximum(variance + (_CHOSEN.alike * np.abs(z).max(initial=0)) ** 2, 1e-12)
         size = float(weight @ z)
         if not size > 0:
             return math.nan, math.nan
-        return -math.atan2(float(weight @ x), size), math.sqrt(float(weight**2 @ error)) / size
+        return -math.atan2(float(weight @ x), size), math.sqrt(float(weight**2 @ variance)) / size
 
     @property
     def mirror_images_agree(self) -> bool:
@@ -302,9 +312,9 @@ class Cells:
     @property
     def mirror_misfit(self) -> tuple[float, int]:
         """Largest deviation of a pair from the common turn of the mount, in standard errors, and its first cell."""
-        cell, z, x, error = self._mirror_sums
-        if not cell.size or math.isnan(turn := self.turn_rad[0]):
+        z, x, variance = self._mirror_sums
+        if not z.size or math.isnan(turn := self.turn_rad[0]):
             return 0.0, 0
-        tolerance = _CHOSEN.alike * np.abs(z).max()
-        misfit = np.abs(x + math.tan(turn) * z) / np.sqrt(np.maximum(error + tolerance**2, 1e-12))
-        return float(misfit.max()), int(cell[misfit.argmax()])
+        of_beds = _CHOSEN.alike * np.abs(z).max()
+        misfit = np.abs(x + math.tan(turn) * z) / np.sqrt(np.maximum(variance + of_beds**2, 1e-12))
+        return float(misfit.max()), int(self.pairs[0, misfit.argmax()])

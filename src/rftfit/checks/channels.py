@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from rftfit.checks.axes import CLEAR, find_likelier_axes
 from rftfit.checks.declared import (
     Check,
     MediumMeasurements,
-    Words,
+    Sentences,
     declare_check,
     describe_rows,
     flags_on,
@@ -46,12 +47,12 @@ Cause = tuple[Remark, list[Remark]]
     fault="a force channel is dead, frozen, clipped, reversed or exchanged",
     after=("sheet",),
     outcomes={
-        "channels": Words(
+        "channels": Sentences(
             "{causes}",
             "below {frozen:.0%} of a stroke at one reading, no end in common below the range",
             "{causes}.",
         ),
-        "channels-unread": Words("no readings of channels"),
+        "channels-unread": Sentences("no readings of channels"),
     },
 )
 def check_channels(measured: MediumMeasurements) -> Check:
@@ -112,8 +113,8 @@ def find_stuck_channels(config: Config, logs: Logs) -> list[Cause]:
             causes.append((cause, flags_on(runs, "channel-still", channel=name)))
             continue
         limit = 0.99 * config.transducer.range_N[int(name[1]) - 1]
-        for value, runs in _find_clipping_ends([row for _, row in logs], name, limit).items():
-            of_channel: dict[str, Any] = {"channel": name, "newtons": value}
+        for end_N, runs in _find_clipping_ends([row for _, row in logs], name, limit).items():
+            of_channel: dict[str, Any] = {"channel": name, "newtons": end_N}
             cause = remark(
                 "cause-clipped", **of_channel, axis=axis, count=len(runs), size=len(logs)
             )
@@ -141,8 +142,10 @@ def find_exchanged_channels(transducer: Transducer, logs: Logs) -> list[Cause]:
     """Find exchanged channels x and y: the force across the plane of motion (y) is larger than that in it (x)."""
     slanted = [row for run, row in _pushes(logs) if not is_symmetric(run)]
     y, x = transducer.axes.y[1:], transducer.axes.x[1:]
-    sizes = [[row[f"{name}_high_N"] - row[f"{name}_low_N"] for name in (y, x)] for row in slanted]
-    across, along = np.array(sizes, dtype=float).reshape(-1, 2).T
+    ranges_N = [
+        [row[f"{name}_high_N"] - row[f"{name}_low_N"] for name in (y, x)] for row in slanted
+    ]
+    across, along = np.array(ranges_N, dtype=float).reshape(-1, 2).T
     if not slanted or np.median(across) <= 10 * transducer.precision_N:
         return []
     ratio = float(np.median(across / np.maximum(along, 1e-9)))
@@ -152,15 +155,15 @@ def find_exchanged_channels(transducer: Transducer, logs: Logs) -> list[Cause]:
 
 def find_axes_of_part(measured: MediumMeasurements) -> list[Cause]:
     """Find other axes that fit some runs better, by the shape of known media, as if two cables were exchanged."""
-    likeliest = measured.tables["misplaced"].head(1).to_dict("records")
+    likeliest = measured.likeliest_mistake
     names = [measured_channel(measured.config, axis) for axis in "xz"]
     if not likeliest or None in names or find_likelier_axes(measured) is not None:
         return []
-    (mistake,) = likeliest
-    if mistake["mistake"] in (ROWS, BETA_ROWS) or mistake["log_bayes_factor"] < CLEAR:
+    mistake = likeliest["mistake"]
+    if mistake in (ROWS, BETA_ROWS) or likeliest["log_bayes_factor"] < CLEAR:
         return []
-    run_ids = mistake["run_ids"].split()
-    axes = str(remark(f"axes-{mistake['mistake']}"))
+    run_ids = likeliest["run_ids"].split()
+    axes = str(remark(f"axes-{mistake}"))
     cause = remark(
         "cause-axes",
         axes=axes,
@@ -190,7 +193,7 @@ def compare_with_known(
     `exchanged`: run_ids that are left out. `explained`: True if other axes or a drift explain missing and opposite
     forces.
     """
-    config, tables, sheet = measured.config, measured.tables, measured.sheet
+    config, tables = measured.config, measured.tables
     known_z_x = ["known_z_ratio", "known_x_ratio"]
     table = tables["fits"].merge(tables["peers"][["run_id", *known_z_x]], on="run_id")
     noises = tables["runs"][["run_id", *(f"F{n}_noise_N" for n in (1, 2, 3))]]
@@ -198,96 +201,108 @@ def compare_with_known(
     table = table[~table["run_id"].isin([*exchanged])]
     if table.empty:
         return []
+    # forces on the plates as they moved: `file_extraction` turned alpha_x of pulls
     side = np.where(table["mirrored"].to_numpy(bool), -1.0, 1.0)
     sides = np.stack([np.ones_like(side), side])
     force = sides * np.add(alpha_columns(table), np.nan_to_num(alpha_columns(table, "_rod")))
+    expected = sides * table[known_z_x].to_numpy(float).T
     # a component that was not measured counts as 0, and 0 is expected of it
     unmeasured = np.isnan(force[1]) & ~np.isnan(force[0])
-    force[1, unmeasured] = 0.0
-    expected = sides * table[known_z_x].to_numpy(float).T
-    expected[1, unmeasured] = 0.0
+    force[1, unmeasured] = expected[1, unmeasured] = 0.0
     turn = math.radians(config.transducer.turn_deg)
+    cos, sin = math.cos(turn), math.sin(turn)
     # force along the axes of the mount, that is, by channel
-    mount_force = (
-        np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]]) @ force
-    )
+    mount_force = np.array([[cos, sin], [-sin, cos]]) @ force
     strong = np.abs(expected) >= _CHOSEN.clear
     is_comparable = strong & np.isfinite(mount_force)
     # scale of measured over expected forces, by the channel in which it is larger: the other one may be dead
-    size = max(
-        float(np.median(np.abs(mount_force[c, is_comparable[c]] / expected[c, is_comparable[c]])))
-        if is_comparable[c].any()
-        else 0.0
-        for c in (0, 1)
-    )
-    direction = number_rows(table, config.grid.angle_tolerance_deg)
+    ratios = (np.abs(mount_force[c, use] / expected[c, use]) for c, use in enumerate(is_comparable))
+    scale = max(float(np.median(ratio)) if ratio.size else 0.0 for ratio in ratios)
+    if not scale > 0:
+        return []
+    directions = _DirectionsOfRuns(number_rows(table, measured.tolerance_deg))
     causes = []
     for component, axis in enumerate("zx"):
         name = measured_channel(config, axis)
-        if not size > 0 or name is None:
+        if name is None:
             continue
-        faint = np.abs(mount_force[component]) < _CHOSEN.silent * size
+        faint = np.abs(mount_force[component]) < _CHOSEN.silent * scale
         must_act = np.abs(expected[component]) >= _CHOSEN.must_feel
-        silent = faint & must_act
         opposite = (np.sign(force[component]) != np.sign(expected[component])) & ~faint & must_act
-        n_must = _count_directions(direction, must_act)
-        # one silent run is enough for a direction: if alpha were 0 there, its repeats would be silent too
-        n_silent = np.unique(direction[silent]).size
-        n_strong = _count_directions(direction, strong[component])
-        reversed_ = opposite & strong[component]
-        n_reversed = _count_directions(direction, reversed_)
-        several = reversed_.sum() >= _CHOSEN.fewest_logs
-        fewest = min(max(_CHOSEN.fewest_silent, math.ceil(_CHOSEN.faint * n_must)), n_must)
         values: dict[str, Any] = {"channel": name}
-        noise = table[f"{name}_noise_N"].to_numpy(float)
-        if not explained and n_silent >= fewest > 0:
-            code, bad, count, size_of = "silent", faint, n_silent, n_must
-        elif (
-            not explained
-            and several
-            and _CHOSEN.fewest_reversed <= n_reversed <= _CHOSEN.most_reversed * n_strong
-        ):
-            code, bad, count, size_of = "reversed", opposite, n_reversed, n_strong
+        if not explained and (count := directions.count_silent(faint, must_act)):
+            code, is_wrong, size = "silent", faint, directions.count(must_act)
+        elif not explained and (count := directions.count_reversed(opposite, strong[component])):
+            code, is_wrong, size = "reversed", opposite, directions.count(strong[component])
         elif gain := _find_other_gain(
-            noise, mount_force[component], expected[component], strong[component]
+            table[f"{name}_noise_N"].to_numpy(float),
+            mount_force[component],
+            expected[component],
+            strong[component],
         ):
-            values["times"], bad = gain
-            code, count, size_of = "gain", bad.sum(), bad.size
+            values["times"], is_wrong = gain
+            code, count, size = "gain", int(is_wrong.sum()), is_wrong.size
         else:
             continue
         mistake = code
         if code == "reversed" and axis == "x":
             is_right = must_act & ~faint & ~opposite
-            if _points_to_beta(table, bad, is_right, config.grid.angle_tolerance_deg):
+            if _points_to_beta(table, is_wrong, is_right, measured.tolerance_deg):
                 mistake = "reversed-beta"
-        runs = table["run_id"][bad]
-        whose = f"alpha_{axis}" if config.table else f"{name}, along {axis},"
+        runs = table["run_id"][is_wrong]
         cause = remark(
             f"cause-{mistake}",
-            whose=whose,
+            whose=f"alpha_{axis}" if config.table else f"{name}, along {axis},",
             count=count,
-            size=size_of,
-            rows=describe_rows(runs, sheet),
+            size=size,
+            rows=describe_rows(runs, measured.sheet),
             **{name: value for name, value in values.items() if name == "times"},
         )
         causes.append((cause, flags_on(runs, f"channel-{code}", **values)))
     return causes
 
 
-def _points_to_beta(table: pd.DataFrame, bad: Mask, is_right: Mask, tolerance_deg: float) -> bool:
-    """Return True where only slanted plates have the opposite sign, and a level or upright one on the same path the right one.
+@dataclass(frozen=True)
+class _DirectionsOfRuns:
+    """Counts directions in which a channel is wrong; `number`: number of each run's direction."""
 
-    A reversed channel would reverse both.
+    number: npt.NDArray[np.intp]
+
+    def count(self, is_shown: Mask) -> int:
+        """Count the directions in which `is_shown` is True for most runs."""
+        return int((np.bincount(self.number, is_shown) > 0.5 * np.bincount(self.number)).sum())
+
+    def count_silent(self, faint: Mask, must_act: Mask) -> int:
+        """Count the directions without force where a force must act; 0 if they are too few for a dead channel."""
+        # one silent run is enough for a direction: if alpha were 0 there, its repeats would be silent too
+        n_silent = np.unique(self.number[faint & must_act]).size
+        n_must = self.count(must_act)
+        fewest = min(max(_CHOSEN.fewest_silent, math.ceil(_CHOSEN.faint * n_must)), n_must)
+        return n_silent if n_silent >= fewest > 0 else 0
+
+    def count_reversed(self, opposite: Mask, strong: Mask) -> int:
+        """Count the directions with the opposite of a strong force; 0 if they are too few or too many for a channel."""
+        is_reversed = opposite & strong
+        n_reversed = self.count(is_reversed)
+        most = _CHOSEN.most_reversed * self.count(strong)
+        are_several = is_reversed.sum() >= _CHOSEN.fewest_logs
+        return n_reversed if are_several and _CHOSEN.fewest_reversed <= n_reversed <= most else 0
+
+
+def _points_to_beta(
+    table: pd.DataFrame, is_wrong: Mask, is_right: Mask, tolerance_deg: float
+) -> bool:
+    """Return True if the sign of beta is wrong, not a channel, in runs with the opposite force along x.
+
+    All of these are slanted plates, and a level or upright plate on the same path shows the right force: a reversed
+    channel would reverse both.
+
+    `is_wrong`, `is_right`: True for runs with the opposite and with the right force.
     """
     is_slanted = has_sign(table["beta_deg"], tolerance_deg)
     gamma_deg = table["gamma_deg"].to_numpy(float)
-    on_their_paths = np.abs(gamma_deg[:, None] - gamma_deg[bad]).min(axis=1) <= tolerance_deg
-    return bool(is_slanted[bad].all() and (is_right & ~is_slanted & on_their_paths).any())
-
-
-def _count_directions(direction: npt.NDArray[np.intp], is_shown: Mask) -> int:
-    """Count the directions in which `is_shown` is True for most runs; `direction`: number of each run's direction."""
-    return int((np.bincount(direction, is_shown) > 0.5 * np.bincount(direction)).sum())
+    on_their_paths = np.abs(gamma_deg[:, None] - gamma_deg[is_wrong]).min(axis=1) <= tolerance_deg
+    return bool(is_slanted[is_wrong].all() and (is_right & ~is_slanted & on_their_paths).any())
 
 
 def _find_other_gain(
@@ -307,11 +322,6 @@ def _find_other_gain(
     share_first = float(np.median(share[strong_first]))
     times = float(np.median(noise[strong_second]) / np.median(noise[strong_first]))
     force_ratio = float(np.median(share[strong_second])) / share_first if share_first > 0 else 0.0
-    ratios_agree = force_ratio > 0 and abs(math.log(force_ratio / times)) < 0.5 * abs(
-        math.log(times)
-    )
-    return (
-        (times, in_second)
-        if ratios_agree and abs(math.log(times)) > math.log(_CHOSEN.gain)
-        else None
-    )
+    log_times = abs(math.log(times))
+    ratios_agree = force_ratio > 0 and abs(math.log(force_ratio / times)) < 0.5 * log_times
+    return (times, in_second) if ratios_agree and log_times > math.log(_CHOSEN.gain) else None

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from rftfit.checks.declared import SOUND_LOGS, Check, MediumMeasurements, Words, declare_check
+from rftfit.checks.declared import SOUND_LOGS, Check, MediumMeasurements, Sentences, declare_check
 from rftfit.checks.law import BEFOREHAND_DOF
 from rftfit.conventions import FloatArray
 from rftfit.directions import number_rows
@@ -36,24 +37,24 @@ _ALLOWED = "{least:+.2f} to {most:+.2f}"
     fault="large forces are shown otherwise than small ones",
     after=(*SOUND_LOGS, "surface"),
     outcomes={
-        "compression": Words(_FOUND, _ALLOWED),
-        "compression-told": Words(
+        "compression": Sentences(_FOUND, _ALLOWED),
+        "compression-told": Sentences(
             _FOUND,
             _ALLOWED,
             "{found}: the channels show the largest force some {percent:.0f} % too {side}. Look at the range of the "
             "amplifier, and hang known weights up to the largest force on the transducer.",
         ),
-        "compression-few": Words(
+        "compression-few": Sentences(
             "fewer than {fewest} directions of pushes with a force that tells an exponent"
         ),
-        "compression-open": Words(
+        "compression-open": Sentences(
             "a change of the exponent below {most:.2f} up to the largest force would not be told"
         ),
     },
 )
 def check_compression(measured: MediumMeasurements) -> Check:
     """Check that the exponent of stress over depth does not change with the size of the force."""
-    trend = fit_exponent_trend(measured.tables["fits"], measured.config.grid.angle_tolerance_deg)
+    trend = fit_exponent_trend(measured.tables["fits"], measured.tolerance_deg)
     if trend is None:
         return Check.skip("compression", "compression-few", fewest=_CHOSEN.fewest_directions)
     least, most = (
@@ -106,7 +107,7 @@ def fit_exponent_trend(fits: pd.DataFrame, tolerance_deg: float) -> Trend | None
     ]
     if len(directions) < _CHOSEN.fewest_directions:
         return None
-    return _fit_trend([_Direction.of_runs(*runs) for runs in directions])
+    return _fit_trend([_Direction.of_runs(*arrays) for arrays in directions])
 
 
 class _Direction(NamedTuple):
@@ -143,24 +144,19 @@ class _Direction(NamedTuple):
 
 
 def _fit_trend(directions: list[_Direction]) -> Trend:
-    """Fit the change with force by least squares; its error combines the usual scatter and that of the directions.
+    """Fit the change with force by least squares; its error combines the known errors and the scatter of directions.
 
     The prior difference of the exponents of z and x is 0, with the standard deviation `_CHOSEN.unlike`.
     """
-    normal = np.diag([0.0, _CHOSEN.unlike**-2, 0.0])
-    moment = np.zeros(3)
-    for direction in directions:
-        weighted = direction.terms.T @ direction.precision
-        normal += weighted @ direction.terms
-        moment += weighted @ direction.exponent
-    inverse = np.linalg.pinv(normal)
-    coefficients = inverse @ moment
-    residuals = [direction.exponent - direction.terms @ coefficients for direction in directions]
-    chi_square = sum(
-        float(residual @ direction.precision @ residual)
-        for residual, direction in zip(residuals, directions, strict=True)
-    )
-    size = sum(residual.size for residual in residuals)
-    dof = BEFOREHAND_DOF + max(size - 2, 0)
-    factor = (BEFOREHAND_DOF + chi_square) / dof
-    return Trend(float(coefficients[2]), float(np.sqrt(factor * inverse[2, 2])), dof)
+    from scipy.linalg import block_diag
+
+    exponent = np.concatenate([direction.exponent for direction in directions])
+    terms = np.concatenate([direction.terms for direction in directions])
+    precision = block_diag(*(direction.precision for direction in directions))
+    weighted = terms.T @ precision
+    inverse = np.linalg.pinv(weighted @ terms + np.diag([0.0, _CHOSEN.unlike**-2, 0.0]))
+    coefficients = inverse @ weighted @ exponent
+    residual = exponent - terms @ coefficients
+    dof = BEFOREHAND_DOF + max(exponent.size - 2, 0)
+    factor = (BEFOREHAND_DOF + float(residual @ precision @ residual)) / dof
+    return Trend(float(coefficients[2]), math.sqrt(factor * inverse[2, 2]), dof)

@@ -31,8 +31,8 @@ def declare_check(name: CheckName, **facts: Any) -> Callable[[CheckFunction], Ch
     return declare
 
 
-class Words(NamedTuple):
-    """Sentences of one outcome of a check, with places for its values.
+class Sentences(NamedTuple):
+    """Sentences of one outcome of a check, with the names of its values in braces.
 
     `found`: What was found, or why nothing was checked.
     `allowed`: What would pass.
@@ -57,7 +57,7 @@ class DeclaredCheck:
     `outcomes`: Sentences of each outcome, by code.
     `after`: Checks that must pass before: if one fails, a failure of this check would only repeat it.
     `needed`: True if a medium is not sound without this check, as an error of 20 % or more in many runs would pass.
-    `quotes_found`: True if a failure is described by `Words.found`, not by `fault`.
+    `quotes_found`: True if a failure is described by `Sentences.found`, not by `fault`.
     """
 
     check: Callable[[MediumMeasurements], Check]
@@ -65,7 +65,7 @@ class DeclaredCheck:
     effect: str
     good: str
     fault: str
-    outcomes: Mapping[str, Words]
+    outcomes: Mapping[str, Sentences]
     after: tuple[CheckName, ...] = ()
     needed: bool = False
     quotes_found: bool = False
@@ -86,7 +86,7 @@ SOUND_ALPHA: tuple[CheckName, ...] = (*SOUND_LOGS, "work")
 
 WAITS = "waits"
 """Code of a check that was left out because a check before it failed."""
-_WAITING = Words("not before the check {first} passes")
+_WAITING = Sentences("not before the check {first} passes")
 
 COLUMNS = columns_of("checks/{medium}.csv")
 
@@ -108,6 +108,16 @@ class MediumMeasurements:
     tables: Mapping[str, pd.DataFrame]
     copies: Mapping[str, Collection[str]]
     flags: Flags = field(default_factory=Flags)
+
+    @property
+    def tolerance_deg(self) -> float:
+        """Tolerance of angles of the campaign's grid."""
+        return self.config.grid.angle_tolerance_deg
+
+    @property
+    def likeliest_mistake(self) -> dict[Any, Any]:
+        """Row of the likeliest mistake with angles or axes of some runs; empty if none was judged."""
+        return next(iter(self.tables["misplaced"].head(1).to_dict("records")), {})
 
 
 @dataclass(frozen=True)
@@ -145,28 +155,27 @@ class Check:
         return cls(check, NOT_CHECKED, code, values)
 
     @property
-    def words(self) -> Words:
+    def sentences(self) -> Sentences:
         """Sentences of this outcome, before its values are put in."""
         return _WAITING if self.code == WAITS else CHECKS[self.check].outcomes[self.code]
 
     @property
     def found(self) -> str:
         """Sentence on what was found, or why nothing was checked."""
-        return self.words.found.format(**self.values)
+        return self.sentences.found.format(**self.values)
 
     @property
     def allowed(self) -> str:
         """Sentence on what would pass."""
-        return self.words.allowed.format(**self.values)
+        return self.sentences.allowed.format(**self.values)
 
     @property
     def sentence(self) -> str:
         """Likely cause of a failure and its cure, or what was not checked; empty if the medium passes."""
-        cause = self.words.cause
+        cause = self.sentences.cause
         if self.verdict == PASSED or not cause:
             return ""
-        texts = {**self.values, "found": self.found}
-        sentence = cause.format(**{"allowed": self.allowed, **texts})
+        sentence = cause.format(**{"allowed": self.allowed, **self.values, "found": self.found})
         sentence = sentence[0].upper() + sentence[1:]
         return f"{sentence} Accepted: {self.why_accepted}" if self.why_accepted else sentence
 
@@ -193,14 +202,15 @@ def describe_rows(runs: Iterable[str], sheet: Mapping[str, Run]) -> str:
     """Describe the rows of some runs in the run sheet: ``rows 2 to 34 and 40``; rods between them interrupt no span."""
     run_ids = set(runs)
     spans: list[list[int]] = []
+    # True while the span goes on: from one of the runs up to the next plate or leg that is none of them
     is_open = False
     for run in sorted(sheet.values(), key=lambda run: run.row):
         if run.run_id in run_ids:
             spans = spans if is_open else [*spans, [run.row, run.row]]
             spans[-1][1] = run.row
         is_open = run.run_id in run_ids or (is_open and run.kind not in ("plate", "leg"))
-    words = [f"{first} to {last}" if last > first else f"{first}" for first, last in spans]
-    if len(words) > MOST_NAMED:
-        words = [*words[: MOST_NAMED - 1], f"others to {spans[-1][1]}"]
-    listed = " and ".join(filter(None, [", ".join(words[:-1]), *words[-1:]]))
+    named = [f"{first} to {last}" if last > first else f"{first}" for first, last in spans]
+    if len(named) > MOST_NAMED:
+        named = [*named[: MOST_NAMED - 1], f"others to {spans[-1][1]}"]
+    listed = " and ".join(filter(None, [", ".join(named[:-1]), *named[-1:]]))
     return f"{'rows' if len(run_ids) > 1 else 'row'} {listed} of the run sheet"

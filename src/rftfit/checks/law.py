@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from rftfit.checks.declared import Check, Words
+from rftfit.checks.declared import Check, Sentences
 from rftfit.checks.runs import SURE
 from rftfit.conventions import FloatArray
 from rftfit.directions import number_rows
@@ -30,7 +30,7 @@ BEFOREHAND_DOF: float = _CHOSEN.beforehand_dof
 
 
 class Estimate(NamedTuple):
-    """Median over directions, and its standard error."""
+    """Median of a quantity over directions, and its standard error."""
 
     value: float
     se: float
@@ -41,26 +41,26 @@ _LAW_ALLOWED = (
     f"{LINE_POWERS}, and a begin {{start_most_mm:.1f}} mm from the surface of either sign"
 )
 LAW_OUTCOMES = {
-    "law-line": Words(
+    "law-line": Sentences(
         "stress of pushes grows as depth^{power:.2f}, or begins {start_mm:.1f} mm {side} the surface",
         _LAW_ALLOWED,
     ),
-    "law-open": Words(
+    "law-open": Sentences(
         "stress of pushes grows as depth^{power:.2f}; a power would be told only beyond "
         + LINE_POWERS
     ),
-    "law-power": Words(
+    "law-power": Sentences(
         "stress of pushes grows as depth^{power:.2f}",
         _LAW_ALLOWED,
         "{found}: a line through zero is up to {off:.0%} off within its window, so alpha depends on the window; results/"
         "alpha_at_depth has stress over depth at stated depths.",
     ),
-    "law-crust": Words(
+    "law-crust": Sentences(
         "stress of {count} of {size} pushes has a peak near the surface, {above:.0%} (median) above the line through the deeper part",
         "less than half of the pushes",
         "{found}: a crust that breaks. A line through zero holds below it at most: fit.submergence_cm leaves out what lies above.",
     ),
-    "law-intercept": Words(
+    "law-intercept": Sentences(
         "stress of pushes is c + alpha depth with c = {intercept:.3g} N/cm^2 (median), as if it began {start_mm:.1f} mm {side} the "
         "surface",
         _LAW_ALLOWED,
@@ -86,8 +86,8 @@ def judge_law_alone(
     if pushes.empty:
         return Check.skip("linearity", "linearity-few")
     power = exponent_of(pushes, session_cm, tolerance_deg)
-    of_start = np.hypot(np.nan_to_num(pushes["offset_se_cm"].to_numpy(float)), run_cm)
-    start = combine_directions(pushes, "offset_cm", of_start, session_cm, tolerance_deg)
+    start_error_cm = np.hypot(np.nan_to_num(pushes["offset_se_cm"].to_numpy(float)), run_cm)
+    start = combine_directions(pushes, "offset_cm", start_error_cm, session_cm, tolerance_deg)
     intercept = median_over_directions(pushes, "intercept_z_N_per_cm2", tolerance_deg)
     is_power = float(np.nanmedian(pushes["power_misfit_z_ratio"])) < 1
     most_departure = TOLERATED + SURE * power.se
@@ -114,10 +114,11 @@ def judge_law_alone(
 def judge_crust(flags: Flags, pushes: pd.DataFrame) -> Check | None:
     """Fail the medium if half of the pushes or more break a crust; else return None."""
     broken = flags.runs_with("crust")
+    run_ids = set(pushes["run_id"])
     excess = [
         float(dict(flag.values)["percent"]) / 100
         for run_id, flag in broken.items()
-        if run_id in set(pushes["run_id"])
+        if run_id in run_ids
     ]
     if not excess or 2 * len(excess) < len(pushes):
         return None
@@ -140,6 +141,7 @@ def exponent_of(pushes: pd.DataFrame, session_cm: float, tolerance_deg: float) -
     """
     pushes = pushes.dropna(subset=["exponent_z"])
     ends = zip(pushes["depth_from_cm"], pushes["depth_to_cm"], strict=True)
+    # change of the exponent per cm by which the surface is wrong; rounded windows are found in the cache
     levers = np.array(
         [exponent_lever(round(float(top), 2), round(float(end), 2)) for top, end in ends]
     )
@@ -148,8 +150,8 @@ def exponent_of(pushes: pd.DataFrame, session_cm: float, tolerance_deg: float) -
     # of an uneven bed
     run_variance = pushes["exponent_z_se"].to_numpy(float) ** 2 - (levers * session_cm) ** 2
     scatter = np.sqrt(np.fmax(run_variance, PATCHES**2))
-    session = float(levers.mean()) * session_cm
-    return combine_directions(pushes, "exponent_z", scatter, session, tolerance_deg)
+    session_error = float(levers.mean()) * session_cm
+    return combine_directions(pushes, "exponent_z", scatter, session_error, tolerance_deg)
 
 
 def combine_directions(
@@ -160,15 +162,16 @@ def combine_directions(
     `column`: Column of `pushes` with the quantity.
     `scatter`: Known standard deviation of each run. `session`: Standard deviation that all runs share.
     """
-    runs = pd.DataFrame({"value": pushes[column].to_numpy(float), "variance": scatter**2})
+    runs = pd.DataFrame({"quantity": pushes[column].to_numpy(float), "variance": scatter**2})
     directions = runs.groupby(number_rows(pushes, tolerance_deg))
-    values = directions["value"].mean().to_numpy(float)
+    means = directions["quantity"].mean().to_numpy(float)
     weights = 1 / (directions["variance"].mean() / directions.size()).to_numpy(float)
     middle = median_over_directions(pushes, column, tolerance_deg)
-    chi_square = float(weights @ (values - middle) ** 2)
-    factor = (BEFOREHAND_DOF + chi_square) / (BEFOREHAND_DOF + values.size - 1)
+    chi_square = float(weights @ (means - middle) ** 2)
+    # of the variance: 1 by the known errors, chi square per degree of freedom by the scatter
+    factor = (BEFOREHAND_DOF + chi_square) / (BEFOREHAND_DOF + means.size - 1)
     # the median of three numbers or more has a larger error than their mean
-    factor *= math.pi / 2 if values.size > 2 else 1.0
+    factor *= math.pi / 2 if means.size > 2 else 1.0
     return Estimate(middle, math.sqrt(factor / float(weights.sum()) + session**2))
 
 

@@ -35,9 +35,7 @@ def check_medium(
     outcomes: dict[CheckName, Check] = {}
     for name in sort_checks():
         outcome = outcomes[name] = CHECKS[name].check(measured)
-        failed_before = [
-            prior_check for prior_check in CHECKS[name].after if outcomes[prior_check].effect
-        ]
+        failed_before = [before for before in CHECKS[name].after if outcomes[before].effect]
         if failed_before and outcome.verdict != NOT_CHECKED:
             # flags of single runs are kept
             outcomes[name] = replace(
@@ -69,7 +67,7 @@ def marks_of(checks: pd.DataFrame, media: Mapping[str, MediumSettings]) -> dict[
 
     `checks`: Table of checks of all media.
     """
-    warnings = {}
+    marks_of_media = {}
     for medium, rows in checks.groupby("medium", sort=False):
         marks = []
         for effect in (UNUSABLE, DOUBTFUL):
@@ -81,5 +79,5 @@ def marks_of(checks: pd.DataFrame, media: Mapping[str, MediumSettings]) -> dict[
             why = accept.get(check, "")
             marks.append(remark(ACCEPTED, fault=faults_of(row), why=why))
         if marks:
-            warnings[str(medium)] = marks
-    return warnings
+            marks_of_media[str(medium)] = marks
+    return marks_of_media

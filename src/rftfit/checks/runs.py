@@ -15,7 +15,7 @@ from rftfit.checks.declared import (
     SOUND_LOGS,
     Check,
     MediumMeasurements,
-    Words,
+    Sentences,
     declare_check,
     describe_rows,
     flags_on,
@@ -52,31 +52,31 @@ _RODS_ALLOWED = "a ratio below {alone:g} in each run ({clear:g} where forces are
     fault="the force on rods is as large as on plates",
     after=("sheet", "channels"),
     outcomes={
-        "rods": Words(
+        "rods": Sentences(
             "the force on a rod alone is {ratio:.3g} times that on plate and rod (median of {size} runs)",
             _RODS_ALLOWED,
         ),
-        "rods-stronger": Words(
+        "rods-stronger": Sentences(
             "in {count} of {size} runs the force on a rod alone is larger than on plate and rod",
             _RODS_ALLOWED,
             "logs of plates and rods look exchanged, or are the same ({found}: {rows}): look at the logs, kind and "
             "tare_run of these runs.",
         ),
-        "rods-other": Words(
+        "rods-other": Sentences(
             "{share:.0%} ({low:.0%} to {high:.0%}) of the force on the rods alone is not in the runs with plates",
             _OTHER_RODS_ALLOWED,
             "the rods of the rod runs look larger, or deeper in the bed, than those of the plates ({found}): look whether they "
             "are the same rods, and at tare_run.",
             _OTHER_RODS_FAULT,
         ),
-        "rods-other-small": Words(
+        "rods-other-small": Sentences(
             "the force on the rods in the runs with plates is {share:.0%} ({low:.0%} to {high:.0%}) above that on the rods alone",
             _OTHER_RODS_ALLOWED,
             "the rods of the rod runs look smaller, or less deep in the bed, than those of the plates ({found}): look whether "
             "they are the same rods, and at tare_run.",
             _OTHER_RODS_FAULT,
         ),
-        "rods-no-tare": Words("no plate run has a tare"),
+        "rods-no-tare": Sentences("no plate run has a tare"),
     },
 )
 def check_rods(measured: MediumMeasurements) -> Check:
@@ -90,21 +90,22 @@ def check_rods(measured: MediumMeasurements) -> Check:
         return Check.skip("rods", "rods-no-tare")
     ratio = np.where(has_tare, tare / np.where(has_tare, force, 1), np.nan)
     # in the weakest directions forces hardly exceed the noise of their zeros, so a larger ratio is allowed
-    clear = tare - force > _CHOSEN.rod_force * np.nanmedian(np.fmax(tare, force))
-    wrong = (ratio == 1) | (ratio >= np.where(clear, _CHOSEN.rod_alone, _CHOSEN.rod_clear))
-    stronger = table["run_id"][wrong]
+    is_clear = tare - force > _CHOSEN.rod_force * np.nanmedian(np.fmax(tare, force))
+    # a ratio of exactly 1: the log of the plate is that of the rod
+    is_wrong = (ratio == 1) | (ratio >= np.where(is_clear, _CHOSEN.rod_alone, _CHOSEN.rod_clear))
+    stronger = table["run_id"][is_wrong]
     limits: dict[str, Any] = {"alone": _CHOSEN.rod_alone, "clear": _CHOSEN.rod_clear}
-    if not wrong.any():
-        if (other_rods := _judge_other_rods(measured)) is not None:
-            return other_rods
-        ratio_of_runs = np.nanmedian(ratio)
-        return Check.judge("rods", True, ratio=ratio_of_runs, size=has_tare.sum(), **limits)
+    if stronger.empty:
+        other_rods = _judge_other_rods(measured)
+        return other_rods or Check.judge(
+            "rods", True, ratio=np.nanmedian(ratio), size=has_tare.sum(), **limits
+        )
     return Check.judge(
         "rods",
         False,
         flags_on(stronger, "rod-stronger"),
         code="rods-stronger",
-        count=wrong.sum(),
+        count=len(stronger),
         size=has_tare.sum(),
         rows=describe_rows(stronger, sheet),
         **limits,
@@ -112,11 +113,10 @@ def check_rods(measured: MediumMeasurements) -> Check:
 
 
 def _judge_other_rods(measured: MediumMeasurements) -> Check | None:
-    """Fail the medium if the force on rods alone is another than with plates; None if it is not, or cannot be told."""
+    """Fail the medium if the force on rods alone differs from that with plates; None if it does not, or may not be seen."""
     tables = measured.tables
     fits, tared, windows = (tables[name] for name in ("fits", "tared", "windows"))
-    tolerance_deg = measured.config.grid.angle_tolerance_deg
-    too_much = estimate_share_too_much(fits, tared, windows, tolerance_deg)
+    too_much = estimate_share_too_much(fits, tared, windows, measured.tolerance_deg)
     if too_much is None:
         return None
     share, se, dof = too_much
@@ -145,28 +145,28 @@ _DRIFT_CAUSE = (
     fault="the zero of the force drifts",
     after=("sheet", "channels", "rods"),
     outcomes={
-        "drift": Words(
+        "drift": Sentences(
             "a drift at rest before the strokes that would move F_{axis} by {newtons:+.2g} N until their middle (median "
             "of {size} runs)",
             "{most:.2g} N of either sign",
             _DRIFT_CAUSE,
         ),
-        "drift-alone": Words(
+        "drift-alone": Sentences(
             "{count} of {size} runs drift at rest before their strokes",
             "no run that drifts more than the others and than {share:.0f} % of the force",
             _DRIFT_CAUSE,
         ),
-        "drift-between": Words(
+        "drift-between": Sentences(
             "the zero of F_{axis} after the stroke is {newtons:+.2g} N from that before it (median of {size} runs)",
             "{most:.2g} N of either sign",
             "the zero of the force drifts or jumps within the strokes ({found}): in between it is a straight line, which nothing "
             "shows it to be. Let the transducer warm up, and look at cables that the stroke bends.",
         ),
-        "drift-steady": Words(
+        "drift-steady": Sentences(
             "the zero of F_{axis} after the stroke is {newtons:+.2g} N from that before it (median of {size} runs)",
             "{most:.2g} N of either sign",
         ),
-        "drift-few": Words("fewer than {fewest} runs rest in air"),
+        "drift-few": Sentences("fewer than {fewest} runs rest in air"),
     },
 )
 def check_drift(measured: MediumMeasurements) -> Check:
@@ -212,21 +212,16 @@ def _judge_trend_at_rest(measured: MediumMeasurements, table: pd.DataFrame) -> C
     has_trend = np.isfinite(trend).all(axis=0) & (force > 0)
     if has_trend.sum() < FEW_RUNS:
         return Check.skip("drift", "drift-few", fewest=FEW_RUNS)
-    table, trend, typical = (
-        table[has_trend],
-        trend[:, has_trend],
-        float(np.median(force[has_trend])),
-    )
+    table, trend, force = table[has_trend], trend[:, has_trend], force[has_trend]
+    typical = float(np.median(force))
     middle, se = np.array([median_of_runs(trends) for trends in trend]).T
     limit = student_limit(SURE, has_trend.sum() - 1) * se
-    deviation = np.abs(trend - middle[:, None])
     # a common drift is a fault of all runs; else only runs that clearly drift more than the others are
     common = (np.abs(middle) > limit) & (np.abs(middle) > _CHOSEN.drift * typical)
-    spread = sd_by_median(deviation)[:, None]
-    alone = (deviation > MODES * spread) & (
-        deviation > _CHOSEN.drift_of_one * np.maximum(force[has_trend], typical)
-    )
-    alone = alone.any(axis=0)
+    deviation = np.abs(trend - middle[:, None])
+    is_outlier = deviation > MODES * sd_by_median(deviation)[:, None]
+    is_large = deviation > _CHOSEN.drift_of_one * np.maximum(force, typical)
+    alone = (is_outlier & is_large).any(axis=0)
     worst = int(np.abs(middle).argmax())
     drifting = table["run_id"] if common.any() else table.loc[alone, "run_id"]
     flags = flags_on(drifting, "zero-drifts")
@@ -250,13 +245,13 @@ def _judge_trend_at_rest(measured: MediumMeasurements, table: pd.DataFrame) -> C
     fault="horizontal runs are not steady",
     after=SOUND_LOGS,
     outcomes={
-        "steadiness": Words(
+        "steadiness": Sentences(
             "stress changes by {change} over the steady part (of {size} runs)",
             "{most} of either sign",
             "horizontal runs are not steady ({found}): look at fit.horizontal_skip_cm, at the distance to the walls, and "
             "whether the plate goes deeper or piles up the bed.",
         ),
-        "steadiness-few": Words("fewer than {fewest} horizontal runs"),
+        "steadiness-few": Sentences("fewer than {fewest} horizontal runs"),
     },
 )
 def check_steadiness(measured: MediumMeasurements) -> Check:
@@ -267,15 +262,16 @@ def check_steadiness(measured: MediumMeasurements) -> Check:
     level = fits.loc[(fits["direction"] == "horizontal") & (fits["n_points"] > 0), "run_id"]
     changes = []
     for rows in (rows_by_run[name] for name in level if name in rows_by_run):
-        curve = tared.iloc[rows][good[rows]]
-        force = curve[["force_z_N", "force_x_N"]].to_numpy(float).T
-        force = force[np.abs(force.mean(axis=1)).argmax()]
-        path = curve["path_cm"].to_numpy(float)
-        centred_path = path - path.mean() if path.size else path
-        if path.size >= _CHOSEN.fewest_samples and centred_path.any() and force.mean():
-            changes.append(
-                centred_path @ force / (centred_path @ centred_path) * np.ptp(path) / force.mean()
-            )
+        steady = tared.iloc[rows][good[rows]]
+        if len(steady) < _CHOSEN.fewest_samples:
+            continue
+        force_z_x = steady[["force_z_N", "force_x_N"]].to_numpy(float).T
+        force = force_z_x[np.abs(force_z_x.mean(axis=1)).argmax()]
+        path = steady["path_cm"].to_numpy(float)
+        off = path - path.mean()
+        if off.any() and force.mean():
+            # slope of the force along the path, times its length, relative to the mean force
+            changes.append(off @ force / (off @ off) * np.ptp(path) / force.mean())
     change, se = median_of_runs(np.array(changes))
     if math.isnan(change):
         return Check.skip("steadiness", "steadiness-few", fewest=FEW_RUNS)
@@ -295,7 +291,7 @@ def _format_ratio(ratio: float) -> str:
 
 
 _BESIDE = {"pair": "other run of its direction"}
-"""Words in sentences for the comparison of a run, where they differ from those of the table."""
+"""Sentences in sentences for the comparison of a run, where they differ from those of the table."""
 
 
 @declare_check(
@@ -307,19 +303,19 @@ _BESIDE = {"pair": "other run of its direction"}
     after=(*SOUND_ALPHA, "symmetry", "surface"),
     needed=True,
     outcomes={
-        "repeats": Words(
+        "repeats": Sentences(
             "{count} of {size} runs {differ} from the others, the most by {most_spreads:.1f} times the spread",
             "no run differs; a difference below {median:.0%} of the largest alpha (median; at most {most:.0%}) is not "
             "detected",
             "{found} ({values} N/cm^3; {rows}): look at the medium, the unit, the angles and the logs of these runs{next}. They "
             "are used; exclude what is a mistake.",
         ),
-        "repeats-single": Words(
+        "repeats-single": Sentences(
             "none of {size} runs differs from the map of all others; no direction was pushed twice",
             "no run differs; a difference below {median:.0%} of the largest alpha (median; at most {most:.0%}) is not "
             "detected",
         ),
-        "repeats-wide": Words(
+        "repeats-wide": Sentences(
             "repeats of a direction differ by {spread:.0%} (standard deviation along their force, {dof} degrees of freedom), at least by "
             "{low:.0%}",
             "{wide:.0%}, or less than can be told from {usual:.0%}",
@@ -327,10 +323,10 @@ _BESIDE = {"pair": "other run of its direction"}
             "differ so much, accept it with the reason.",
             "repeats of a direction differ more than ordinary beds do",
         ),
-        "repeats-few": Words(
+        "repeats-few": Sentences(
             "too few runs to estimate how much runs differ: push a direction twice at least"
         ),
-        "repeats-blind": Words(
+        "repeats-blind": Sentences(
             "single runs may be wrong by {median:.0%} of the largest alpha (median) without being seen, since the runs differ so much "
             "from one another or from the shape of known media: {cure}"
         ),
@@ -339,41 +335,41 @@ _BESIDE = {"pair": "other run of its direction"}
 def check_repeats(measured: MediumMeasurements) -> Check:
     """Check that alpha of each run agrees with its repeats, or else with the map of all other runs."""
     peers = measured.tables["peers"]
-    repeated_runs = peers[np.isfinite(peers["times_spread"].to_numpy(float))]
-    if repeated_runs.empty:
+    compared = peers[np.isfinite(peers["times_spread"].to_numpy(float))]
+    if compared.empty:
         return Check.skip("repeats", "repeats-few")
-    apart = repeated_runs[repeated_runs["apart"].to_numpy(bool)]
+    is_apart = compared["apart"].to_numpy(bool)
+    apart, not_apart = compared[is_apart], compared[~is_apart]
+    seen_from = compared["seen_from_ratio"]
+    are_single = (compared["beside"] == MAP).all()
+    if apart.empty:
+        if (wide := _judge_spread(measured)) is not None:
+            return wide
+        if seen_from.median() > _CHOSEN.blind:
+            cure = remark("repeat-twice" if are_single else "repeat-more")
+            return Check.skip("repeats", "repeats-blind", median=seen_from.median(), cure=cure)
     # of two runs that differ from each other, the one farther from the map of all others comes first
     off = np.hypot(apart["off_z_ratio"].fillna(0.0), apart["off_x_ratio"].fillna(0.0))
     ranked = apart.assign(off=off).sort_values(["times_spread", "off"], ascending=False)
-    largest_rows = ranked.to_dict("records")[:MOST_NAMED]
-    seen_from = repeated_runs["seen_from_ratio"]
-    are_single = (repeated_runs["beside"] == MAP).all()
-    if apart.empty and (wide := _judge_spread(measured)) is not None:
-        return wide
-    if apart.empty and seen_from.median() > _CHOSEN.blind:
-        cure = remark("repeat-twice" if are_single else "repeat-more")
-        return Check.skip("repeats", "repeats-blind", median=seen_from.median(), cure=cure)
-    code = "repeats-single" if apart.empty and are_single else "repeats"
-    # where several are apart, they are the exchanged ones
-    others = repeated_runs[~repeated_runs["apart"].to_numpy(bool)].nlargest(1, "times_spread")
-    others = others.head(int(len(apart) == 1))
-    of_runs = zip(apart["run_id"].astype(str), apart["beside"], apart["times_spread"], strict=True)
+    # the next run may be exchanged with a single one that is apart; several are exchanged among themselves
+    next_runs = not_apart.nlargest(1, "times_spread") if len(apart) == 1 else not_apart.head(0)
     return Check.judge(
         "repeats",
         apart.empty,
         [
             remark("apart", run_id=run, beside=_BESIDE.get(beside, beside), times=times)
-            for run, beside, times in of_runs
+            for run, beside, times in apart[["run_id", "beside", "times_spread"]].to_numpy()
         ],
-        code=code,
+        code="repeats-single" if apart.empty and are_single else "repeats",
         count=len(apart),
-        size=len(repeated_runs),
+        size=len(compared),
         differ="differs" if len(apart) == 1 else "differ",
-        most_spreads=repeated_runs["times_spread"].max(),
+        most_spreads=compared["times_spread"].max(),
         median=seen_from.median(),
         most=seen_from.max(),
-        values=format_remarks(map(_describe_beside_others, largest_rows)),
+        values=format_remarks(
+            map(_describe_beside_others, ranked.head(MOST_NAMED).to_dict("records"))
+        ),
         rows=describe_rows(apart["run_id"], measured.sheet),
         next="".join(
             str(
@@ -381,7 +377,7 @@ def check_repeats(measured: MediumMeasurements) -> Check:
                     "next-apart", run=run, rows=describe_rows([run], measured.sheet), times=times
                 )
             )
-            for run, times in zip(others["run_id"], others["times_spread"], strict=True)
+            for run, times in next_runs[["run_id", "times_spread"]].to_numpy()
         ),
     )
 
@@ -395,7 +391,7 @@ def _judge_spread(measured: MediumMeasurements) -> Check | None:
     runs = fits[np.isfinite(alpha_z) | np.isfinite(alpha_x)]
     if runs.empty:
         return None
-    number = number_rows(runs, measured.config.grid.angle_tolerance_deg)
+    number = number_rows(runs, measured.tolerance_deg)
     alpha, se = np.stack(alpha_columns(runs)), np.stack(alpha_columns(runs, "_se"))
     groups = [(alpha[:, number == first], se[:, number == first]) for first in np.unique(number)]
     scatter = spread_of_beds(groups).scatter
@@ -424,9 +420,10 @@ def _describe_beside_others(row: dict[Any, Any]) -> Remark:
     `row`: Row of the table of peers.
     """
     c = "zx"[abs(row["off_x_ratio"]) > abs(row["off_z_ratio"])]
-    alphas_beside = row[f"others_{c}_N_per_cm3"]
-    alpha = row[column(c)]
-    return remark("alpha-beside", run=row["run_id"], component=c, alpha=alpha, others=alphas_beside)
+    others = row[f"others_{c}_N_per_cm3"]
+    return remark(
+        "alpha-beside", run=row["run_id"], component=c, alpha=row[column(c)], others=others
+    )
 
 
 @declare_check(
@@ -436,14 +433,14 @@ def _describe_beside_others(row: dict[Any, Any]) -> Remark:
     good="no log or run is there twice",
     fault="a log or run is there twice",
     outcomes={
-        "same_logs": Words("no {what} is there twice", "each {what} once"),
-        "same_logs-copied": Words(
+        "same_logs": Sentences("no {what} is there twice", "each {what} once"),
+        "same_logs-copied": Sentences(
             "{count} runs have the readings of others: {first}",
             "each {what} once",
             "copies of a {what} are no repeats ({found}): look {where}, and leave out the copies.",
         ),
-        "same_logs-few": Words("no run has enough readings to tell a copy by"),
-        "same_logs-table": Words(
+        "same_logs-few": Sentences("no run has enough readings to tell a copy by"),
+        "same_logs-table": Sentences(
             "no run has enough readings to tell a copy by: a table of alpha, or of few depths"
         ),
     },
@@ -457,12 +454,11 @@ def check_logs(measured: MediumMeasurements) -> Check:
     record_kind = "run" if of_table else "log"
     where_to_look = "at these runs in the table" if of_table else "at force_log of these runs"
     # plates at 90 and -90 degrees are the same: a table may state them under both angles
-    copied = []
-    for name, run in sheet.items():
-        copies_of_run = (sheet[copy_id] for copy_id in copies.get(name, ()))
-        copied += [name] * any(
-            abs(run.beta_deg - copied_run.beta_deg) != 180 for copied_run in copies_of_run
-        )
+    copied = [
+        run_id
+        for run_id, run in sheet.items()
+        if any(abs(run.beta_deg - sheet[copy].beta_deg) != 180 for copy in copies.get(run_id, ()))
+    ]
     if not copied:
         return Check.judge("same_logs", True, what=record_kind)
     return Check.judge(
@@ -489,31 +485,30 @@ _SIZE_ALLOWED = "{low:g} to {high:g} N/cm^3"
     fault="alpha is not as large as expected",
     after=SOUND_LOGS,
     outcomes={
-        "size": Words(
+        "size": Sentences(
             _SIZE_FOUND,
             _SIZE_ALLOWED,
             "the scale of the force or the size of the plate looks wrong: {found}, {whose} has {allowed}: look at the "
             "unit of the force and at the size of the plate.",
         ),
-        "size-unstated": Words(
+        "size-unstated": Sentences(
             f"{_SIZE_FOUND}; expected_alpha of the medium is not stated",
             _SIZE_ALLOWED,
             "the scale of the force was not checked: a wrong unit passes unless expected_alpha is stated.",
         ),
-        "size-no-cell": Words("no alpha at (0, 90) deg"),
+        "size-no-cell": Sentences("no alpha at (0, 90) deg"),
     },
 )
 def check_size(measured: MediumMeasurements) -> Check:
     """Check that alpha_z(0, 90 deg) is as large as the config states, or else as large as in any granular medium."""
     expected = measured.medium.expected_alpha
-    tolerance_deg = measured.config.grid.angle_tolerance_deg
-    cell = cell_at(measured.tables["alpha"], 0, 90, tolerance_deg)
-    value = math.nan if cell is None else float(cell[column("z")])
-    if math.isnan(value):
+    cell = cell_at(measured.tables["alpha"], 0, 90, measured.tolerance_deg)
+    alpha = math.nan if cell is None else float(cell[column("z")])
+    if math.isnan(alpha):
         return Check.skip("size", "size-no-cell")
     low, high = expected or (_CHOSEN.alpha_from, _CHOSEN.alpha_to)
-    inside = low <= abs(value) <= high
-    values: dict[str, Any] = {"alpha": value, "low": low, "high": high}
+    inside = low <= abs(alpha) <= high
+    values: dict[str, Any] = {"alpha": alpha, "low": low, "high": high}
     if inside and not expected:
         return Check.skip("size", "size-unstated", **values)
     whose = "expected_alpha" if expected else "any granular medium"

@@ -13,7 +13,7 @@ from rftfit.checks.declared import (
     SOUND_ALPHA,
     Check,
     MediumMeasurements,
-    Words,
+    Sentences,
     declare_check,
     flags_on,
 )
@@ -21,6 +21,8 @@ from rftfit.measure.alpha import alpha_columns
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.lab_frame import measures_force_x
 from rftfit.measure.verdict_words import DOUBTFUL, FEWEST_RUNS, MIXED_UP, NO_RUNS
+
+_ALLOWED = "less than would be seen by chance in one of 100 sound campaigns"
 
 
 @declare_check(
@@ -33,28 +35,21 @@ from rftfit.measure.verdict_words import DOUBTFUL, FEWEST_RUNS, MIXED_UP, NO_RUN
     quotes_found=True,
     needed=True,
     outcomes={
-        "shared": Words(
-            "nothing that many runs share is seen; {seen} would be",
-            "less than would be seen by chance in one of 100 sound campaigns",
-        ),
-        "shared-labels-open": Words(
+        "shared": Sentences("nothing that many runs share is seen; {seen} would be", _ALLOWED),
+        "shared-labels-open": Sentences(
             "nothing that many runs share is seen; {seen} would be; an error of the runs with {labels} cannot be told from their "
             "directions, which few or no other runs have: push one of these directions without that label",
-            "less than would be seen by chance in one of 100 sound campaigns",
+            _ALLOWED,
         ),
-        "shared-told": Words(
-            "{causes}",
-            "less than would be seen by chance in one of 100 sound campaigns",
-            "{causes}: {cures}.",
-        ),
-        "shared-open": Words(
+        "shared-told": Sentences("{causes}", _ALLOWED, "{causes}: {cures}."),
+        "shared-open": Sentences(
             "these runs do not tell whether many of them share an error ({missing}): repeat some directions at the beginning and "
             "at the end"
         ),
-        "shared-few": Words(
+        "shared-few": Sentences(
             "errors that many runs share cannot be seen: {wanted} runs with both alpha_z and alpha_x are needed, here: {count}"
         ),
-        "shared-no-x": Words(
+        "shared-no-x": Sentences(
             "errors that many runs share cannot be seen: alpha_x is needed, which these runs do not measure"
         ),
     },
@@ -66,46 +61,51 @@ def check_shared(measured: MediumMeasurements) -> Check:
     if "symmetry" in measured.medium.accept:
         # the config accepts a turned mount
         is_told &= ~((causes["group"] == "all") & causes["kind"].isin(["turn", "crosstalk"]))
-    told_causes = causes[is_told].to_dict("records")
-    if told_causes:
-        words = [_describe_told(row, measured) for row in told_causes]
-        flags: list[Remark] = []
-        for row, text in zip(told_causes, words, strict=True):
-            if row["group"] != "all":
-                flags += flags_on(row["run_ids"].split(), "shared-cause", cause=str(text))
-        cures = [remark(f"cure-{row['kind']}") for row in told_causes]
-        return Check.judge(
-            "shared",
-            False,
-            flags,
-            code="shared-told",
-            causes=format_remarks(words),
-            cures=format_remarks(dict.fromkeys(cures)),
-        )
-    least_remarks = [
-        _describe_least(kind, group, causes)
-        for kind, group in (("gain", "from-run"), ("turn", "all"))
-    ]
-    missing = sorted(
-        str(remark(f"kind-{kind}"))
-        for kind in dict.fromkeys(causes.loc[causes["verdict"] == "not checked", "kind"])
-    )
-    if None in least_remarks:
-        if (causes["reason"] == NO_RUNS).all():
-            fits = measured.tables["fits"]
-            sheet, config = measured.sheet, measured.config
-            if not any(measures_force_x(config, sheet[run]) for run in fits["run_id"]):
-                return Check.skip("shared", "shared-no-x")
-            count = int(np.isfinite(alpha_columns(fits)).all(axis=0).sum())
-            return Check.skip("shared", "shared-few", count=count, wanted=FEWEST_RUNS)
-        return Check.skip("shared", "shared-open", missing=", ".join(missing))
-    seen = " and ".join(map(str, least_remarks))
+    if is_told.any():
+        return _fail_by_causes(causes[is_told].to_dict("records"), measured)
+    least_gain = _describe_least("gain", "from-run", causes)
+    least_turn = _describe_least("turn", "all", causes)
+    if least_gain is None or least_turn is None:
+        return _skip_causes(measured)
+    seen = f"{least_gain} and {least_turn}"
     is_mixed_up = causes["group"].isin(LABELS) & (causes["reason"] == MIXED_UP)
     if is_mixed_up.any():
         labels = (causes["group"] + " " + causes["place"].astype(str))[is_mixed_up]
         names = " or ".join(dict.fromkeys(labels))
         return Check.judge("shared", True, code="shared-labels-open", seen=seen, labels=names)
     return Check.judge("shared", True, seen=seen)
+
+
+def _fail_by_causes(told_causes: list[dict[Any, Any]], measured: MediumMeasurements) -> Check:
+    """Fail the medium by errors that many runs share; `told_causes`: rows of the table of causes."""
+    described = [_describe_told(row, measured) for row in told_causes]
+    flags: list[Remark] = []
+    for row, cause in zip(told_causes, described, strict=True):
+        if row["group"] != "all":
+            flags += flags_on(row["run_ids"].split(), "shared-cause", cause=str(cause))
+    cures = dict.fromkeys(remark(f"cure-{row['kind']}") for row in told_causes)
+    return Check.judge(
+        "shared",
+        False,
+        flags,
+        code="shared-told",
+        causes=format_remarks(described),
+        cures=format_remarks(cures),
+    )
+
+
+def _skip_causes(measured: MediumMeasurements) -> Check:
+    """Say why errors that many runs share would not be seen: no force along x, too few runs, or too few directions."""
+    causes, fits = measured.tables["causes"], measured.tables["fits"]
+    if not (causes["reason"] == NO_RUNS).all():
+        kinds = causes.loc[causes["verdict"] == "not checked", "kind"].unique()
+        missing = ", ".join(sorted(str(remark(f"kind-{kind}")) for kind in kinds))
+        return Check.skip("shared", "shared-open", missing=missing)
+    sheet, config = measured.sheet, measured.config
+    if not any(measures_force_x(config, sheet[run]) for run in fits["run_id"]):
+        return Check.skip("shared", "shared-no-x")
+    count = int(np.isfinite(alpha_columns(fits)).all(axis=0).sum())
+    return Check.skip("shared", "shared-few", count=count, wanted=FEWEST_RUNS)
 
 
 def _describe_least(kind: str, group: str, causes: pd.DataFrame) -> Remark | None:
@@ -124,34 +124,26 @@ def _describe_told(row: Mapping[Any, Any], measured: MediumMeasurements) -> Rema
         name: float(row[f"size{end}"])
         for name, end in (("size", ""), ("low", "_lo"), ("high", "_hi"))
     }
-    if row["group"] == "from-run":
-        first_run = measured.sheet[row["run_ids"].split()[0]]
+    group, run_ids = row["group"], row["run_ids"].split()
+    if group in ("from-run", "window"):
+        first, last = measured.sheet[run_ids[0]], measured.sheet[run_ids[-1]]
+        of_last: dict[str, Any] = {}
+        if group == "window":
+            of_last = {"last_row": last.row, "last_run": last.run_id}
         location = remark(
-            "where-from-run", row=first_run.row, run=first_run.run_id, count=row["n_runs"]
+            f"where-{group}", row=first.row, run=first.run_id, count=row["n_runs"], **of_last
         )
-    elif row["group"] == "window":
-        run_ids = row["run_ids"].split()
-        first_run, last_run = measured.sheet[run_ids[0]], measured.sheet[run_ids[-1]]
-        location = remark(
-            "where-window",
-            row=first_run.row,
-            last_row=last_run.row,
-            run=first_run.run_id,
-            last_run=last_run.run_id,
-            count=row["n_runs"],
-        )
-    elif row["group"] in ("trend", "all", "holder"):
-        location = remark(f"where-{row['group']}", angle=row["place"])
+    elif group in ("trend", "all", "holder"):
+        location = remark(f"where-{group}", angle=row["place"])
     else:
-        location = remark(
-            "where-label", column=row["group"], label=row["place"], count=row["n_runs"]
-        )
+        location = remark("where-label", column=group, label=row["place"], count=row["n_runs"])
     told_cause = remark(f"told-{row['kind']}", where=str(location), **size)
-    rival_causes = [words.split() for words in str(row["inseparable"]).split("; ") if words]
-    if not rival_causes:
+    rivals = [cause.split() for cause in str(row["inseparable"]).split("; ") if cause]
+    if not rivals:
         return told_cause
-    texts = dict.fromkeys(_describe_rival(kind, group) for kind, group, *_ in rival_causes)
-    return remark("told-or", told=str(told_cause), others=", ".join(texts))
+    # kind and group of a rival, then its place
+    described = dict.fromkeys(_describe_rival(kind, group) for kind, group, *_ in rivals)
+    return remark("told-or", told=str(told_cause), others=", ".join(described))
 
 
 def _describe_rival(kind: str, group: str) -> str:

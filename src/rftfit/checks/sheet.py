@@ -9,7 +9,7 @@ from rftfit.checks.channels import causes_in_readings
 from rftfit.checks.declared import (
     Check,
     MediumMeasurements,
-    Words,
+    Sentences,
     declare_check,
     describe_rows,
     flags_on,
@@ -34,29 +34,33 @@ _CURE = "look whether a row is missing or there twice before the first of them, 
     good="no stretch of the run sheet is shifted against its logs",
     fault="runs stand in rows with the angles of others",
     outcomes={
-        "sheet": Words(
+        "sheet": Sentences(
             "no stretch of the {size} runs fits the angles of rows nearby better than its own",
             _ALLOWED,
         ),
-        "sheet-logs": Words(
+        "sheet-logs": Sentences(
             "the motion logs of {count} of {size} runs that are refused for their angles show those of the row {where} ({rows})",
             _ALLOWED,
             f"logs and angles look shifted against each other ({{found}}): {_CURE}",
         ),
-        "sheet-rows": Words(
+        "sheet-rows": Sentences(
             "the angles of the row {where} explain alpha of {count} runs 10^{power:.0f} times better than their own, by the shape of "
             "known media ({rows})",
             _ALLOWED,
             f"logs and angles look shifted against each other ({{found}}): {_CURE}",
         ),
-        "sheet-beta": Words(
+        "sheet-beta": Sentences(
             "beta of the row {where} explains alpha of {count} runs 10^{power:.0f} times better than their own, by the shape of known "
             "media ({rows})",
             _ALLOWED,
             f"the column beta_deg looks shifted ({{found}}): {_CURE}",
         ),
-        "sheet-readings": Words("not before the readings of all channels are as they should be"),
-        "sheet-few": Words("too few runs with alpha to tell whether they stand in the right rows"),
+        "sheet-readings": Sentences(
+            "not before the readings of all channels are as they should be"
+        ),
+        "sheet-few": Sentences(
+            "too few runs with alpha to tell whether they stand in the right rows"
+        ),
     },
 )
 def check_sheet(measured: MediumMeasurements) -> Check:
@@ -72,28 +76,27 @@ def check_sheet(measured: MediumMeasurements) -> Check:
             where=_describe_shift(shift),
             rows=describe_rows(shifted_runs, measured.sheet),
         )
-    misplaced = measured.tables["misplaced"]
     # only the likeliest mistake counts: with wrong axes the angles of other rows may fit better, too
-    for likeliest in misplaced.head(1).to_dict("records"):
-        if likeliest["mistake"] in (ROWS, BETA_ROWS) and likeliest["log_bayes_factor"] > _EVIDENCE:
-            if (
-                causes_in_readings(measured)[1]
-                or check_rods(measured).flags
-                or check_drift(measured).flags
-            ):
-                return Check.skip("sheet", "sheet-readings")
-            run_ids = likeliest["run_ids"].split()
-            code = "sheet-rows" if likeliest["mistake"] == ROWS else "sheet-beta"
-            return Check.judge(
-                "sheet",
-                False,
-                flags_on(run_ids, "other-row"),
-                code=code,
-                count=len(run_ids),
-                power=likeliest["log_bayes_factor"] / math.log(10),
-                where=_describe_shift(likeliest["rows"]),
-                rows=describe_rows(run_ids, measured.sheet),
-            )
+    likeliest = measured.likeliest_mistake
+    mistake = likeliest.get("mistake")
+    if mistake in (ROWS, BETA_ROWS) and likeliest["log_bayes_factor"] > _EVIDENCE:
+        if (
+            causes_in_readings(measured)[1]
+            or check_rods(measured).flags
+            or check_drift(measured).flags
+        ):
+            return Check.skip("sheet", "sheet-readings")
+        run_ids = likeliest["run_ids"].split()
+        return Check.judge(
+            "sheet",
+            False,
+            flags_on(run_ids, "other-row"),
+            code="sheet-rows" if mistake == ROWS else "sheet-beta",
+            count=len(run_ids),
+            power=likeliest["log_bayes_factor"] / math.log(10),
+            where=_describe_shift(likeliest["rows"]),
+            rows=describe_rows(run_ids, measured.sheet),
+        )
     run_count = len(measured.tables["peers"])
     if run_count < FEWEST_SHIFTED:
         return Check.skip("sheet", "sheet-few")
@@ -115,24 +118,24 @@ def _find_shift_of_logs(measured: MediumMeasurements) -> tuple[int, list[str], i
     plates = sorted(
         (run for run in measured.sheet.values() if run.kind == "plate"), key=lambda run: run.row
     )
-    place_of_run = {run.run_id: place for place, run in enumerate(plates)}
+    position_of_run = {run.run_id: position for position, run in enumerate(plates)}
     runs = measured.tables["runs"]
     is_seen = runs[["seen_beta_deg", "seen_gamma_deg"]].notna().any(axis=1)
-    refused = runs[is_seen & runs["run_id"].isin([*place_of_run])]
+    refused = runs[is_seen & runs["run_id"].isin([*position_of_run])]
     if len(refused) < FEWEST_SHIFTED:
         return None
     tolerance_deg = measured.config.arm.angle_tolerance_deg
     run_ids = refused["run_id"].tolist()
     seen_deg = refused[["seen_beta_deg", "seen_gamma_deg"]].to_numpy(float)
 
-    def shows_angles_at(index: int, place: int) -> bool:
-        """Return True if the log of a refused run shows the angles of the plate run at a place in the sheet."""
+    def shows_angles_at(index: int, position: int) -> bool:
+        """Return True if the log of refused run `index` shows the angles of the plate run at a position in the sheet."""
         beta_deg, gamma_deg = seen_deg[index]
-        return 0 <= place < len(plates) and _shows_angles(
-            plates[place], beta_deg, gamma_deg, tolerance_deg
+        return 0 <= position < len(plates) and _shows_angles(
+            plates[position], beta_deg, gamma_deg, tolerance_deg
         )
 
-    likeliest_shift = find_shift([place_of_run[run_id] for run_id in run_ids], shows_angles_at)
+    likeliest_shift = find_shift([position_of_run[run_id] for run_id in run_ids], shows_angles_at)
     if likeliest_shift is None:
         return None
     shift, shifted = likeliest_shift

@@ -17,7 +17,7 @@ from rftfit.checks.declared import (
     SOUND_LOGS,
     Check,
     MediumMeasurements,
-    Words,
+    Sentences,
     declare_check,
     describe_rows,
     flags_on,
@@ -52,7 +52,7 @@ from rftfit.store.chosen import chosen
 _CHOSEN = chosen("checks", "surface")
 
 
-_ROD_IN_IT = Words("the force on the rod, which begins elsewhere, is in it")
+_ROD_IN_IT = Sentences("the force on the rod, which begins elsewhere, is in it")
 _SURFACE_FOUND = "stress begins {push} in pushes{pull}"
 _SURFACE_ALLOWED = "{most_mm:.1f} mm of either sign{by_cause}"
 _LATE = (
@@ -73,30 +73,30 @@ _SURFACE_OTHER = "in {count} of {size} runs than in the others ({rows}): look at
     after=SOUND_LOGS,
     outcomes={
         "rod-in-it": _ROD_IN_IT,
-        "natural-sand": Words("stress is a line only near the surface of a natural sand"),
-        "few-pushes": Words("too few pushes with a slope of their own"),
-        "surface": Words(_SURFACE_FOUND, _SURFACE_ALLOWED),
-        "surface-late": Words(_SURFACE_FOUND, _SURFACE_ALLOWED, _LATE, _LATE_FAULT),
-        "surface-off": Words(_SURFACE_FOUND, _SURFACE_ALLOWED, f"the {_SURFACE}."),
-        "surface-late-off": Words(_SURFACE_FOUND, _SURFACE_ALLOWED, f"{_LATE} The {_SURFACE}."),
-        "surface-differs": Words(
+        "natural-sand": Sentences("stress is a line only near the surface of a natural sand"),
+        "few-pushes": Sentences("too few pushes with a slope of their own"),
+        "surface": Sentences(_SURFACE_FOUND, _SURFACE_ALLOWED),
+        "surface-late": Sentences(_SURFACE_FOUND, _SURFACE_ALLOWED, _LATE, _LATE_FAULT),
+        "surface-off": Sentences(_SURFACE_FOUND, _SURFACE_ALLOWED, f"the {_SURFACE}."),
+        "surface-late-off": Sentences(_SURFACE_FOUND, _SURFACE_ALLOWED, f"{_LATE} The {_SURFACE}."),
+        "surface-differs": Sentences(
             _SURFACE_FOUND,
             _SURFACE_ALLOWED,
             f"stress begins {{gap_mm:.1f}} mm {{side}} {_SURFACE_OTHER}surface_z_mm of these runs.",
         ),
-        "lag-differs": Words(
+        "lag-differs": Sentences(
             _SURFACE_FOUND,
             _SURFACE_ALLOWED,
             f"the force log is {{gap_s:.2g}} s {{side}} {_SURFACE_OTHER}the clocks of these runs.",
             _LATE_FAULT,
         ),
-        "surface-of-path": Words(
+        "surface-of-path": Sentences(
             _SURFACE_FOUND,
             _SURFACE_ALLOWED,
             "stress begins {gap_mm:.1f} mm {side} in the {count} pushes at gamma {gamma_deg:g} deg than in the {others} at other "
             "angles of the path ({rows}): look at surface_z_mm of these runs, and where a slanted stage stands at the surface.",
         ),
-        "surface-curved": Words(
+        "surface-curved": Sentences(
             "stress looks curved, so where a line through it begins does not tell the surface"
         ),
     },
@@ -122,20 +122,20 @@ _LINE_ALLOWED = (
     outcomes={
         **LAW_OUTCOMES,
         "rod-in-it": _ROD_IN_IT,
-        "linearity": Words(
+        "linearity": Sentences(
             _LINE_FOUND,
             _LINE_ALLOWED,
             "stress is not proportional to depth ({found}): a line through zero depends on its window.",
         ),
-        "linearity-or-surface": Words(
+        "linearity-or-surface": Sentences(
             _LINE_FOUND,
             _LINE_ALLOWED,
             "{found}, or the surface is wrong ({surface}): look at arm.surface_z_mm and surface_z_mm; or, where stress begins "
             "above the surface, the sand sticks together (cohesion), as wet sand does. These logs cannot distinguish them.",
             "stress is not proportional to depth, or does not begin at the stated surface",
         ),
-        "linearity-few": Words("too few pushes with a power of their own"),
-        "linearity-open": Words(
+        "linearity-few": Sentences("too few pushes with a power of their own"),
+        "linearity-open": Sentences(
             f"{_LINE_FOUND}; only beyond {LINE_POWERS} would another power be told"
         ),
     },
@@ -153,92 +153,93 @@ def _judge_surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, C
     with the opposite sign in pulls, is a lag of the force log. A step along the run sheet, or two clusters of starts,
     mean two surfaces or two lags.
     """
-    fits, speed = measured.tables["fits"], measured.config.arm.speed_cm_per_s
-    unchecked = ""
+    fits, config = measured.tables["fits"], measured.config
     if measured.flags.runs_with("no-tare").keys() & set(fits["run_id"]):
         return Check.skip("surface", "rod-in-it"), Check.skip("linearity", "rod-in-it")
-    if measured.medium.role != "laboratory":
-        unchecked = "natural-sand"
-    steep_fits = fits[is_steep(fits) & fits["start_cm"].notna()]
-    alpha, se, free_slope = (
-        steep_fits[f"{name}_N_per_cm3"].to_numpy(float)
-        for name in ("alpha_z", "alpha_z_se", "free_slope_z")
-    )
-    # a nearly flat line may reach zero at any depth
-    clear = np.fmin(np.abs(alpha), np.abs(free_slope)) > CLEAR_ALPHA * se
-    steep_fits, alpha = steep_fits[clear], np.abs(alpha[clear])
-    pushes = steep_fits["direction"].to_numpy() == "intrusion"
-    if not unchecked and pushes.sum() < FEW_RUNS:
-        unchecked = "few-pushes"
-    run_cm, session_cm = ordinary_surface(measured.config.errors)
-    tolerance_deg = measured.config.grid.angle_tolerance_deg
-    crust = judge_crust(measured.flags, steep_fits[pushes])
-    if unchecked:
+    steep_fits = _select_clear_lines(fits)
+    is_push = steep_fits["direction"].to_numpy() == "intrusion"
+    pushes = steep_fits[is_push]
+    run_cm, session_cm = ordinary_surface(config.errors)
+    tolerance_deg, speed = measured.tolerance_deg, config.arm.speed_cm_per_s
+    crust = judge_crust(measured.flags, pushes)
+    is_laboratory = measured.medium.role == "laboratory"
+    if not is_laboratory or len(pushes) < FEW_RUNS:
         # the surface cannot be checked, so the law is judged alone
-        law = crust or judge_law_alone(steep_fits[pushes], run_cm, session_cm, tolerance_deg)
-        return Check.skip("surface", unchecked), law
-    # vertical speed over the speed of the arm, downward: a lag moves starts in proportion to it
-    sine = np.where(pushes, 1, -1) * np.abs(
-        np.sin(np.radians(steep_fits["gamma_deg"].to_numpy(float)))
-    )
-    # runs that share a tare share the error of its zero, which matters in weak pulls
-    shared = (
-        steep_fits.groupby(["tare_run", "direction"])["run_id"].transform("size").to_numpy(float)
-    )
-    starts = Starts(
-        np.stack([np.ones_like(sine), sine * (np.ptp(sine) > 0.2)], axis=1),
-        steep_fits["start_cm"].to_numpy(float),
-        # a drift of the zero moves the start of a weak run farther
-        np.hypot(run_cm, LEVELLED_CM * np.median(alpha[pushes]) / alpha),
-        pushes,
-    )
-    shared = np.where(pushes, 1, shared)
-    (offset_cm, lag_cm), covariance, _ = starts.fit(shared=shared)
-    wider = student_limit(SURE, max((1 / shared).sum() - 2, 1)) / SURE
-    covariance = wider**2 * covariance + np.diag(
-        [session_cm**2, (_CHOSEN.ordinary_lag_s * speed) ** 2]
-    )
-    # start of a push with the mean vertical speed, by surface and lag together
-    mean = np.array([1.0, float(sine[pushes].mean())])
-    push_start, push_start_se = offset_cm + mean[1] * lag_cm, math.sqrt(mean @ covariance @ mean)
+        law = crust or judge_law_alone(pushes, run_cm, session_cm, tolerance_deg)
+        return Check.skip("surface", "few-pushes" if is_laboratory else "natural-sand"), law
+    line = crust or judge_linearity(pushes, session_cm, tolerance_deg)
+    starts = Starts.of(steep_fits, is_push, run_cm)
+    (offset_cm, lag_cm), covariance = _fit_surface_and_lag(starts, steep_fits, session_cm, speed)
     offset_se, lag_se = np.sqrt(np.diag(covariance))
+    # start of a push with the mean vertical speed by surface and lag together, which pushes alone do not tell apart
+    mean_push = np.array([1.0, float(starts.sine[is_push].mean())])
+    push_start = offset_cm + mean_push[1] * lag_cm
+    push_start_se = math.sqrt(mean_push @ covariance @ mean_push)
     is_off, is_late = abs(offset_cm) > SURE * offset_se, abs(lag_cm) > SURE * lag_se
     is_off |= abs(push_start) > SURE * push_start_se and not is_late
-    most_mm, most_late_s = 10 * SURE * offset_se, SURE * lag_se / speed
-    has_pulls = np.ptp(sine) > 1
-    confidence = measured.config.fit.confidence
+    pull_found: Remark | str = ""
+    by_cause: Remark | str = ""
+    if np.ptp(starts.sine) > 1:  # there are pulls
+        pull_found = _describe_start_of_pulls(starts.start[~is_push], config.fit.confidence)
+        most_mm, most_late_s = 10 * SURE * offset_se, SURE * lag_se / speed
+        by_cause = remark("surface-and-lag", mm=most_mm, s=most_late_s)
     values: dict[str, Any] = {
         "push": _describe_start(push_start),
-        "pull": _describe_start_of_pulls(starts.start[~pushes], confidence) if has_pulls else "",
+        "pull": pull_found,
         "most_mm": 10 * SURE * push_start_se,
-        "by_cause": remark("surface-and-lag", mm=most_mm, s=most_late_s) if has_pulls else "",
+        "by_cause": by_cause,
     }
-    line = crust or judge_linearity(steep_fits[pushes], session_cm, tolerance_deg)
-    if (
-        line.verdict == FAILED
-        or abs(float(steep_fits["exponent_z"][pushes].median()) - 1) > TOLERATED
-    ):
+    if line.verdict == FAILED or abs(float(pushes["exponent_z"].median()) - 1) > TOLERATED:
         # a line through curved stress starts deeper if its window ends deeper
         deep = steep_fits["depth_to_cm"].to_numpy(float)
-        paths = np.column_stack([starts.paths, deep - deep.mean()])
-        starts = replace(starts, paths=paths)
+        starts = replace(starts, terms=np.column_stack([starts.terms, deep - deep.mean()]))
     # consecutive runs with patches in their beds may look like a step, so the error includes patches
     starts = replace(starts, error=np.hypot(starts.error, _error_of_start(steep_fits)))
     runs = [measured.sheet[run] for run in steep_fits["run_id"]]
-    apart = _find_two_levels(starts, runs, speed) or _find_path_apart(starts, steep_fits, measured)
-    if apart is not None:
-        code, flags, values_apart = apart
-        return Check.judge("surface", False, flags, code, **values, **values_apart), line
+    other_level = _find_two_levels(starts, runs, speed) or _find_other_path(
+        starts, pushes, measured
+    )
+    if other_level is not None:
+        code, flags, values_of_level = other_level
+        return Check.judge("surface", False, flags, code, **values, **values_of_level), line
     code = _CODES[bool(is_late), bool(is_off)]
     values |= {"side": "late" if lag_cm > 0 else "early", "late_s": abs(lag_cm) / speed}
     surface = Check.judge("surface", not (is_late or is_off), code=code, **values)
-    if is_off and _looks_curved(steep_fits[pushes]):
+    if is_off and _looks_curved(pushes):
         # the start of a line through curved stress is not the surface
         if line.verdict != FAILED:
             values_of_both = {**line.values, "surface": surface.found}
             line = Check.judge("linearity", False, code="linearity-or-surface", **values_of_both)
         surface = Check.skip("surface", "surface-curved")
     return surface, line
+
+
+def _select_clear_lines(fits: pd.DataFrame) -> pd.DataFrame:
+    """Select the runs on steep paths whose line has a clear slope: a nearly flat line may reach zero at any depth."""
+    steep_fits = fits[is_steep(fits) & fits["start_cm"].notna()]
+    alpha, se, free_slope = (
+        steep_fits[f"{name}_N_per_cm3"].to_numpy(float)
+        for name in ("alpha_z", "alpha_z_se", "free_slope_z")
+    )
+    is_clear = np.fmin(np.abs(alpha), np.abs(free_slope)) > CLEAR_ALPHA * se
+    clear_fits: pd.DataFrame = steep_fits[is_clear]
+    return clear_fits
+
+
+def _fit_surface_and_lag(
+    starts: Starts, fits: pd.DataFrame, session_cm: float, speed: float
+) -> tuple[FloatArray, FloatArray]:
+    """Fit the start of stress by the surface, cm, and by a lag, cm at full speed; return both and their covariance.
+
+    `session_cm`: Standard deviation of the free surface that all runs share. `speed`: of the arm, cm/s.
+    """
+    # pulls that share a tare share the error of its zero, which matters as they are weak
+    runs_of_tare = fits.groupby(["tare_run", "direction"])["run_id"].transform("size")
+    shared = np.where(starts.pushes, 1, runs_of_tare.to_numpy(float))
+    coefficients, covariance, _ = starts.fit(shared=shared)
+    wider = student_limit(SURE, max((1 / shared).sum() - 2, 1)) / SURE
+    ordinary = np.diag([session_cm**2, (_CHOSEN.ordinary_lag_s * speed) ** 2])
+    return coefficients, wider**2 * covariance + ordinary
 
 
 def _error_of_start(fits: pd.DataFrame) -> FloatArray:
@@ -262,31 +263,49 @@ def _error_of_start(fits: pd.DataFrame) -> FloatArray:
 class Starts:
     """Depths at which stress begins in n runs, and the terms that may move them.
 
-    `paths`: Terms that all starts have in common: the surface, a lag, and curvature if there is any, shape (n, k).
+    `terms`: Terms that all starts have in common: the surface (1), a lag (`sine`, or 0 if all paths are alike), and
+    curvature if there is any, shape (n, k).
+    `sine`: Vertical speed over the speed of the arm, positive downward: a lag moves starts in proportion to it.
     `start`, `error`: Depth and its standard error, cm, shape (n,).
     `pushes`: True for pushes, False for pulls.
     """
 
-    paths: FloatArray
+    terms: FloatArray
+    sine: FloatArray
     start: FloatArray
     error: FloatArray
     pushes: Mask
 
+    @classmethod
+    def of(cls, fits: pd.DataFrame, pushes: Mask, run_cm: float) -> Starts:
+        """Make the starts of lines with a free intercept; `run_cm`: standard deviation of the surface from run to run."""
+        vertical = np.abs(np.sin(np.radians(fits["gamma_deg"].to_numpy(float))))
+        sine = np.where(pushes, 1, -1) * vertical
+        alpha = np.abs(fits["alpha_z_N_per_cm3"].to_numpy(float))
+        return cls(
+            np.stack([np.ones_like(sine), sine * (np.ptp(sine) > 0.2)], axis=1),
+            sine,
+            fits["start_cm"].to_numpy(float),
+            # a drift of the zero moves the start of a weak run farther
+            np.hypot(run_cm, LEVELLED_CM * np.median(alpha[pushes]) / alpha),
+            pushes,
+        )
+
     def __getitem__(self, rows: npt.NDArray[Any]) -> Starts:
-        return Starts(self.paths[rows], self.start[rows], self.error[rows], self.pushes[rows])
+        return Starts(*(array[rows] for array in vars(self).values()))
 
     def fit(
-        self, extra_terms: npt.NDArray[Any] | None = None, shared: FloatArray | float = 1.0
+        self, extra_term: npt.NDArray[Any] | None = None, shared: FloatArray | float = 1.0
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Fit the terms by robust least squares; return coefficients, covariance, and the error of each start, cm.
 
         Runs far off get less weight. The errors are multiplied by a factor from the scatter, one for pushes and one for
         pulls.
 
-        `extra_terms`: Another term besides `paths`, shape (n,).
+        `extra_term`: Another term besides `terms`, shape (n,).
         `shared`: Number of runs that share the error of a run.
         """
-        design = self.paths if extra_terms is None else np.column_stack([self.paths, extra_terms])
+        design = self.terms if extra_term is None else np.column_stack([self.terms, extra_term])
         all_runs = np.ones(self.start.size, dtype=bool)
         weight, spread = np.ones_like(self.start), np.ones_like(self.start)
         for _ in range(10):
@@ -303,12 +322,12 @@ class Starts:
         return coefficients, np.asarray(inverse), sigma
 
     def size_of(self, term: npt.NDArray[Any]) -> tuple[float, float]:
-        """Fit a term (n,) besides `paths`; return its coefficient, cm, and this in standard errors.
+        """Fit a term (n,) besides `terms`; return its coefficient, cm, and this in standard errors.
 
-        Both are 0 if the term depends linearly on `paths`.
+        Both are 0 if the term depends linearly on `terms`.
         """
-        design = np.column_stack([self.paths, term])
-        if np.linalg.matrix_rank(design) == np.linalg.matrix_rank(self.paths):
+        design = np.column_stack([self.terms, term])
+        if np.linalg.matrix_rank(design) == np.linalg.matrix_rank(self.terms):
             return 0.0, 0.0
         coefficients, covariance, _ = self.fit(term)
         return float(coefficients[-1]), abs(coefficients[-1]) / math.sqrt(covariance[-1, -1])
@@ -355,46 +374,28 @@ def _find_two_levels(
     Returns the code of the outcome, flags of these runs, and values of its sentences.
     """
     order = np.argsort([run.row for run in runs], kind="stable")
-    starts = starts[order]
-    # the two levels are found by pushes alone, as pulls are too weak
-    push_starts = starts[starts.pushes]
-    coefficients, _, sigma = push_starts.fit()
-    clusters = two_clusters(push_starts.start - push_starts.paths @ coefficients)
-    on_second_level = np.zeros(starts.start.size, dtype=bool)
-    clear = 1.0
-    if clusters is not None:
-        clear, on_second_level[starts.pushes] = clusters
-    for _ in range(2):
-        stretch = shifted_runs(push_starts.paths, push_starts.start, sigma)
-        coefficients, covariance, sigma = push_starts.fit(stretch)
-    if stretch.any() and abs(coefficients[-1]) > clear * _clear_step(stretch) * math.sqrt(
-        covariance[-1, -1]
-    ):
-        # a pull is on the level of the push before it
-        on_second_level = stretch[np.maximum(np.cumsum(starts.pushes) - 1, 0)]
-    elif clusters is None:
+    runs, starts = [runs[index] for index in order], starts[order]
+    on_second_level = _find_second_level(starts)
+    if on_second_level is None:
         return None
-    gaps = {}
-    for kind, path in zip(("surface", "lag"), starts.paths.T, strict=False):
-        if path.any():
-            coefficients, covariance, _ = starts.fit(path * on_second_level)
-            gaps[kind] = (
-                abs(coefficients[-1]) / math.sqrt(covariance[-1, -1]),
-                float(coefficients[-1]),
-            )
-    kind = max(gaps, key=lambda name: gaps[name][0])
-    gap = gaps[kind][1]
+    # the level differs by the surface or by a lag, whichever explains it more clearly
+    gaps_cm, clearness = {}, {}
+    for kind, term in zip(("surface", "lag"), starts.terms.T, strict=False):
+        if term.any():
+            coefficients, covariance, _ = starts.fit(term * on_second_level)
+            gaps_cm[kind] = float(coefficients[-1])
+            clearness[kind] = abs(coefficients[-1]) / math.sqrt(covariance[-1, -1])
+    kind = max(clearness, key=lambda name: clearness[name])
+    gap = gaps_cm[kind]
     if abs(gap) < _CHOSEN.step_cm:
         return None
-    names = [
-        run.run_id
-        for run, is_second in zip([runs[n] for n in order], on_second_level, strict=True)
-        if is_second
+    run_ids = [
+        run.run_id for run, is_second in zip(runs, on_second_level, strict=True) if is_second
     ]
     values: dict[str, Any] = {
         "count": on_second_level.sum(),
         "size": on_second_level.size,
-        "rows": describe_rows(names, {run.run_id: run for run in runs}),
+        "rows": describe_rows(run_ids, {run.run_id: run for run in runs}),
     }
     if kind == "surface":
         gap *= 10
@@ -403,24 +404,49 @@ def _find_two_levels(
         gap /= speed
         values |= {"side": "later" if gap > 0 else "earlier", "gap_s": abs(gap)}
     code = f"{kind}-differs"
-    return code, flags_on(names, code, gap=gap), values
+    return code, flags_on(run_ids, code, gap=gap), values
 
 
-def _find_path_apart(
-    starts: Starts, fits: pd.DataFrame, measured: MediumMeasurements
+def _find_second_level(starts: Starts) -> Mask | None:
+    """Mark runs whose starts have another level than the others: a stretch of runs, or a cluster; None without any.
+
+    `starts`: In the order of the run sheet. The levels are found by pushes alone, as pulls are too weak.
+    """
+    pushes = starts[starts.pushes]
+    coefficients, _, sigma = pushes.fit()
+    clusters = two_clusters(pushes.start - pushes.terms @ coefficients)
+    clear = 1.0 if clusters is None else clusters[0]
+    # the errors change with the stretch that is left out of the scatter: twice is enough
+    for _ in range(2):
+        stretch = shifted_runs(pushes.terms, pushes.start, sigma)
+        coefficients, covariance, sigma = pushes.fit(stretch)
+    if stretch.any():
+        step_se = math.sqrt(covariance[-1, -1])
+        if abs(coefficients[-1]) > clear * _clear_step(stretch) * step_se:
+            # a pull is on the level of the push before it
+            return np.asarray(stretch[np.maximum(np.cumsum(starts.pushes) - 1, 0)])
+    if clusters is None:
+        return None
+    on_second_level = np.zeros(starts.start.size, dtype=bool)
+    on_second_level[starts.pushes] = clusters[1]
+    return on_second_level
+
+
+def _find_other_path(
+    starts: Starts, pushes: pd.DataFrame, measured: MediumMeasurements
 ) -> tuple[str, list[Remark], dict[str, Any]] | None:
     """Find pushes at one angle of the path whose surface differs from that of the others; None where all are alike.
 
-    A slanted stage that counts along its path has another reading at the surface at each angle. Returns the code of the
-    outcome, flags of these runs, and values of its sentences.
+    A slanted stage that counts along its path has another reading at the surface at each angle.
+
+    `pushes`: Rows of the table of fits, those of `starts` that are pushes.
+    Returns the code of the outcome, flags of these runs, and values of its sentences.
     """
-    pushes, starts = fits[starts.pushes], starts[starts.pushes]
+    starts = starts[starts.pushes]
     gamma_deg = pushes["gamma_deg"].to_numpy(float)
-    path = number_directions(
-        np.zeros_like(gamma_deg), gamma_deg, tolerance_deg=measured.config.grid.angle_tolerance_deg
-    )
-    lag = starts.paths[:, 1].copy()
-    starts = replace(starts, paths=np.where(np.arange(starts.paths.shape[1]) == 1, 0, starts.paths))
+    path = number_directions(np.zeros_like(gamma_deg), gamma_deg, measured.tolerance_deg)
+    surface, lag, *curvature = starts.terms.T
+    starts = replace(starts, terms=np.column_stack([surface, *curvature]))
     # a lag also makes the paths differ: a surface of one path must explain the starts better than a lag
     clearest = starts.size_of(lag)[1] * (1 + 1e-9)
     gap_cm, of_path = 0.0, np.zeros(gamma_deg.size, dtype=bool)
@@ -434,16 +460,16 @@ def _find_path_apart(
             clearest, gap_cm, of_path = times_error * (1 + 1e-9), size_cm, is_on_path
     if clearest < _CHOSEN.step_sure or abs(gap_cm) < _CHOSEN.step_cm:
         return None
-    names = pushes["run_id"][of_path].tolist()
+    run_ids = pushes["run_id"][of_path].tolist()
     values: dict[str, Any] = {
         "gap_mm": 10 * abs(gap_cm),
         "side": "deeper" if gap_cm > 0 else "higher",
         "gamma_deg": float(np.median(gamma_deg[of_path])),
         "count": of_path.sum(),
         "others": (~of_path).sum(),
-        "rows": describe_rows(names, measured.sheet),
+        "rows": describe_rows(run_ids, measured.sheet),
     }
-    return "surface-of-path", flags_on(names, "surface-differs", gap=10 * gap_cm), values
+    return "surface-of-path", flags_on(run_ids, "surface-differs", gap=10 * gap_cm), values
 
 
 def _clear_step(stretch: Mask) -> float:

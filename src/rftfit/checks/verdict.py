@@ -44,7 +44,7 @@ class Verdict(NamedTuple):
         return f"{self.word}{', but ' if self.word == SOUND else ': '}{self.reason}"
 
     def on(self, media: str, are_several: bool = False) -> str:
-        """Format the verdict on a medium, or on several media with the same verdict, without a full stop."""
+        """Format the verdict as a sentence without a full stop; `media`: name of a medium, or names of several."""
         if self.word == NOT_CHECKED:
             # say that some checks passed, which is less than sound but more than nothing
             verb = "show" if are_several else "shows"
@@ -91,6 +91,6 @@ def verdict_on(checks: pd.DataFrame, fits: pd.DataFrame, flags: Flags) -> Verdic
             return Verdict(NOT_CHECKED, str(unchecked[check]))
     codes = set(checks["code"])
     open_questions = [
-        str(remark(words)) for code, words in _OPEN_QUESTIONS.items() if code in codes
+        str(remark(asked)) for code, asked in _OPEN_QUESTIONS.items() if code in codes
     ]
     return Verdict(SOUND, "; ".join(open_questions))

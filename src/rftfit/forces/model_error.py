@@ -217,7 +217,7 @@ def _alpha_of_draws(
     """Alpha z and x of each draw in directions (n,), 0 where there is none, shape (n, draws)."""
     if isinstance(profile, TableProfile):
         parts = [np.atleast_2d(values).astype(np.float32).T.copy() for values in profile.parameters]
-        z, x = (profile.sum_nodes(components, beta, gamma) for components in parts)
+        z, x = (profile.interpolate_draws(components, beta, gamma) for components in parts)
     else:
         z, x = (np.atleast_2d(alpha).astype(np.float32).T for alpha in profile.alpha(beta, gamma))
     return (z, x) if np.isfinite(z.sum() + x.sum()) else (np.nan_to_num(z), np.nan_to_num(x))

@@ -137,16 +137,16 @@ def pressure_sinkage(
     k_phi, k_c = (*parameters, 0.0)[:2]
     depths = pushes[["depth_from_cm", "depth_to_cm"]].to_numpy(float)
     return PressureSinkage(
-        exponent,
-        exponent - half,
-        exponent + half,
-        float(k_phi),
-        float(k_c),
-        float(errors[0]),
-        float(errors[1]),
-        tuple(np.unique(np.round(width, 6)).tolist()),
-        k.size,
-        (_M_PER_CM * depths[:, 0].min(), _M_PER_CM * depths[:, 1].max()),
+        n=exponent,
+        n_lo=exponent - half,
+        n_hi=exponent + half,
+        k_phi=float(k_phi),
+        k_c=float(k_c),
+        k_phi_se=float(errors[0]),
+        k_c_se=float(errors[1]),
+        widths_m=tuple(np.unique(np.round(width, 6)).tolist()),
+        n_pushes=k.size,
+        depth_m=(_M_PER_CM * depths[:, 0].min(), _M_PER_CM * depths[:, 1].max()),
     )
 
 

@@ -29,6 +29,16 @@ class CommonError:
     share: FloatArray
     joint: bool
 
+    def draw(self, draws: int, random: np.random.Generator) -> dict[str, FloatArray]:
+        """Draw the error of each component in each cell, shape (draws, n), N/cm^3."""
+
+        def draw_share() -> FloatArray:
+            return random.standard_normal((draws, len(self.share))) @ self.share
+
+        share_z = draw_share()
+        share_x = share_z if self.joint else draw_share()
+        return {"z": self.size["z"] * share_z, "x": self.size["x"] * share_x}
+
 
 def common_errors(table: pd.DataFrame) -> dict[str, CommonError]:
     """Return the errors that cells of a table share, by source: three with one cause for all runs, and tares."""
@@ -77,18 +87,17 @@ def covariance_of(table: pd.DataFrame) -> pd.DataFrame:
     component. Rows of the same plate (beta = -90 and 90 degrees) have the same error. A number without a standard error
     has no row. Index and columns: `COVARIANCE_INDEX`.
     """
+    from scipy.linalg import block_diag
+
     n, row_of_plate = len(table), equivalent_rows(table)
     se = np.concatenate([table[column(c, "_se")].to_numpy(float) for c in COMPONENTS])
     total, common_variance = np.zeros((2 * n, 2 * n)), np.zeros(2 * n)
     for error in common_errors(table).values():
-        parts = [error.share * error.size[c] for c in COMPONENTS]
-        nothing = np.zeros_like(error.share)
-        causes = [np.hstack(parts)]
-        if not error.joint:
-            causes = [np.hstack([parts[0], nothing]), np.hstack([nothing, parts[1]])]
-        for cause in causes:
-            total += cause.T @ cause
-            common_variance += np.square(cause).sum(axis=0)
+        by_component = [error.share * error.size[c] for c in COMPONENTS]
+        # change of each number of the table by each cause
+        changes = np.hstack(by_component) if error.joint else block_diag(*by_component)
+        total += changes.T @ changes
+        common_variance += np.square(changes).sum(axis=0)
     alone = np.sqrt(np.maximum(se**2 - common_variance, 0.0))
     plate = np.concatenate([row_of_plate, row_of_plate + n])
     total += np.outer(alone, alone) * (plate[:, None] == plate)
@@ -108,11 +117,7 @@ def covariance_of(table: pd.DataFrame) -> pd.DataFrame:
 def covariance_table(table: pd.DataFrame) -> pd.DataFrame:
     """Return `covariance_of` an alpha table as the table of a file, with one column for each row, in the same order."""
     square = covariance_of(table)
-    places = (square.index.get_level_values(name) for name in COVARIANCE_INDEX)
-    names = [
-        f"covariance_{c}_{beta:g}_{gamma:g}_N2_per_cm6"
-        for beta, gamma, c in zip(*places, strict=True)
-    ]
+    names = [f"covariance_{c}_{beta:g}_{gamma:g}_N2_per_cm6" for beta, gamma, c in square.index]
     rows = square.set_axis(names, axis=1).reset_index()
     rows.insert(0, "medium", next(iter(table["medium"]), ""))
     return rows

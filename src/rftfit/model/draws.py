@@ -16,7 +16,7 @@ from rftfit.conventions import COMPONENTS, FloatArray
 from rftfit.measure.alpha import column, directions
 from rftfit.measure.errors import SOURCES
 from rftfit.measure.slopes import GIVEN_DOF, normal_quantile, student_quantile
-from rftfit.model.common_errors import CommonError, common_errors, equivalent_rows, error_sizes
+from rftfit.model.common_errors import common_errors, equivalent_rows, error_sizes
 from rftfit.model.profiles import TableProfile
 from rftfit.model.symmetry import torus
 
@@ -52,7 +52,8 @@ def alpha_draws(
     order = table.reset_index().sort_values(["beta_deg", "gamma_deg"]).index.to_numpy()
     equivalent = equivalent_rows(table)
     shared = common_errors(table)
-    normals = _common_normals(shared, draws, random.spawn(1)[0])
+    random_of_shared = random.spawn(1)[0]
+    shared_draws = {source: error.draw(draws, random_of_shared) for source, error in shared.items()}
     for component in COMPONENTS:
         centre, low, high, se = (
             table[column(component, end)].to_numpy(float) for end in ("", "_lo", "_hi", "_se")
@@ -61,37 +62,20 @@ def alpha_draws(
         # Student's over the normal quantile: draws become as wide as the interval, which has few degrees of freedom
         normal_half = half / normal_quantile(confidence)
         student_factor = np.divide(normal_half, se, where=se > 0, out=0 * se)
+        variance_alone = se**2
+        for error in shared.values():
+            variance_alone = variance_alone - error.size[component] ** 2
+        if only:
+            size = 0 * se if only in shared else error_sizes(table, only)[component]
+            variance_alone = size**2
         noise = np.empty((draws, centre.size))
         noise[:, order] = random.standard_normal(noise.shape)
-        variance = se**2  # less the common errors: the variance of each cell alone
-        error_drawn = np.zeros_like(noise)
-        for source, error in shared.items():
-            size = error.size[component]
-            variance = variance - size**2
+        error_drawn = np.sqrt(np.maximum(variance_alone, 0.0)) * noise[:, equivalent]
+        for source, drawn in shared_draws.items():
             if only in ("", source):
-                error_drawn += size * normals[source][component]
-        if only and only not in shared:
-            variance = error_sizes(table, only)[component] ** 2
-        if only not in shared:
-            error_drawn += np.sqrt(np.maximum(variance, 0.0)) * noise[:, equivalent]
+                error_drawn += drawn[component]
         draws_by_component.append(centre + student_factor * error_drawn)
     return draws_by_component[0], draws_by_component[1]
-
-
-def _common_normals(
-    shared: dict[str, CommonError], draws: int, random: np.random.Generator
-) -> dict[str, dict[str, FloatArray]]:
-    """Draw the common errors of n cells, relative to their sizes, by source and component, shape (draws, n)."""
-
-    def draw(error: CommonError) -> FloatArray:
-        return random.standard_normal((draws, len(error.share))) @ error.share
-
-    return {
-        source: dict.fromkeys(COMPONENTS, draw(error))
-        if error.joint
-        else {c: draw(error) for c in COMPONENTS}
-        for source, error in shared.items()
-    }
 
 
 def errors_behind(
@@ -114,7 +98,7 @@ def errors_behind(
     }
 
 
-def draws_of(table: pd.DataFrame, config: Config) -> tuple[FloatArray, FloatArray]:
+def draw_as_configured(table: pd.DataFrame, config: Config) -> tuple[FloatArray, FloatArray]:
     """Call `alpha_draws` with the number of draws, the seed and the confidence of a campaign."""
     settings = config.fourier
     return alpha_draws(table, settings.draws, settings.seed, config.fit.confidence)
@@ -127,10 +111,10 @@ def measured_profile(
     profile = TableProfile.from_table(table, name)
     errors = table[[column(c, "_hi") for c in COMPONENTS]].notna().to_numpy()
     # scattered directions are triangulated: if some had no draws, the triangles of draws and alpha would differ
-    lacks_triangles = profile.scattered and not errors_known(table)
-    if not draws or not errors.any() or lacks_triangles:
+    triangles_differ = profile.scattered and not errors_known(table)
+    if not draws or not errors.any() or triangles_differ:
         return profile
-    alpha = np.stack(draws_of(table, config))
+    alpha = np.stack(draw_as_configured(table, config))
     lacks_draws = np.isnan(alpha).any(axis=(0, 1)) & table[column("z")].notna().to_numpy()
     # the profile has the mean of a direction and its mirror image, whose error is known only if both have one
     cells = torus(*directions(table)).cell
@@ -205,36 +189,36 @@ def interval(draws: FloatArray, confidence: float) -> tuple[FloatArray, FloatArr
     ordered = np.moveaxis(np.asarray(draws, dtype=float), 0, -1).copy()
     ordered.sort(axis=-1)
     unknown = np.isnan(ordered[..., -1])
-    lo, hi = (
-        np.where(unknown, np.nan, _between_draws(ordered, share)) for share in (tail, 1 - tail)
-    )
+    lo, hi = (np.where(unknown, np.nan, _quantile(ordered, share)) for share in (tail, 1 - tail))
     # [()] makes a number of an array without axes
     return lo[()], hi[()]
 
 
-def _between_draws(ordered: FloatArray, share: float) -> FloatArray:
+def _quantile(ordered: FloatArray, share: float) -> FloatArray:
     """Return the quantile at a share of 0 to 1 of draws in ascending order along the last axis."""
     last = ordered.shape[-1] - 1
-    place = share * last
-    below = math.floor(place)
+    below = math.floor(share * last)
     low, high = ordered[..., below], ordered[..., min(below + 1, last)]
-    fraction = place - below
+    fraction = share * last - below
     # calculated from the nearer draw, so that between equal draws no rounding changes the value
     gap = high - low
     return np.asarray(low + gap * fraction if fraction < 0.5 else high - gap * (1 - fraction))
 
 
-def widen(value: Any, ends: tuple[Any, Any], half: Any) -> tuple[Any, Any]:
-    """Return the ends of an interval about `value`, widened by an independent error.
+def widen(best: Any, ends: tuple[Any, Any], half: Any) -> tuple[Any, Any]:
+    """Return the ends of an interval about a best number or array, widened by an independent error.
 
-    `half`: half width of that error, or the distances of both its ends from `value`. Distances add in squares.
+    `half`: half width of that error, or the distances of both its ends from `best`. Distances add in squares.
     """
-    below, above = np.hypot(np.subtract(ends, value), half)
-    return value - below, value + above
+    below, above = np.hypot(np.subtract(ends, best), half)
+    return best - below, best + above
 
 
 def end_names(quantity: str, of: str = "") -> tuple[str, str]:
-    """Return the columns of an interval: of ``force_z_N`` ``force_z_lo_N``, ``force_z_hi_N``, `of` before the ends."""
+    """Return the columns of the ends of an interval: of ``force_z_N`` ``force_z_lo_N`` and ``force_z_hi_N``.
+
+    `of`: what the interval contains, before the ends: ``next_`` or ``model_``.
+    """
     what, unit = quantity.rsplit("_N", maxsplit=1)
     return f"{what}_{of}lo_N{unit}", f"{what}_{of}hi_N{unit}"
 
@@ -253,5 +237,5 @@ def beside_name(quantity: str) -> str:
 
 
 def choose_evenly(count: int, most: int) -> npt.NDArray[np.intp]:
-    """Return at most `most` indices of `count` places, evenly spaced, the first and the last among them."""
+    """Return at most `most` of the indices below `count`, evenly spaced, the first and the last among them."""
     return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.intp))

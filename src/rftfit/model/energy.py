@@ -21,13 +21,14 @@ def work(alpha: FloatArray, gamma: FloatArray) -> FloatArray:
 
 
 def takes_energy(
-    draws: FloatArray, gamma: FloatArray, largest: FloatArray, measured: npt.NDArray[np.bool_]
+    alpha: FloatArray, gamma: FloatArray, largest: FloatArray, is_pushed: npt.NDArray[np.bool_]
 ) -> npt.NDArray[np.bool_]:
-    """Return True for media (draws, 2, n) that take energy in every direction that was not pushed.
+    """Return True for media that take energy in every direction that was not pushed, shape (draws,).
 
-    `largest` (draws,): largest alpha of each medium, by which rounding is judged.
+    `alpha`: of the media, shape (draws, 2, n). `largest` (draws,): largest alpha of each medium, by which rounding is
+    judged. `is_pushed` (n,): True for directions that were pushed, whose alpha has the error of a measurement.
     """
-    takes = (work(draws, gamma) >= -_CHOSEN.least_work * largest[:, None]) | measured
+    takes = (work(alpha, gamma) >= -_CHOSEN.least_work * largest[:, None]) | is_pushed
     return np.asarray(takes.all(axis=-1))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
-from rftfit.model.symmetry import WIDEST_DEG, Rectangle, rectangle, torus
+from rftfit.model.symmetry import WIDEST_DEG, DirectionGrid, find_grid, torus
 
 TERMS_Z = ("A00", "A10", "B11", "B01", "Bm1")
 TERMS_X = ("C11", "C01", "Cm1", "D10")
@@ -28,26 +28,21 @@ def basis(beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[FloatArray, FloatA
     return terms_z, terms_x
 
 
-def as_array(coefficients: Mapping[str, float] | npt.ArrayLike) -> FloatArray:
-    """Return coefficients as an array in the order of `TERMS`, shape (9,)."""
-    if isinstance(coefficients, Mapping):
-        missing = [term for term in TERMS if term not in coefficients]
-        if missing:
-            raise ValueError(f"no coefficient {', '.join(missing)}; wanted: {', '.join(TERMS)}")
-        return np.array([coefficients[term] for term in TERMS], dtype=float)
-    values = np.asarray(coefficients, dtype=float)
-    if values.shape != (len(TERMS),):
-        raise ValueError(f"nine coefficients wanted, found an array of shape {values.shape}")
-    return values
+def as_array(coefficients: Mapping[str, float]) -> FloatArray:
+    """Return coefficients by name as an array in the order of `TERMS`, shape (9,)."""
+    return np.array([coefficients[term] for term in TERMS], dtype=float)
 
 
 def evaluate(
-    coefficients: Mapping[str, float] | npt.ArrayLike, beta: npt.ArrayLike, gamma: npt.ArrayLike
+    coefficients: FloatArray, beta: npt.ArrayLike, gamma: npt.ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
-    """Return alpha_z and alpha_x of the nine-term model at angles in rad, in the unit of the coefficients."""
-    values = as_array(coefficients)
+    """Return alpha_z and alpha_x of nine coefficients (9,) at angles in rad, in the unit of the coefficients."""
     terms_z, terms_x = basis(beta, gamma)
-    return np.tensordot(values[:5], terms_z, 1), np.tensordot(values[5:], terms_x, 1)
+    split = len(TERMS_Z)
+    return (
+        np.tensordot(coefficients[:split], terms_z, 1),
+        np.tensordot(coefficients[split:], terms_x, 1),
+    )
 
 
 def fit_lsq(
@@ -71,7 +66,7 @@ def fit_lsq(
     coefficients = np.zeros((*alpha_z.shape[:-1], len(TERMS)))
     alphas = nodes.complete(alpha_z, alpha_x)
     for first_term, alpha, terms in zip(
-        (0, 5), alphas, basis(nodes.beta, nodes.gamma), strict=True
+        (0, len(TERMS_Z)), alphas, basis(nodes.beta, nodes.gamma), strict=True
     ):
         used = np.flatnonzero(keep[first_term : first_term + len(terms)])
         has_alpha = np.isfinite(alpha).reshape(-1, alpha.shape[-1]).all(axis=0)
@@ -103,16 +98,14 @@ def fit_dft_index(
 
     Shapes as in `fit_lsq`; the transform needs every cell, so NaN in any cell gives NaN.
     """
-    grid = rectangle(beta, gamma)
+    grid = find_grid(beta, gamma)
     if grid is None or not _transformable(grid):
         raise ValueError(
             "the transform on the index grid needs every direction of a grid that runs from -90 to 90 "
             "degrees in both angles in steps of at most "
             f"{WIDEST_DEG:g}, symmetric about 0 and with 0 in it; method lsq takes any directions"
         )
-    alpha_z, alpha_x = (
-        grid.closed(component)[2] for component in grid.torus.complete(alpha_z, alpha_x)
-    )
+    _, _, alpha_z, alpha_x = grid.complete(alpha_z, alpha_x)
     rows, columns = alpha_z.shape[-2:]
     beta_index = (np.arange(rows) - rows // 2) * np.pi / rows
     gamma_index = (np.arange(columns) - columns // 2) * 2 * np.pi / columns
@@ -124,7 +117,7 @@ def fit_dft_index(
     return np.concatenate([mean_z * scale_z, mean_x * 2.0], axis=-1)
 
 
-def _transformable(grid: Rectangle) -> bool:
+def _transformable(grid: DirectionGrid) -> bool:
     """Return True if a completed grid is full, symmetric, with lines at 0, 90 and 180 degrees, without wide steps."""
     beta, gamma = np.degrees(grid.beta), np.degrees(grid.gamma)
     symmetric = np.allclose(beta[1:], -beta[:0:-1]) and np.allclose(gamma[1:], -gamma[:0:-1])

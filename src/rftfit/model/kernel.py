@@ -227,8 +227,9 @@ def _bin_of_angle(angle: float, low: float, per_rad: float, last: float) -> floa
 def _find_interval(
     angle: float, bin_number: float, nodes: FloatArray, bins: IntArray
 ) -> tuple[np.uint64, float]:
-    """Find the node below an angle that lies in a bin, and the place from 0 to 1 between this node and the next."""
+    """Find the node below an angle that lies in a bin, and how far the angle lies to the next node, from 0 to 1."""
     node = bins[np.uint64(bin_number)]
+    # one further if the angle lies in the next interval, which may begin within the bin
     node += (node + 2 < nodes.size) & (angle >= nodes[np.uint64(node + 1)])
     low = nodes[np.uint64(node)]
     return np.uint64(node), (angle - low) / (nodes[np.uint64(node + 1)] - low)
@@ -247,13 +248,13 @@ def _write_table_alpha(w: FloatArray, block: FloatArray, angle: float, pack: Pac
 @_step
 def _interpolate_table(w: FloatArray, pack: Pack) -> None:
     """Replace beta and gamma, in the rows of alpha, by alpha interpolated in a table; overwrites tangents."""
-    beta0, beta_end, rows = pack.beta[0], pack.beta[-1], float(pack.beta_bins.size)
-    gamma0, gamma_end, columns = pack.gamma[0], pack.gamma[-1], float(pack.gamma_bins.size)
-    rows_per_rad, columns_per_rad = rows / (beta_end - beta0), columns / (gamma_end - gamma0)
-    # a loop of its own, since the compiler finds the bins of several elements at a time
+    beta0, beta_end, beta_bins = pack.beta[0], pack.beta[-1], float(pack.beta_bins.size)
+    gamma0, gamma_end, gamma_bins = pack.gamma[0], pack.gamma[-1], float(pack.gamma_bins.size)
+    beta_per_rad, gamma_per_rad = beta_bins / (beta_end - beta0), gamma_bins / (gamma_end - gamma0)
+    # a loop of its own, since the compiler finds the bins of several elements at a time; the rows of tangents hold them
     for i in range(LANES):
-        w[_TX + i] = _bin_of_angle(w[_ALPHA_Z + i], beta0, rows_per_rad, rows - 1)
-        w[_TZ + i] = _bin_of_angle(w[_ALPHA_X + i], gamma0, columns_per_rad, columns - 1)
+        w[_TX + i] = _bin_of_angle(w[_ALPHA_Z + i], beta0, beta_per_rad, beta_bins - 1)
+        w[_TZ + i] = _bin_of_angle(w[_ALPHA_X + i], gamma0, gamma_per_rad, gamma_bins - 1)
     for i in range(LANES):
         if w[_LOAD + i] == 0:
             continue
@@ -366,9 +367,8 @@ def pose_forces(
             w,
         )
         forces[p, 0], forces[p, 1] = force_z, force_x
-        forces[p, 2] = (
-            moment + 0.0 * poses[p, 0]
-        )  # NaN if x of the pose is NaN, even above the surface
+        # NaN if x of the pose is NaN, even above the surface
+        forces[p, 2] = moment + 0.0 * poses[p, 0]
     return forces
 
 

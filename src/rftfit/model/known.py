@@ -32,11 +32,12 @@ def profile_of(
         raise TypeError(f"found {type(medium).__name__} for a medium; allowed: {ALLOWED}")
     profile = medium.as_profile(is_enough)
     if isinstance(medium, ScaledMedium):
+        # forces by the map of the same push are shown beside those of nine terms
         profile.beside = partial(_profile_of_push, medium.alpha_z, medium.alpha_z_se)
     return profile
 
 
 def _profile_of_push(alpha: float, se: float) -> Profile:
-    """Return the map of a medium of which one push straight down is known, N/cm^3."""
+    """Return the profile of the map from one push straight down, alpha_z(0, 90 deg) and its standard error, N/cm^3."""
     # an error of 0 means that the error is not known
     return scale(alpha, se or None).profile

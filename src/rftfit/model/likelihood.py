@@ -2,17 +2,39 @@
 
 from __future__ import annotations
 
+import math
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from rftfit.conventions import FloatArray
+from rftfit.conventions import COMPONENTS, FloatArray
 from rftfit.model.prior import Blocks, Prior
 from rftfit.model.pushes import USUAL_PERCENT, Pushes
 from rftfit.store.chosen import chosen
 
 _CHOSEN = chosen("model", "likelihood")
+
+
+class Measurements(NamedTuple):
+    """n measured numbers of a medium, N/cm^3: alpha of pushes, z then x, and combinations of measured forces.
+
+    `prior`: prior of a medium of size 1. `prior_index` (n,): indices of the measured numbers in it. `y` (n,): the
+    numbers. `covariance` (n, n): of their errors.
+    """
+
+    prior: Prior
+    prior_index: npt.NDArray[np.intp]
+    y: FloatArray
+    covariance: FloatArray
+
+    def with_rounding(self) -> Measurements:
+        """Add a variance of rounding to the covariance, so that it has an inverse even for exact numbers."""
+        scale = float(np.abs(self.y).max()) or 1.0
+        covariance = self.covariance.copy()
+        covariance[np.diag_indices(self.y.size)] += (1e-6 * scale) ** 2
+        return self._replace(covariance=covariance)
 
 
 class Likelihood:
@@ -24,41 +46,37 @@ class Likelihood:
     and x are independent, S has two parts, and the decomposition takes a quarter of the time. For few numbers, or if S
     has one part, B B' is added to S instead.
 
-    `seen`: indices of the numbers in the prior.
+    `rough_share`: w.
     """
 
-    def __init__(
-        self,
-        prior: Prior,
-        seen: npt.NDArray[np.intp],
-        rough_share: float,
-        y: FloatArray,
-        errors: FloatArray,
-    ) -> None:
-        measured = prior.at(seen)
-        self.mean, self.y = measured.mean, y
-        variance_without_bed = np.diag(errors) - (USUAL_PERCENT / 100 * y) ** 2
+    def __init__(self, measurements: Measurements, rough_share: float) -> None:
+        prior, covariance = (
+            measurements.prior.select(measurements.prior_index),
+            measurements.covariance,
+        )
+        self.mean, self.y = prior.mean, measurements.y
+        variance_without_bed = np.diag(covariance) - (USUAL_PERCENT / 100 * self.y) ** 2
         self.least_error = float(np.sqrt(np.maximum(variance_without_bed, 0.0).min()))
-        whiten = whitening(errors)
-        parts = _independent_parts(measured.smooth, errors)
-        if y.size <= _CHOSEN.few_numbers or len(parts) == 1:
-            parts = [np.arange(y.size)]
-            rests = [measured.covariance(rough_share)]
-            between = measured.between[:0]
+        whiten = whitening(covariance)
+        parts = _independent_parts(prior.smooth, covariance)
+        if self.y.size <= _CHOSEN.few_numbers or len(parts) == 1:
+            parts = [np.arange(self.y.size)]
+            rests = [prior.covariance(rough_share)]
+            between = prior.between[:0]
         else:
-            squares = zip(measured.smooth.squares, measured.rough.squares, strict=True)
+            squares = zip(prior.smooth.squares, prior.rough.squares, strict=True)
             rests = [(1 - rough_share) * k + rough_share * r for k, r in squares]
-            between = measured.between
+            between = prior.between
         self._parts = [
-            _EigenPart.of(places, rest, whiten) for places, rest in zip(parts, rests, strict=True)
+            _EigenPart.of(indices, rest, whiten) for indices, rest in zip(parts, rests, strict=True)
         ]
-        self._values = np.concatenate([part.values for part in self._parts])
+        self._eigenvalues = np.concatenate([part.eigenvalues for part in self._parts])
         self._between = self._to_axes(between)
-        self._y, self._mean = self._to_axes(y), self._to_axes(self.mean)
-        # a first estimate of the size, with an error of 20 % of each number
-        weight = 1 / (np.diag(errors) + (0.2 * np.abs(y)) ** 2)
-        self.first = float(weight @ (self.mean * y)) / float(weight @ self.mean**2)
-        if not self.first > 0:
+        self._y, self._mean = self._to_axes(self.y), self._to_axes(self.mean)
+        # first estimate of the size by least squares, with an error of 20 % added to each number
+        weight = 1 / (np.diag(covariance) + (0.2 * np.abs(self.y)) ** 2)
+        self.first_size = float(weight @ (self.mean * self.y)) / float(weight @ self.mean**2)
+        if not self.first_size > 0:
             raise ValueError(
                 "the pushes meet no resistance: look at the signs of alpha and at the angles"
             )
@@ -66,10 +84,10 @@ class Likelihood:
     def _to_axes(self, numbers: FloatArray) -> FloatArray:
         """Transform numbers (..., n) to the axes in which errors are independent and 1 and S is diagonal."""
         return np.concatenate(
-            [numbers[..., part.places] @ part.axes.T for part in self._parts], axis=-1
+            [numbers[..., part.indices] @ part.axes.T for part in self._parts], axis=-1
         )
 
-    def _correction(self, variance: FloatArray, over: FloatArray) -> FloatArray:
+    def _woodbury_inverse(self, variance: FloatArray, over: FloatArray) -> FloatArray:
         """Return the inverse of 1 + t B' D^-1 B, shape (t, k, k), where D is the diagonal of 1 + t S.
 
         `variance`: t, shape (t,). `over`: 1 / D, shape (t, n).
@@ -79,16 +97,20 @@ class Likelihood:
         inner = (over @ products.T).reshape(len(over), len(between), len(between))
         return np.asarray(np.linalg.inv(np.eye(len(between)) + variance[:, None, None] * inner))
 
-    def likelihood(self, sizes: FloatArray, departures: FloatArray) -> FloatArray:
-        """Return the logarithm of the likelihood, shape (departures, sizes)."""
+    def log_likelihood(self, sizes: FloatArray, departures: FloatArray) -> FloatArray:
+        """Return the logarithm of the likelihood, shape (departures, sizes), but for a constant.
+
+        It is -(log det V + r' V^-1 r) / 2 with the residual r = y - s m and the covariance V = 1 + t (B B' + S).
+        """
         variance = (departures[:, None] * sizes**2).ravel()
-        diagonal = 1 + variance[:, None] * self._values
+        diagonal = 1 + variance[:, None] * self._eigenvalues
         if not len(self._between):
             residual = np.tile(self._y - sizes[:, None] * self._mean, (departures.size, 1))
             total = (np.log(diagonal) + residual**2 / diagonal).sum(axis=-1)
             return np.asarray(-0.5 * total).reshape(departures.size, sizes.size)
+        # V^-1 = D^-1 - t D^-1 B (1 + t B' D^-1 B)^-1 B' D^-1 with the diagonal D of 1 + t S
         over = 1 / diagonal
-        inverse = self._correction(variance, over)
+        inverse = self._woodbury_inverse(variance, over)
         size = np.broadcast_to(sizes, (departures.size, sizes.size)).ravel()
         # (y - s m)^2 / D, summed for all t at once: y^2 - 2 s y m + s^2 m^2
         terms = self._y * self._y, -2 * self._y * self._mean, self._mean * self._mean
@@ -100,100 +122,95 @@ class Likelihood:
         residual = between_y - size[:, None] * between_mean
         correction = np.einsum("ti,tij,tj->t", residual, inverse, residual)
         total = (squares * powers).sum(axis=1) - variance * correction
-        determinant = np.log(diagonal).sum(axis=1) - np.linalg.slogdet(inverse)[1]
-        return np.asarray(-0.5 * (determinant + total)).reshape(departures.size, sizes.size)
+        log_determinant = np.log(diagonal).sum(axis=1) - np.linalg.slogdet(inverse)[1]
+        return np.asarray(-0.5 * (log_determinant + total)).reshape(departures.size, sizes.size)
 
-    def expected(self, fixed_size: float | None) -> float:
-        """Return the posterior mean of the size for lambda = 1, or `fixed_size` if it is given."""
-        sizes, weights = weigh([self], np.ones(1), np.zeros((1, 1, 1)), fixed_size)
+    @cached_property
+    def expected_size(self) -> float:
+        """Posterior mean of the size for lambda = 1."""
+        sizes, weights = weigh([self], np.ones(1), np.zeros((1, 1, 1)))
         return float(weights[0, 0] @ sizes)
 
     def _solve_in_axes(self, numbers: FloatArray, variance: FloatArray) -> FloatArray:
-        """Return the inverse covariance times numbers (draws, n) in these axes; `variance`: t, (draws, 1)."""
-        diagonal = 1 + variance * self._values
-        without_between = numbers / diagonal
-        if not len(self._between):
-            return np.asarray(without_between)
-        over = 1 / diagonal
-        inverse = self._correction(variance[:, 0], over)
+        """Return the inverse covariance times numbers (draws, n) in the axes of `_to_axes`; `variance`: t, (draws, 1)."""
+        over = 1 / (1 + variance * self._eigenvalues)
+        without_between = numbers * over
+        inverse = self._woodbury_inverse(variance[:, 0], over)
         factors = np.einsum("dij,dj->di", inverse, without_between @ self._between.T)
         return np.asarray(without_between - over * (variance * (factors @ self._between)))
 
-    def solved(self, off: FloatArray, variance: FloatArray) -> FloatArray:
-        """Return the inverse covariance of the numbers times `off`, (draws, n); `variance`: s^2 lambda, (draws, 1)."""
-        in_axes = self._solve_in_axes(self._to_axes(off), variance)
-        answer = np.empty_like(off)
-        ends = np.cumsum([part.values.size for part in self._parts])[:-1]
+    def solve(self, residual: FloatArray, variance: FloatArray) -> FloatArray:
+        """Return the inverse covariance of the numbers times `residual`, (draws, n); `variance`: t, (draws, 1)."""
+        in_axes = self._solve_in_axes(self._to_axes(residual), variance)
+        answer = np.empty_like(residual)
+        ends = np.cumsum([part.indices.size for part in self._parts])[:-1]
         for part, block in zip(self._parts, np.split(in_axes, ends, axis=1), strict=True):
-            answer[:, part.places] = block @ part.axes
+            answer[:, part.indices] = block @ part.axes
         return answer
 
-    def distance(self, size: float) -> float:
-        """Return the squared distance of the numbers from the shape of this size: chi squared if the medium belongs."""
-        off = (self._y - size * self._mean)[None]
-        return float((off * self._solve_in_axes(off, np.full((1, 1), size**2))).sum())
+    def chi_squared(self, size: float) -> float:
+        """Return chi squared of the numbers about the mean shape of this size, for lambda = 1."""
+        residual = (self._y - size * self._mean)[None]
+        return float((residual * self._solve_in_axes(residual, np.full((1, 1), size**2))).sum())
 
-    def horizontal(self, is_x: npt.NDArray[np.bool_], size: float) -> tuple[float, float]:
-        """Return alpha_x over alpha_z relative to this ratio in known media, and the standard error of its logarithm.
+    def fit_horizontal_ratio(self, is_x: npt.NDArray[np.bool_], size: float) -> tuple[float, float]:
+        """Fit alpha_x over alpha_z relative to this ratio in known media; return it and the standard error of its log.
 
         By generalised least squares with one factor on the mean shape for each component; NaN if one component was not
         measured. If a factor is not positive, returns 0 and the relative error of the difference of both factors.
+        `is_x` (n,): True for numbers that are alpha_x.
         """
         if is_x.all() or not is_x.any():
-            return float("nan"), float("nan")
-        design = np.stack([np.where(is_x, 0.0, self.mean), np.where(is_x, self.mean, 0.0)])
-        in_axes = self._to_axes(design)
-        weighted = self._solve_in_axes(in_axes, np.full((2, 1), size**2))
-        covariance = np.linalg.pinv(weighted @ in_axes.T)
+            return math.nan, math.nan
+        design = self._to_axes(np.stack([self.mean * ~is_x, self.mean * is_x]))
+        weighted = self._solve_in_axes(design, np.full((2, 1), size**2))
+        covariance = np.linalg.pinv(weighted @ design.T)
         z, x = (float(factor) for factor in covariance @ (weighted @ self._y))
+        (zz, zx), (_, xx) = covariance
         if min(z, x) <= 0:
-            of_difference = covariance[0, 0] + covariance[1, 1] - 2 * covariance[0, 1]
-            return 0.0, float(np.sqrt(max(of_difference, 0.0))) / abs(z - x)
-        variance = (
-            covariance[0, 0] / z**2 + covariance[1, 1] / x**2 - 2 * covariance[0, 1] / (z * x)
-        )
-        return x / z, float(np.sqrt(max(variance, 0.0)))
+            return 0.0, math.sqrt(max(zz + xx - 2 * zx, 0.0)) / abs(z - x)
+        return x / z, math.sqrt(max(zz / z**2 + xx / x**2 - 2 * zx / (z * x), 0.0))
 
     def _precision_of_each(self, size: float) -> FloatArray:
-        """Return the diagonal of the inverse covariance of the numbers, shape (n,)."""
+        """Return the diagonal of the inverse covariance of the numbers for lambda = 1, shape (n,)."""
         variance = np.full(1, size**2)
-        over = 1 / (1 + variance[:, None] * self._values)
-        inverse = self._correction(variance, over)[0]
+        over = 1 / (1 + variance[:, None] * self._eigenvalues)
+        inverse = self._woodbury_inverse(variance, over)[0]
         between_over = self._between * over
         diagonal = np.empty(self.y.size)
         start = 0
         for part in self._parts:
-            stop = start + part.values.size
+            stop = start + part.indices.size
             between = between_over[:, start:stop] @ part.axes
             correction = np.einsum("in,ij,jn->n", between, inverse, between)
             without_between = over[0, start:stop] @ part.axes**2
-            diagonal[part.places] = without_between - size**2 * correction
+            diagonal[part.indices] = without_between - size**2 * correction
             start = stop
         return diagonal
 
     def farthest(self, pushes: Pushes, used: npt.NDArray[np.bool_], size: float) -> PushResidual:
-        """Return the number that differs most, in units of its error, from its prediction by all other numbers."""
-        variance = 1 / self._precision_of_each(size)  # of the prediction, and of the number
+        """Return the number that differs most, in units of its error, from its prediction by all other numbers.
+
+        `used`: True for those numbers of `pushes`, z then x, that are the measured numbers.
+        """
+        # leave-one-out residual of number i: (V^-1 r)_i / (V^-1)_ii, with the variance 1 / (V^-1)_ii
+        variance = 1 / self._precision_of_each(size)
         residual = (self.y - size * self.mean)[None]
-        off = self.solved(residual, np.full((1, 1), size**2))[0] * variance
+        off = self.solve(residual, np.full((1, 1), size**2))[0] * variance
         worst = int(np.argmax(np.abs(off) / np.sqrt(variance)))
         component, push = divmod(int(np.flatnonzero(used)[worst]), pushes.beta.size)
-        beta_deg, gamma_deg = np.degrees(pushes.beta[push]), np.degrees(pushes.gamma[push])
         return PushResidual(
-            float(beta_deg),
-            float(gamma_deg),
-            "zx"[component],
+            math.degrees(pushes.beta[push]),
+            math.degrees(pushes.gamma[push]),
+            COMPONENTS[component],
             float(self.y[worst]),
             float(self.y[worst] - off[worst]),
-            float(np.sqrt(variance[worst])),
+            math.sqrt(variance[worst]),
         )
 
 
 def weigh(
-    likelihoods: list[Likelihood],
-    departures: FloatArray,
-    log_prior: FloatArray,
-    fixed_size: float | None,
+    likelihoods: list[Likelihood], departures: FloatArray, log_prior: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return sizes (k,), evenly spaced in their logarithm, and the posterior weight of each w, lambda and size.
 
@@ -201,19 +218,14 @@ def weigh(
     of the logarithm of the size is flat, but falls for sizes that the errors would hide: pushes in directions where
     media have hardly any force would otherwise fit the weakest medium best.
     """
-    middle = likelihoods[0].first if fixed_size is None else fixed_size
-    low, high = np.log(middle / _CHOSEN.widest), np.log(middle * _CHOSEN.widest)
+    first = likelihoods[0]
+    low, high = np.log(first.first_size) + np.log(_CHOSEN.widest) * np.array([-1, 1])
     for _ in range(3):  # narrow the range to sizes with weight
-        sizes = (
-            np.exp(np.linspace(low, high, _CHOSEN.sizes))
-            if fixed_size is None
-            else np.array([fixed_size])
-        )
+        sizes = np.exp(np.linspace(low, high, _CHOSEN.sizes))
         log_weights = log_prior + np.stack(
-            [likelihood.likelihood(sizes, departures) for likelihood in likelihoods]
+            [likelihood.log_likelihood(sizes, departures) for likelihood in likelihoods]
         )
-        hidden_below = _CHOSEN.hidden_below_se * likelihoods[0].least_error
-        log_weights += np.log(sizes / (sizes + hidden_below))
+        log_weights += np.log(sizes / (sizes + _CHOSEN.hidden_below_se * first.least_error))
         weights = np.exp(log_weights - log_weights.max())
         likely = np.flatnonzero(weights.max(axis=(0, 1)) > 1e-6)
         low = np.log(sizes[max(likely[0] - 1, 0)])
@@ -222,41 +234,44 @@ def weigh(
 
 
 class _EigenPart(NamedTuple):
-    """Eigendecomposition of S for numbers that S and errors do not connect with others.
+    """Eigendecomposition of whitened S for numbers that neither S nor errors connect with others.
 
-    `places`: indices of the numbers. `values`: eigenvalues of whitened S. `axes`: its eigenvectors in rows, times the
-    whitening.
+    `indices`: of the numbers. `axes`: eigenvectors in rows, times the whitening.
     """
 
-    places: npt.NDArray[np.intp]
-    values: FloatArray
+    indices: npt.NDArray[np.intp]
+    eigenvalues: FloatArray
     axes: FloatArray
 
     @classmethod
-    def of(cls, places: npt.NDArray[np.intp], rest: FloatArray, whiten: FloatArray) -> _EigenPart:
-        """Decompose S of the numbers at `places`, `rest`; `whiten`: `whitening` of all numbers."""
+    def of(cls, indices: npt.NDArray[np.intp], rest: FloatArray, whiten: FloatArray) -> _EigenPart:
+        """Decompose `rest`, S of the numbers at `indices`; `whiten`: `whitening` of all numbers."""
         if whiten.ndim == 1:
-            factors = whiten[places]
+            factors = whiten[indices]
             values, vectors = np.linalg.eigh(factors[:, None] * rest * factors)
-            return cls(places, np.maximum(values, 0.0), np.ascontiguousarray(vectors.T * factors))
-        matrix = whiten[np.ix_(places, places)]
+            return cls(indices, np.maximum(values, 0.0), np.ascontiguousarray(vectors.T * factors))
+        matrix = whiten[np.ix_(indices, indices)]
         values, vectors = np.linalg.eigh(matrix @ rest @ matrix.T)
-        return cls(places, np.maximum(values, 0.0), vectors.T @ matrix)
+        return cls(indices, np.maximum(values, 0.0), vectors.T @ matrix)
 
 
-def _independent_parts(rest: Blocks, errors: FloatArray) -> list[npt.NDArray[np.intp]]:
+def _independent_parts(rest: Blocks, covariance: FloatArray) -> list[npt.NDArray[np.intp]]:
     """Return the indices of numbers in two parts that neither S nor errors connect, or else in one part."""
-    if len(rest.places) > 1 and not errors[np.ix_(*rest.places)].any():
-        return [*rest.places]
-    return [np.arange(len(errors))]
+    if len(rest.indices) > 1 and not covariance[np.ix_(*rest.indices)].any():
+        return [*rest.indices]
+    return [np.arange(len(covariance))]
 
 
-def whitening(errors: FloatArray) -> FloatArray:
+def are_independent(covariance: FloatArray) -> bool:
+    """Return True if a covariance of errors is diagonal."""
+    return bool(np.count_nonzero(covariance) == np.count_nonzero(np.diag(covariance)))
+
+
+def whitening(covariance: FloatArray) -> FloatArray:
     """Return the matrix that makes errors independent and 1; for independent errors its diagonal alone, shape (n,)."""
-    variance = np.diag(errors)
-    if np.count_nonzero(errors) == np.count_nonzero(variance):
-        return 1 / np.sqrt(variance)
-    return np.linalg.inv(np.linalg.cholesky(errors))
+    if are_independent(covariance):
+        return 1 / np.sqrt(np.diag(covariance))
+    return np.linalg.inv(np.linalg.cholesky(covariance))
 
 
 class PushResidual(NamedTuple):
@@ -268,11 +283,3 @@ class PushResidual(NamedTuple):
     measured: float
     expected: float
     error: float
-
-
-def add_rounding(errors: FloatArray, y: FloatArray) -> FloatArray:
-    """Add a variance of rounding to a covariance, so that it has an inverse even for exact numbers."""
-    scale = float(np.abs(y).max()) or 1.0
-    rounded = errors.copy()
-    rounded[np.diag_indices(y.size)] += (1e-6 * scale) ** 2
-    return rounded

@@ -16,6 +16,7 @@ terms of Bayes' rule, and `energy` the condition behind them.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -25,16 +26,16 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from rftfit.conventions import FloatArray
+from rftfit.conventions import COMPONENTS, FloatArray
 from rftfit.measure.alpha import Columns, column, directions, window_of
 from rftfit.measure.errors import USUAL_BED_SPREAD, half_width_of_bed
 from rftfit.model.draws import interval, widen
 from rftfit.model.energy import work
 from rftfit.model.fourier import fit_lsq, kept_terms
-from rftfit.model.likelihood import Likelihood, PushResidual, add_rounding
+from rftfit.model.likelihood import Likelihood, Measurements, PushResidual
 from rftfit.model.observations import Angles, Observation, ObservedSystem
 from rftfit.model.posterior import Posterior, PushedNodes
-from rftfit.model.prior import ZERO_VARIANCE, Prior, root
+from rftfit.model.prior import ZERO_VARIANCE, order_by_blocks, root
 from rftfit.model.profiles import ANY_DEPTH, EPS, KnownMedium, Profile, TableProfile
 from rftfit.model.pushes import (
     NO_PUSHES,
@@ -48,7 +49,7 @@ from rftfit.model.pushes import (
 )
 from rftfit.model.scaling import PAPER_RULE, check_level, check_test, chi_of, vertical_penetration
 from rftfit.model.shapes import PUBLISHED_GRID, Shapes, grid, published_shapes
-from rftfit.model.symmetry import rectangle
+from rftfit.model.symmetry import find_grid
 from rftfit.reference import GAMMA_DEG, load
 from rftfit.store.chosen import chosen
 
@@ -124,8 +125,8 @@ class Map(KnownMedium):
     pushes: int
     known_media: str
     farthest: PushResidual | None = None
-    horizontal: float = float("nan")
-    horizontal_off: float = float("nan")
+    horizontal: float = math.nan
+    horizontal_off: float = math.nan
     confidence: float = 0.95
     given: Pushes | None = field(default=None, repr=False)
     lines: int | None = None
@@ -147,14 +148,13 @@ class Map(KnownMedium):
     @property
     def measurements(self) -> str:
         """Text with the numbers of pushes and contacts from which the map was estimated."""
-        counts = {"push": self.pushes, "contact": self.contacts}
-        plural = {"push": "pushes", "contact": "contacts"}
-        words = [
-            f"1 {word}" if count == 1 else f"{count} {plural[word]}"
-            for word, count in counts.items()
+        counts = ((self.pushes, "push", "pushes"), (self.contacts, "contact", "contacts"))
+        counted = [
+            f"{count} {singular if count == 1 else plural}"
+            for count, singular, plural in counts
             if count
         ]
-        return " and ".join(words or ["0 pushes"])
+        return " and ".join(counted) or "0 pushes"
 
     @property
     def pushed(self) -> FloatArray:
@@ -186,12 +186,12 @@ class Map(KnownMedium):
         Two tests count, the distance from the shape and the ratio of alpha_x to alpha_z: twice the smaller probability.
         """
         if not self.dof:
-            return float("nan")
+            return math.nan
         from scipy.special import erfc, gammaincc
 
         chances = [float(gammaincc(self.dof / 2, self.distance / 2))]
-        if not np.isnan(self.horizontal_off):
-            chances.append(float(erfc(self.horizontal_off / np.sqrt(2))))
+        if not math.isnan(self.horizontal_off):
+            chances.append(float(erfc(self.horizontal_off / math.sqrt(2))))
         return min(len(chances) * min(chances), 1.0)
 
     @property
@@ -234,25 +234,22 @@ class Map(KnownMedium):
     @property
     def zeta(self) -> tuple[float, float, float]:
         """Scaling factor of the nine terms fitted to the map (least squares), with its interval."""
-        return self._with_ends(
-            *(vertical_penetration(self.coefficients(alpha)) for alpha in (self.alpha, self.draws))
-        )
+        return self._with_ends(lambda alpha: vertical_penetration(self.coefficients(alpha)))
 
     @property
     def chi(self) -> tuple[float, float, float]:
         """Ratio of alpha_z(0, 90 deg) of the map to `zeta`, with its interval."""
         straight_down = int(np.argmin(np.hypot(self.beta, self.gamma - np.pi / 2)))
         return self._with_ends(
-            *(
-                chi_of(alpha[..., 0, straight_down], self.coefficients(alpha))
-                for alpha in (self.alpha, self.draws)
-            )
+            lambda alpha: chi_of(alpha[..., 0, straight_down], self.coefficients(alpha))
         )
 
-    def _with_ends(self, best: FloatArray, draws: FloatArray) -> tuple[float, float, float]:
-        """Return a number with the ends of the interval from its draws."""
-        lo, hi = interval(draws, self.confidence)
-        return float(best), float(lo), float(hi)
+    def _with_ends(
+        self, quantity: Callable[[FloatArray], FloatArray]
+    ) -> tuple[float, float, float]:
+        """Return a quantity of alpha (..., 2, n) of the map, with the ends of its interval from the draws."""
+        lo, hi = interval(quantity(self.draws), self.confidence)
+        return float(quantity(self.alpha)), float(lo), float(hi)
 
     def coefficients(self, alpha: FloatArray | None = None) -> FloatArray:
         """Fit nine coefficients to the map by least squares.
@@ -299,10 +296,10 @@ class Map(KnownMedium):
         lo, hi = np.round(interval(self.draws, self.confidence), 12) + 0.0
         bed = half_width_of_bed(self.bed_spread, self.confidence) * np.abs(self.alpha)
         lo_next, hi_next = widen(self.alpha, (lo, hi), bed)
-        values = {"": self.alpha, "_lo": lo, "_hi": hi, "_lo_next": lo_next, "_hi_next": hi_next}
-        for place, component in enumerate("zx"):
-            for quantity, node_values in values.items():
-                columns[column(component, quantity)] = node_values[place, order]
+        ends = {"": self.alpha, "_lo": lo, "_hi": hi, "_lo_next": lo_next, "_hi_next": hi_next}
+        for row, component in enumerate(COMPONENTS):
+            for end, alpha in ends.items():
+                columns[column(component, end)] = alpha[row, order]
         columns["source"] = np.where(self.measured[order], "measured", "estimated")
         return columns
 
@@ -427,167 +424,130 @@ def estimate(
     shapes: Shapes | None = None,
     nodes: Nodes | None = None,
     *,
-    size: float | None = None,
     confidence: float = 0.95,
     name: str = "",
     contacts: Sequence[Observation] = (),
 ) -> Map:
     """Do what `estimate_map` does, for pushes with known errors.
 
-    `nodes`: nodes of the map, all on lines of a grid; default: `map_nodes`. `size`: root mean square of alpha over the
-    published grid, N/cm^3, if it is known; default: it is estimated.
+    `nodes`: nodes of the map, all on lines of a grid; default: `map_nodes`.
     """
     shapes = shapes or published_shapes()
     nodes = nodes or map_nodes()
     push_count = int(np.isfinite(pushes.alpha).any(axis=0).sum())
     pushes = merged(pushes) if pushes.beta.size else pushes
-    # three blocks: pushes, nodes of the published grid, other nodes; most draws are rejected before the third is drawn
+    # nodes of the published grid come first: most draws are rejected before the others are drawn
     on_grid = _on_published_grid((nodes.beta, nodes.gamma))
-    order = np.concatenate([np.flatnonzero(on_grid), np.flatnonzero(~on_grid)])
-    count, coarse = pushes.beta.size, int(on_grid.sum())
+    node_order = np.argsort(~on_grid, kind="stable")
+    sorted_nodes = nodes.beta[node_order], nodes.gamma[node_order]
+    coarse = int(on_grid.sum())
+    block_order = order_by_blocks([pushes.beta.size, coarse, nodes.beta.size - coarse])
     prior = shapes.prior(
-        *(
-            np.concatenate([push_angles, node_angles[order]])
-            for push_angles, node_angles in ((pushes.beta, nodes.beta), (pushes.gamma, nodes.gamma))
-        )
-    ).by_blocks((count, coarse, nodes.beta.size - coarse))
-    seen = np.arange(2 * count)
-    y, errors = pushes.alpha.ravel(), pushes.covariance
-    smooth_variance = np.empty(prior.mean.size)
-    for places, square in zip(*prior.smooth, strict=True):
-        smooth_variance[places] = np.diag(square)
+        np.concatenate([pushes.beta, sorted_nodes[0]]),
+        np.concatenate([pushes.gamma, sorted_nodes[1]]),
+    ).select(block_order)
+    # indices of alpha at the sorted nodes in this prior, z then x
+    node_indices = np.argsort(block_order).reshape(2, -1)[:, pushes.beta.size :].ravel()
+    y, covariance = pushes.alpha.ravel(), pushes.covariance
     # a number that is 0 by symmetry, without variance, says nothing about the medium
-    used = np.isfinite(y) & np.isfinite(np.diag(errors)) & (smooth_variance[seen] > ZERO_VARIANCE)
+    varies = prior.smooth.diagonal[: y.size] > ZERO_VARIANCE
+    used = np.isfinite(y) & np.isfinite(np.diag(covariance)) & varies
     if not (used.any() or contacts):
         raise ValueError("no push has a number that tells of the medium")
-    sorted_nodes = nodes.beta[order], nodes.gamma[order]
     # without a copy if all are used: for a thousand pushes it would be 32 MB
-    used_errors = errors if used.all() else errors[np.ix_(used, used)]
-    measured_pushes = measurements = _Measurements(prior, seen[used], y[used], used_errors)
+    used_covariance = covariance if used.all() else covariance[np.ix_(used, used)]
+    of_pushes = measurements = Measurements(prior, np.flatnonzero(used), y[used], used_covariance)
     if contacts:
-        places = _places_of_nodes(count, coarse, nodes.beta.size)
-        measurements = _with_contacts(measured_pushes, contacts, sorted_nodes, places, size)
-    posterior = Posterior(*measurements, shapes.variation, size)
-    pushed_nodes = PushedNodes(sorted_nodes, pushes, used)
-    drawn, share = posterior.draws(sorted_nodes, coarse, pushed_nodes, pushes, used, shapes.tilt)
-    back = np.argsort(order)
-    draws, measured = drawn[..., back], pushed_nodes.measured[back]
+        measurements = _add_contacts(of_pushes, contacts, sorted_nodes, node_indices)
+    posterior = Posterior(measurements, shapes.variation)
+    pushed_nodes = PushedNodes.of(sorted_nodes, pushes, used)
+    draws, not_passive = posterior.draw_media(sorted_nodes, coarse, pushed_nodes, shapes.tilt)
     smooth_likelihood = posterior.likelihoods[0]  # w is 0
-    expected_size = smooth_likelihood.expected(size)
-    farthest = None
-    horizontal, seen_error = float("nan"), float("nan")
+    size = smooth_likelihood.expected_size
+    farthest, horizontal, horizontal_off = None, math.nan, math.nan
     if used.any():
-        of_pushes = _likelihood_of(measured_pushes) if contacts else smooth_likelihood
+        likelihood = _smooth_likelihood(of_pushes) if contacts else smooth_likelihood
+        farthest = likelihood.farthest(pushes, used, size)
         is_x = np.flatnonzero(used) >= pushes.beta.size
-        horizontal, seen_error = of_pushes.horizontal(is_x, expected_size)
-        farthest = of_pushes.farthest(pushes, used, expected_size)
-    # NaN if only one component was measured
-    horizontal_off = float("nan")
-    if horizontal == 0:
-        horizontal_off = 1 / seen_error
-    elif horizontal > 0:
-        horizontal_off = abs(np.log(horizontal)) / shapes.horizontal_error(seen_error)
+        horizontal, se = likelihood.fit_horizontal_ratio(is_x, size)
+        # NaN if only one component was measured
+        if horizontal == 0:
+            horizontal_off = 1 / se
+        elif horizontal > 0:
+            horizontal_off = abs(math.log(horizontal)) / shapes.horizontal_error(se)
+    unsorted = np.argsort(node_order)
     return Map(
         name,
         nodes.beta,
         nodes.gamma,
-        draws,
-        measured,
-        share,
-        expected_size,
-        smooth_likelihood.distance(expected_size),
-        measurements.y.size - 1,
-        push_count,
-        shapes.name,
-        farthest,
-        horizontal,
-        float(horizontal_off),
-        confidence,
-        pushes,
-        nodes.lines,
+        draws[..., unsorted],
+        measured=pushed_nodes.is_pushed[unsorted],
+        not_passive=not_passive,
+        size=size,
+        distance=smooth_likelihood.chi_squared(size),
+        dof=measurements.y.size - 1,
+        pushes=push_count,
+        known_media=shapes.name,
+        farthest=farthest,
+        horizontal=horizontal,
+        horizontal_off=horizontal_off,
+        confidence=confidence,
+        given=pushes,
+        lines=nodes.lines,
         contacts=len(contacts),
     )
 
 
-class _Measurements(NamedTuple):
-    """Measured numbers `y` (n,), covariance of their `errors`, and `seen` (n,), the indices of `y` in the `prior`."""
-
-    prior: Prior
-    seen: npt.NDArray[np.intp]
-    y: FloatArray
-    errors: FloatArray
-
-
-def _places_of_nodes(pushes: int, coarse: int, count: int) -> npt.NDArray[np.intp]:
-    """Return the indices in the prior of `estimate` of alpha at the sorted nodes, z then x.
-
-    The blocks of the prior are pushes, the `coarse` nodes of the published grid, and other nodes; `count`: of all
-    nodes.
-    """
-    grid_start = 2 * pushes
-    fine_start = grid_start + 2 * coarse
-    fine = count - coarse
-    blocks = [
-        np.arange(start + component * length, start + (component + 1) * length)
-        for component in range(2)
-        for start, length in ((grid_start, coarse), (fine_start, fine))
-    ]
-    return np.concatenate(blocks)
-
-
-def _with_contacts(
-    measured: _Measurements,
+def _add_contacts(
+    of_pushes: Measurements,
     contacts: Sequence[Observation],
     nodes: Angles,
-    places: npt.NDArray[np.intp],
-    size: float | None,
-) -> _Measurements:
-    """Add the rows of contacts behind those of the pushes.
+    node_indices: npt.NDArray[np.intp],
+) -> Measurements:
+    """Add the combinations of measured forces of contacts behind the numbers of pushes.
 
-    The error of the force model is proportional to the size of the medium, which depends on these rows: rows and size
-    are calculated in turn until the size does not change.
+    The error of the force model is proportional to the size of the medium, which depends on these numbers: numbers and
+    size are calculated in turn until the size does not change. `node_indices`: of alpha at the nodes in the prior, z
+    then x.
     """
     from scipy.linalg import block_diag
 
-    prior = measured.prior
+    prior = of_pushes.prior
     # C + K + R, more than any medium has: no useful combination of forces is left out
     covariance = prior.covariance(0.0)
     prior.rough.add_to(covariance)
-    rows_of_prior = root(covariance[np.ix_(places, places)])
-    system = ObservedSystem.of(contacts, nodes, prior.mean[places], rows_of_prior)
-    size_now = size or system.first_size()
-    if not size_now > 0:
+    rows_of_prior = root(covariance[np.ix_(node_indices, node_indices)])
+    system = ObservedSystem.of(contacts, nodes, prior.mean[node_indices], rows_of_prior)
+    size = system.first_size()
+    if not size > 0:
         raise ValueError(
             "the contacts meet no resistance: look at the signs of the forces and at the angles"
         )
-    place = int(places.min())
+    first_node = int(node_indices.min())
     for _ in range(_CHOSEN.size_steps):
-        rows = system.rows(size_now)
-        both = _Measurements(
-            prior.with_rows(rows, places, place),
-            np.concatenate([measured.seen, place + np.arange(rows.values.size)]),
-            np.concatenate([measured.y, rows.values]),
-            block_diag(measured.errors, np.diag(rows.errors**2)),
+        rows = system.rows(size)
+        measurements = Measurements(
+            prior.insert_rows(rows, node_indices, first_node),
+            np.concatenate([of_pushes.prior_index, first_node + np.arange(rows.values.size)]),
+            np.concatenate([of_pushes.y, rows.values]),
+            block_diag(of_pushes.covariance, np.diag(rows.errors**2)),
         )
-        before, size_now = size_now, _likelihood_of(both).expected(size)
-        if abs(size_now - before) < _CHOSEN.same_size * before:
+        previous_size, size = size, _smooth_likelihood(measurements).expected_size
+        if abs(size - previous_size) < _CHOSEN.same_size * previous_size:
             break
-    return both
+    return measurements
 
 
-def _likelihood_of(measured: _Measurements) -> Likelihood:
+def _smooth_likelihood(measurements: Measurements) -> Likelihood:
     """Return the likelihood of measured numbers in a medium without roughness (w = 0)."""
-    prior, seen, y, errors = measured
-    return Likelihood(prior, seen, 0.0, y, add_rounding(errors, y))
+    return Likelihood(measurements.with_rounding(), 0.0)
 
 
 def _on_published_grid(nodes: Angles) -> npt.NDArray[np.bool_]:
     """Return True for nodes (rad) that lie on the published grid."""
     distances = [
-        np.abs(map_angles[:, None] - published).min(axis=1)
-        for map_angles, published in zip(
-            nodes, (np.unique(PUBLISHED_GRID[0]), np.unique(PUBLISHED_GRID[1])), strict=True
-        )
+        np.abs(angles[:, None] - np.unique(published)).min(axis=1)
+        for angles, published in zip(nodes, PUBLISHED_GRID, strict=True)
     ]
     return np.asarray(np.maximum(*distances) < 1e-9)
 
@@ -625,7 +585,7 @@ def nodes_of(table: pd.DataFrame) -> Nodes:
     """Return the nodes for the map of a medium, with the lines of its table if they are a grid of moderate size."""
     lines_deg = tuple(table[name].unique() for name in ("beta_deg", "gamma_deg"))
     coarse = grid(*lines_deg)
-    if rectangle(*directions(table)) is None or coarse[0].size > _CHOSEN.most_nodes:
+    if find_grid(*directions(table)) is None or coarse[0].size > _CHOSEN.most_nodes:
         return map_nodes()
     fine = map_nodes(*lines_deg)
     return fine if fine.beta.size <= _CHOSEN.most_fine_nodes else Nodes(*coarse, coarse[0].size)

@@ -11,6 +11,7 @@ c is the relative error of the force model on this body in every medium, and o i
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
@@ -72,7 +73,7 @@ class Observation(Protocol):
 class ObservedRows(NamedTuple):
     """k combinations of measured forces that depend on the medium, in the unit of alpha.
 
-    `weights`: of alpha at the n nodes, shape (k, 2 n). `offset` (k,): contribution of the known error of the force
+    `weights`: of alpha at the n nodes, shape (k, 2 n). `offset` (k,): contribution of the mean error of the force
     model on these bodies, for a medium of size 1. `values`, `errors` (k,): measured value and its standard error,
     N/cm^3.
     """
@@ -87,11 +88,11 @@ class ObservedRows(NamedTuple):
 class ObservedSystem:
     """Observations as a linear system of the shape of a medium, before the size of the medium is known.
 
-    `mean`: mean shape of the known media at the n nodes, (2 n,). `root` (k, 2 n): root.T @ root is the covariance of
-    the shape about this mean.
+    `bodies`: forces on each body. `mean`: mean shape of the known media at the n nodes, (2 n,). `root` (k, 2 n):
+    root.T @ root is the covariance of the shape about this mean.
     """
 
-    groups: tuple[_Group, ...]
+    bodies: tuple[_BodyForces, ...]
     mean: FloatArray
     root: FloatArray
 
@@ -105,35 +106,37 @@ class ObservedSystem:
         by_body: dict[int, list[Observation]] = {}
         for observation in observations:
             by_body.setdefault(id(observation.body), []).append(observation)
-        groups = tuple(_Group.of(of_body, nodes, mean_profile) for of_body in by_body.values())
-        return cls(groups, mean, root)
+        bodies = (_BodyForces.of(of_body, nodes, mean_profile) for of_body in by_body.values())
+        return cls(tuple(bodies), mean, root)
 
     def first_size(self) -> float:
         """Estimate the size of the medium from the forces, by least squares of force over load; else NaN."""
         forces_times_expected = expected_squared = 0.0
-        for group in self.groups:
-            expected = group.weights @ self.mean + group.offset
-            forces_times_expected += float(expected @ (group.forces / group.load**2))
-            expected_squared += float(expected @ (expected / group.load**2))
-        return forces_times_expected / expected_squared if expected_squared > 0 else float("nan")
+        for body in self.bodies:
+            expected = body.weights @ self.mean + body.offset
+            forces_times_expected += float(expected @ (body.forces / body.load**2))
+            expected_squared += float(expected @ (expected / body.load**2))
+        return forces_times_expected / expected_squared if expected_squared > 0 else math.nan
 
     def rows(self, size: float) -> ObservedRows:
         """Combine the forces to independent rows, with loads of a medium of this size.
 
         Combinations that noise hides are left out: hundreds of poses become some tens of rows.
         """
-        products = np.zeros((len(self.root) + 1,) * 2)
-        values = np.zeros(len(products))
-        weights = np.zeros((len(products), self.mean.size))
-        offset = np.zeros(len(products))
-        for group in self.groups:
-            design, whitened_offset, forces = group.whitened(size)
+        count = len(self.root) + 1
+        products = np.zeros((count, count))
+        values, offset = np.zeros((2, count))
+        weights = np.zeros((count, self.mean.size))
+        for body in self.bodies:
+            design, whitened_offset, forces = body.whiten(size)
             mean = design @ self.mean + whitened_offset
+            # forces by each independent part of the prior, shape and size, in units of their noise
             signals = size * np.column_stack([design @ self.root.T, _CHOSEN.size_spread * mean])
             products += signals.T @ signals
             values += signals.T @ forces
             weights += signals.T @ design
             offset += signals.T @ whitened_offset
+        # the combinations are the left singular vectors of all signals; their singular values are signal over noise
         squares, axes = np.linalg.eigh(products)
         keep = squares > _CHOSEN.least_signal**2
         combine = (axes[:, keep] / np.sqrt(squares[keep])).T
@@ -143,12 +146,12 @@ class ObservedSystem:
         return ObservedRows(weights / total[:, None], offset / total, values / total, 1 / total)
 
 
-class _Group(NamedTuple):
+class _BodyForces(NamedTuple):
     """The q measured forces on one body, of all its observations.
 
-    `weights` (q, 2 n): of alpha at the nodes. `offset` (q,): force by the known error of the force model, and `load`
-    (q,): load without cancellation, both for a medium of size 1, N. `forces`, `errors` (q,): measured, N. `correlation`
-    (q, q): covariance of the relative error of the force model.
+    `weights` (q, 2 n): of alpha at the nodes. `offset` (q,): force by the mean error of the force model, and `load`
+    (q,): load without cancellation, both for a medium of size 1, N. `forces`, `errors` (q,): measured, N.
+    `covariance` (q, q): of the relative error of the force model.
     """
 
     weights: FloatArray
@@ -156,52 +159,43 @@ class _Group(NamedTuple):
     forces: FloatArray
     errors: FloatArray
     load: FloatArray
-    correlation: FloatArray
+    covariance: FloatArray
 
     @classmethod
     def of(
         cls, observations: Sequence[Observation], nodes: Angles, mean_profile: Profile
-    ) -> _Group:
+    ) -> _BodyForces:
         """Join the observations of one body; `mean_profile`: the mean shape, for the load of a medium of size 1."""
-        body_error = observations[0].body_error
         states = np.concatenate([observation.states for observation in observations])
-        mean, covariance = body_error.evaluate(states)
-        measured = np.concatenate([observation.measured for observation in observations], axis=1)
-        touches = np.concatenate([observation.touches for observation in observations])
-        use = np.isfinite(measured) & touches
+        mean_error, covariance = observations[0].body_error.evaluate(states)
         load = np.concatenate([observation.load(mean_profile) for observation in observations])
-        weights = np.concatenate(
-            [observation.weights(*nodes) for observation in observations], axis=1
+        touches = np.concatenate([observation.touches for observation in observations])
+        # by component and pose
+        weights, forces, errors = (
+            np.concatenate(arrays, axis=1)
+            for arrays in zip(
+                *((o.weights(*nodes), o.measured, o.reading_errors) for o in observations),
+                strict=True,
+            )
         )
-        errors = np.concatenate(
-            [observation.reading_errors for observation in observations], axis=1
-        )
-        loads = np.broadcast_to(load, measured.shape)
-        component, pose = np.nonzero(use)
-        components = len(measured)
-        errors_of_body = np.broadcast_to(mean[:components], (components, states.shape[0]))
-        correlation = np.zeros((pose.size, pose.size))
-        for number in range(components):
-            of_component = component == number
-            poses = pose[of_component]
-            square = np.ix_(of_component, of_component)
-            correlation[square] = covariance[number][np.ix_(poses, poses)]
+        component, pose = used = np.nonzero(np.isfinite(forces) & touches)
+        # the errors of two components are independent
+        same_component = component[:, None] == component
         return cls(
-            weights[use],
-            (loads * errors_of_body)[use],
-            measured[use],
-            errors[use],
-            loads[use],
-            correlation,
+            weights[used],
+            load[pose] * mean_error[used],
+            forces[used],
+            errors[used],
+            load[pose],
+            same_component * covariance[component[:, None], pose[:, None], pose],
         )
 
-    def whitened(self, size: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def whiten(self, size: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return weights, offset and forces, transformed so that their errors are independent and 1."""
         from scipy.linalg import solve_triangular
 
         load = size * self.load
-        noise = load[:, None] * self.correlation * load + np.diag(self.errors**2)
-        root = np.linalg.cholesky(noise)
+        noise = load[:, None] * self.covariance * load + np.diag(self.errors**2)
         sides = np.column_stack([self.weights, self.offset, self.forces])
-        solved = solve_triangular(root, sides, lower=True)
+        solved = solve_triangular(np.linalg.cholesky(noise), sides, lower=True)
         return solved[:, :-2], solved[:, -2], solved[:, -1]

@@ -23,7 +23,7 @@ class Pack(NamedTuple):
     """Numbers of a profile for the compiled kernel; fields that a kind does not use are empty.
 
     `kind`: `FOURIER`, `TABLE` or `DEPTH_ONLY`.
-    `values`: Nine coefficients, or the three values of the depth-only model; N/cm^3.
+    `values`: Nine coefficients, or the three alphas of the depth-only model; N/cm^3.
     `beta`, `gamma`: Nodes of the table, rad, from -pi/2 to pi/2 and from -pi to pi.
     `beta_bins`, `gamma_bins`: The range of the nodes is divided into equal bins; for each bin the index of the interval
         between nodes in which the bin begins. A bin is narrower than any interval, so an angle of the bin lies in this
@@ -62,6 +62,7 @@ def _intervals_of_bins(nodes: FloatArray) -> npt.NDArray[np.int64]:
     """Return `beta_bins` or `gamma_bins` of a `Pack` for increasing nodes; empty without nodes."""
     if nodes.size == 0:
         return np.zeros(0, dtype=np.int64)
+    # more than one bin for the narrowest interval, so that no bin reaches into a third interval
     count = int(np.ceil(1.5 * (nodes[-1] - nodes[0]) / np.diff(nodes).min())) + 1
     starts = np.linspace(nodes[0], nodes[-1], count + 1)[:-1]
     return np.clip(np.searchsorted(nodes, starts, side="right") - 1, 0, nodes.size - 2)

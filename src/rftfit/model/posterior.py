@@ -10,9 +10,9 @@ import numpy.typing as npt
 from rftfit.conventions import FloatArray
 from rftfit.model.draws import DRAWS, SEED_OF_MAPS
 from rftfit.model.energy import mean_effort, takes_energy
-from rftfit.model.likelihood import Likelihood, add_rounding, weigh, whitening
+from rftfit.model.likelihood import Likelihood, Measurements, are_independent, weigh
 from rftfit.model.observations import Angles
-from rftfit.model.prior import Prior, Variation, triangular_root
+from rftfit.model.prior import Variation, triangular_root
 from rftfit.model.pushes import Pushes, same_direction_or_mirror
 from rftfit.store.chosen import chosen
 
@@ -25,63 +25,49 @@ _DEPARTURES = np.exp(_CHOSEN.departure_step * np.arange(*_CHOSEN.departure_steps
 class Posterior:
     """Posterior of a medium, on a grid of its size s, departure lambda and share w of R, and draws of alpha from it.
 
-    The prior has three blocks: pushes, nodes of the published grid, other nodes; in each z, then x. `seen`: indices of
-    the measured numbers `y` in the prior.
+    The prior of the measurements has three blocks: the measured numbers, alpha at the nodes of the published grid, and
+    alpha at other nodes; at nodes z, then x.
     """
 
-    def __init__(
-        self,
-        prior: Prior,
-        seen: npt.NDArray[np.intp],
-        y: FloatArray,
-        errors: FloatArray,
-        variation: Variation,
-        size: float | None,
-    ) -> None:
-        self.prior, self.seen, self.y = prior, seen, y
-        self._first_node = int(seen.max()) + 1
-        self.rough_shares = variation.rough_shares
-        rounded = add_rounding(errors, y)
+    def __init__(self, measurements: Measurements, variation: Variation) -> None:
+        measurements = measurements.with_rounding()
+        self._prior, self._prior_index, self._y, covariance = measurements
+        self._first_node = int(self._prior_index.max()) + 1
+        self._rough_shares = variation.rough_shares
         # standard deviations of independent errors, else rows whose products are their covariance
         self._noise = (
-            np.sqrt(np.diag(rounded))
-            if whitening(rounded).ndim == 1
-            else np.linalg.cholesky(rounded).T
+            np.sqrt(np.diag(covariance))
+            if are_independent(covariance)
+            else np.linalg.cholesky(covariance).T
         )
         self.likelihoods = [
-            Likelihood(prior, seen, rough_share, y, rounded) for rough_share in self.rough_shares
+            Likelihood(measurements, rough_share) for rough_share in self._rough_shares
         ]
         self._matrices: dict[int, tuple[npt.NDArray[np.float32], FloatArray]] = {}
         half = variation.departure_dof / 2
-        prior_of_departure = -half * np.log(_DEPARTURES) - (half + 1) / _DEPARTURES
+        log_prior_of_departure = -half * np.log(_DEPARTURES) - (half + 1) / _DEPARTURES
         # the trapezoidal rule over w
-        is_end = np.isin(np.arange(len(self.likelihoods)), (0, len(self.likelihoods) - 1))
-        prior_of_share = np.log(np.where(is_end, 0.5, 1.0))
-        log_prior = prior_of_share[:, None, None] + prior_of_departure[:, None]
-        self.sizes, self.weights = weigh(self.likelihoods, _DEPARTURES, log_prior, size)
+        quadrature = np.ones(len(self.likelihoods))
+        quadrature[[0, -1]] = 0.5
+        log_prior = np.log(quadrature)[:, None, None] + log_prior_of_departure[:, None]
+        self._sizes, self._weights = weigh(self.likelihoods, _DEPARTURES, log_prior)
 
-    def _root_and_towards(self, place: int) -> tuple[npt.NDArray[np.float32], FloatArray]:
-        """Return two matrices for one w, the value number `place` of `rough_shares`.
+    def _matrices_of(self, share_number: int) -> tuple[npt.NDArray[np.float32], FloatArray]:
+        """Return two matrices of the prior for one w, number `share_number` of `_rough_shares`.
 
         The first has rows whose products are the covariance of the prior; the second is the covariance between measured
         numbers and nodes. They are made when this w is first drawn: with many pushes most values never are.
         """
-        if place not in self._matrices:
-            covariance = self.prior.covariance(float(self.rough_shares[place]))
-            towards = covariance[self.seen, self._first_node :]
+        if share_number not in self._matrices:
+            covariance = self._prior.covariance(float(self._rough_shares[share_number]))
+            measured_to_nodes = covariance[self._prior_index, self._first_node :]
             # single precision is enough for random parts
-            rows = triangular_root(covariance).astype(np.float32, order="F")
-            self._matrices[place] = rows, towards
-        return self._matrices[place]
+            root = triangular_root(covariance).astype(np.float32, order="F")
+            self._matrices[share_number] = root, measured_to_nodes
+        return self._matrices[share_number]
 
-    def draws(
-        self,
-        nodes: Angles,
-        coarse: int,
-        pushed_nodes: PushedNodes,
-        pushes: Pushes,
-        used: npt.NDArray[np.bool_],
-        tilt: float,
+    def draw_media(
+        self, nodes: Angles, coarse: int, pushed_nodes: PushedNodes, tilt: float
     ) -> tuple[FloatArray, float]:
         """Draw alpha at the nodes, (draws, 2, n); return also the share of draws rejected as they give energy back.
 
@@ -92,30 +78,30 @@ class Posterior:
         """
         random = np.random.default_rng(SEED_OF_MAPS)
         grid_nodes = nodes[0][:coarse], nodes[1][:coarse]
-        pushed_on_grid = PushedNodes(grid_nodes, pushes, used)
-        place_count = self.prior.mean.size - 2 * (nodes[0].size - coarse)
+        pushed_on_grid = pushed_nodes.first(coarse)
+        grid_end = self._prior.mean.size - 2 * (nodes[0].size - coarse)
         draws_kept: list[FloatArray] = []
         batches = passive = completed = 0
         least_effort = np.nan
         while batches < _CHOSEN.most_drawn and completed < DRAWS:
-            batch = self._draw_sizes_and_pull(place_count, random)
-            draws = self._alpha_at(batch, slice(place_count - 2 * coarse, place_count))
+            batch = self._draw_batch(grid_end, random)
+            draws = self._alpha_at(batch, slice(grid_end - 2 * coarse, grid_end))
             # before alpha as measured is put in: its error is no property of the medium
             efforts = mean_effort(draws, grid_nodes)
-            pushed_on_grid.put(draws.reshape(len(draws), -1), self.y - batch.noise)
+            pushed_on_grid.put(draws, self._y - batch.noise)
             largest = np.abs(draws).max(axis=(1, 2))
-            is_passive = takes_energy(draws, grid_nodes[1], largest, pushed_on_grid.measured)
+            is_passive = takes_energy(draws, grid_nodes[1], largest, pushed_on_grid.is_pushed)
             batches, passive = batches + 1, passive + int(is_passive.sum())
-            chosen = np.flatnonzero(is_passive)
+            kept = np.flatnonzero(is_passive)
             if tilt:
-                chosen = chosen[np.isfinite(efforts[chosen])]
-            if tilt and chosen.size:
-                effort = efforts[chosen]
+                kept = kept[np.isfinite(efforts[kept])]
+            if tilt and kept.size:
+                effort = efforts[kept]
                 least_effort = float(effort.min()) if np.isnan(least_effort) else least_effort
                 chance = np.exp(-tilt * np.maximum(effort - least_effort, 0.0))
-                chosen = chosen[random.random(chance.size) < chance]
+                kept = kept[random.random(chance.size) < chance]
             # rejected draws are dropped: for a thousand pushes they would be another 40 MB
-            batch, draws = batch.of(chosen), draws[chosen]
+            batch, draws = batch.select(kept), draws[kept]
             alpha = self._complete_between_lines(batch, draws, nodes, pushed_nodes, random)
             completed += len(alpha)
             draws_kept.append(alpha)
@@ -125,51 +111,53 @@ class Posterior:
                 f"in {share:.1%} of the draws the medium would push the plate along where it was not pushed: check the "
                 "signs of alpha and the angles"
             )
-        drawn = np.concatenate(draws_kept)[:DRAWS]
+        media = np.concatenate(draws_kept)[:DRAWS]
         # the mean of the draws at a pushed node is moved to exactly the measured number
-        by_draw = drawn.reshape(len(drawn), -1)
-        centre = by_draw.mean(axis=0)
-        pushed_nodes.put(centre, self.y)
-        by_draw += centre - by_draw.mean(axis=0)
-        return drawn, share
+        mean = media.mean(axis=0)
+        moved_mean = mean.copy()
+        pushed_nodes.put(moved_mean, self._y)
+        media += moved_mean - mean
+        return media, share
 
-    def _draw_sizes_and_pull(self, place_count: int, random: np.random.Generator) -> _Batch:
-        """Draw size, departure, roughness and normal numbers of a batch, and the correction by the pushes (the pull).
+    def _draw_batch(self, grid_end: int, random: np.random.Generator) -> _Batch:
+        """Draw size, departure, roughness, the first `grid_end` normal numbers, errors and the pull of a batch.
 
         Matheron's rule: a medium and errors are drawn from the prior, its pushes with these errors are calculated,
-        and the draw is corrected by their difference from the measured pushes.
+        and the draw is corrected by their difference from the measured pushes (the pull).
         """
         # evenly spaced quantiles of the weights, in random order
         quantiles = (np.arange(DRAWS) + random.random()) / DRAWS
-        cumulative = np.cumsum(self.weights.ravel())[:-1]
-        chosen = np.searchsorted(cumulative, random.permutation(quantiles))
-        share_index, departure, size = np.unravel_index(chosen, self.weights.shape)
-        s, departures = self.sizes[size][:, None], _DEPARTURES[departure][:, None]
-        shares_drawn = np.unique(share_index).tolist()
-        for place in shares_drawn:
+        cumulative = np.cumsum(self._weights.ravel())[:-1]
+        drawn_cells = np.searchsorted(cumulative, random.permutation(quantiles))
+        share_number, departure_number, size_number = np.unravel_index(
+            drawn_cells, self._weights.shape
+        )
+        size = self._sizes[size_number][:, None]
+        departure = _DEPARTURES[departure_number][:, None]
+        shares_drawn = np.unique(share_number).tolist()
+        for number in shares_drawn:
             # made before the arrays of the draws, to limit the memory in use at a time
-            self._root_and_towards(place)
-        noise = random.standard_normal((DRAWS, self.y.size))
+            self._matrices_of(number)
+        noise = random.standard_normal((DRAWS, self._y.size))
         if self._noise.ndim == 1:
             noise *= self._noise
         else:
             noise = noise @ self._noise
-        normals = random.standard_normal((DRAWS, place_count), np.float32)
-        pull = np.empty((DRAWS, self.y.size))
-        variance = s**2 * departures
-        for place in shares_drawn:
-            # the root is triangular: the numbers of the pushes, the first ones, depend on the first normal numbers
-            # alone
-            root = self._root_and_towards(place)[0][: self.seen[-1] + 1, _as_slice(self.seen)]
-            of_share = np.flatnonzero(share_index == place)
-            blocks = -(-of_share.size * self.y.size // _CHOSEN.numbers_at_once)
+        normals = random.standard_normal((DRAWS, grid_end), np.float32)
+        pull = np.empty((DRAWS, self._y.size))
+        variance = size**2 * departure
+        for number in shares_drawn:
+            # the root is triangular: the measured numbers, the first ones, depend on the first normal numbers alone
+            root = self._matrices_of(number)[0][: self._first_node, _as_slice(self._prior_index)]
+            of_share = np.flatnonzero(share_number == number)
+            blocks = -(-of_share.size * self._y.size // _CHOSEN.numbers_at_once)
             for block in np.array_split(of_share, blocks):
                 drawn = normals[block, : len(root)] @ root
-                shape = self.prior.mean[self.seen] + np.sqrt(departures[block]) * drawn
-                difference = self.y - s[block] * shape - noise[block]
-                solved = self.likelihoods[place].solved(difference, variance[block])
+                shape = self._prior.mean[self._prior_index] + np.sqrt(departure[block]) * drawn
+                difference = self._y - size[block] * shape - noise[block]
+                solved = self.likelihoods[number].solve(difference, variance[block])
                 pull[block] = variance[block] * solved
-        return _Batch(share_index, s, departures, normals, pull, noise)
+        return _Batch(share_number, size, departure, normals, pull, noise)
 
     def _complete_between_lines(
         self,
@@ -184,123 +172,140 @@ class Posterior:
         Next to a push that gives energy back, by its error, every completion may give energy back: the last one is then
         kept.
         """
-        place_count, size = batch.normals.shape[1], self.prior.mean.size
-        if place_count == size:
+        grid_end, end = batch.normals.shape[1], self._prior.mean.size
+        if grid_end == end:
             return draws
-        other_nodes = slice(place_count, size)
+        other_nodes = slice(grid_end, end)
         largest = np.abs(draws).max(axis=(1, 2), initial=0.0)
         # mean of alpha between the lines, given alpha on the lines
         expected = self._alpha_at(batch, other_nodes)
+        spread = batch.size * np.sqrt(batch.departure)
         alpha = np.empty((len(draws), 2, nodes[0].size))
         unfinished = np.arange(len(draws))
         for _ in range(_CHOSEN.most_completed):
             if not unfinished.size:
                 break
-            normals = random.standard_normal((unfinished.size, size - place_count), np.float32)
+            normals = random.standard_normal((unfinished.size, end - grid_end), np.float32)
             completed = expected[unfinished] + self._draw_rest(
-                batch, unfinished, normals, other_nodes
+                batch.share_number[unfinished], spread[unfinished], normals, other_nodes
             )
             all_nodes = np.concatenate([draws[unfinished], completed], axis=-1)
-            pushed_nodes.put(
-                all_nodes.reshape(unfinished.size, 2 * nodes[0].size),
-                self.y - batch.noise[unfinished],
-            )
+            pushed_nodes.put(all_nodes, self._y - batch.noise[unfinished])
             alpha[unfinished] = all_nodes
             unfinished = unfinished[
-                ~takes_energy(all_nodes, nodes[1], largest[unfinished], pushed_nodes.measured)
+                ~takes_energy(all_nodes, nodes[1], largest[unfinished], pushed_nodes.is_pushed)
             ]
         return alpha
 
-    def _alpha_at(self, batch: _Batch, places: slice) -> FloatArray:
-        """Calculate alpha at n nodes, those at `places` in the prior, by the normal numbers of a batch, (draws, 2, n).
+    def _alpha_at(self, batch: _Batch, columns: slice) -> FloatArray:
+        """Calculate alpha at n nodes, those at `columns` in the prior, by the normal numbers of a batch, (draws, 2, n).
 
         Numbers of the prior that have no normal number in the batch yet count as 0, their mean.
         """
-        reach = min(places.stop, batch.normals.shape[1])
-        alpha = np.empty((len(batch.share_index), places.stop - places.start))
-        for place in np.unique(batch.share_index).tolist():
-            of_share = batch.share_index == place
-            root, towards = self._root_and_towards(place)
-            drawn = batch.normals[of_share, :reach] @ root[:reach, places]
-            shape = self.prior.mean[places] + np.sqrt(batch.departures[of_share]) * drawn
-            columns = slice(places.start - self._first_node, places.stop - self._first_node)
-            pulled = batch.pull[of_share] @ towards[:, columns]
-            alpha[of_share] = batch.s[of_share] * shape + pulled
+        reach = min(columns.stop, batch.normals.shape[1])
+        alpha = np.empty((len(batch.share_number), columns.stop - columns.start))
+        for number in np.unique(batch.share_number).tolist():
+            of_share = batch.share_number == number
+            root, measured_to_nodes = self._matrices_of(number)
+            drawn = batch.normals[of_share, :reach] @ root[:reach, columns]
+            shape = self._prior.mean[columns] + np.sqrt(batch.departure[of_share]) * drawn
+            node_columns = slice(columns.start - self._first_node, columns.stop - self._first_node)
+            pulled = batch.pull[of_share] @ measured_to_nodes[:, node_columns]
+            alpha[of_share] = batch.size[of_share] * shape + pulled
         return alpha.reshape(len(alpha), 2, alpha.shape[1] // 2)
 
     def _draw_rest(
         self,
-        batch: _Batch,
-        unfinished: npt.NDArray[np.intp],
+        share_number: npt.NDArray[np.intp],
+        spread: FloatArray,
         normals: npt.NDArray[np.float32],
-        places: slice,
+        columns: slice,
     ) -> FloatArray:
-        """Draw the part of alpha at the last n nodes that alpha at the others does not determine, (draws, 2, n)."""
-        alpha = np.empty((unfinished.size, places.stop - places.start))
-        share_index = batch.share_index[unfinished]
-        spread = batch.s[unfinished] * np.sqrt(batch.departures[unfinished])
-        for place in np.unique(share_index).tolist():
-            of_share, root = share_index == place, self._root_and_towards(place)[0]
+        """Calculate that part of alpha at the last n nodes that alpha at the others leaves free, (draws, 2, n).
+
+        `share_number`: as in `_Batch`. `spread`: s times the root of lambda, (draws, 1). `normals`: a normal number for
+        each of `columns`, the indices of alpha at these nodes in the prior.
+        """
+        alpha = np.empty((len(normals), columns.stop - columns.start))
+        for number in np.unique(share_number).tolist():
+            of_share, root = share_number == number, self._matrices_of(number)[0]
             # transposed, in the order in which the root lies in memory: half the time for few draws
-            drawn = (root[places, places].T @ normals[of_share].T).T
+            drawn = (root[columns, columns].T @ normals[of_share].T).T
             alpha[of_share] = spread[of_share] * drawn
         return alpha.reshape(len(alpha), 2, alpha.shape[1] // 2)
 
 
-def _as_slice(places: npt.NDArray[np.intp]) -> npt.NDArray[np.intp] | slice:
+def _as_slice(indices: npt.NDArray[np.intp]) -> npt.NDArray[np.intp] | slice:
     """Return consecutive indices as a slice, which needs no copy (16 MB for a thousand pushes); others as they are."""
-    is_consecutive = places.size and np.array_equal(
-        places, np.arange(places[0], places[0] + places.size)
-    )
-    return slice(places[0], places[-1] + 1) if is_consecutive else places
+    is_consecutive = (np.diff(indices) == 1).all()
+    return slice(indices[0], indices[-1] + 1) if is_consecutive else indices
 
 
 class _Batch(NamedTuple):
     """Draws before alpha is calculated, one row for each draw.
 
-    `share_index`: index of w in `Posterior.rough_shares`. `s`: size. `departures`: lambda. `normals`: normal numbers
-    of the prior. `pull`: correction by the pushes. `noise`: drawn errors of the pushes.
+    `share_number`: number of w in `Posterior._rough_shares`. `size`, `departure`: s and lambda, (draws, 1). `normals`:
+    normal numbers for the first numbers of the prior. `pull`: correction by the measured numbers. `noise`: drawn errors
+    of these, N/cm^3.
     """
 
-    share_index: npt.NDArray[np.intp]
-    s: FloatArray
-    departures: FloatArray
+    share_number: npt.NDArray[np.intp]
+    size: FloatArray
+    departure: FloatArray
     normals: npt.NDArray[np.float32]
     pull: FloatArray
     noise: FloatArray
 
-    def of(self, chosen: npt.NDArray[np.intp]) -> _Batch:
-        """Return some of the draws."""
-        return _Batch._make(values[chosen] for values in self)
+    def select(self, draws: npt.NDArray[np.intp]) -> _Batch:
+        """Return the draws with these indices."""
+        return _Batch._make(array[draws] for array in self)
 
 
-class PushedNodes:
-    """Nodes of the map that were pushed, whose alpha is the measured one with its error.
+class PushedNodes(NamedTuple):
+    """Nodes of a map that were pushed, or whose mirror images were, and the measured numbers that are alpha there.
 
-    `measured` (n,): True for pushed nodes. `places`: indices of their numbers among the 2 n of the nodes; `rows`: index
-    of each number among the used numbers of the pushes; `signs`: -1 for alpha_x of a mirror image.
+    `is_pushed` (n,): True for pushed nodes. For each alpha that is measured: `component` (0: z, 1: x) and `node` of it,
+    `number`, the index in `Measurements.y`, and `sign`, -1 for alpha_x of a mirror image.
     """
 
-    def __init__(self, nodes: Angles, pushes: Pushes, used: npt.NDArray[np.bool_]) -> None:
-        count, push_count = nodes[0].size, pushes.beta.size
-        self.measured = np.zeros(count, dtype=bool)
-        places, rows, signs = [], [], []
-        # index of each number of the pushes among those that are used
-        place = np.cumsum(used) - 1
-        for push, (beta, gamma) in enumerate(zip(pushes.beta, pushes.gamma, strict=True)):
-            nodes_pushed, sign_x = same_direction_or_mirror(beta, gamma, *nodes)
-            if not used[push]:  # no alpha_z: the node does not count as pushed
-                continue
-            self.measured[nodes_pushed] = True
-            for component, sign in enumerate((np.ones(nodes_pushed.size), sign_x)):
-                if used[row := component * push_count + push]:
-                    places.append(component * count + nodes_pushed)
-                    rows.append(np.full(nodes_pushed.size, place[row]))
-                    signs.append(sign)
-        self.places = np.concatenate([np.zeros(0, int), *places])
-        self.rows = np.concatenate([np.zeros(0, int), *rows])
-        self.signs = np.concatenate([np.zeros(0), *signs])
+    is_pushed: npt.NDArray[np.bool_]
+    component: npt.NDArray[np.intp]
+    node: npt.NDArray[np.intp]
+    number: npt.NDArray[np.intp]
+    sign: FloatArray
 
-    def put(self, into: FloatArray, numbers: FloatArray) -> None:
-        """Write used numbers of the pushes, shape (..., k), into an array of the nodes, shape (..., 2 n)."""
-        into[..., self.places] = self.signs * numbers[..., self.rows]
+    @classmethod
+    def of(cls, nodes: Angles, pushes: Pushes, used: npt.NDArray[np.bool_]) -> PushedNodes:
+        """Find the pushed nodes; `used`: True for those numbers of the pushes, z then x, that are in `Measurements.y`.
+
+        A node where no alpha_z was measured does not count as pushed.
+        """
+        is_pushed = np.zeros(nodes[0].size, dtype=bool)
+        entries = [np.zeros((4, 0))]
+        number_of = np.cumsum(used).reshape(2, -1) - 1
+        used_z, used_x = used.reshape(2, -1)
+        for push in np.flatnonzero(used_z):
+            node, sign_x = same_direction_or_mirror(pushes.beta[push], pushes.gamma[push], *nodes)
+            is_pushed[node] = True
+            for component, sign in enumerate((1.0, sign_x)[: 1 + used_x[push]]):
+                entries.append(
+                    np.stack(np.broadcast_arrays(component, node, number_of[component, push], sign))
+                )
+        measured = np.concatenate(entries, axis=1)
+        component, node, number = measured[:3].astype(np.intp)
+        return cls(is_pushed, component, node, number, sign=measured[3])
+
+    def first(self, count: int) -> PushedNodes:
+        """Return those that are among the first `count` nodes."""
+        is_first = self.node < count
+        return PushedNodes(
+            self.is_pushed[:count],
+            self.component[is_first],
+            self.node[is_first],
+            self.number[is_first],
+            self.sign[is_first],
+        )
+
+    def put(self, alpha: FloatArray, numbers: FloatArray) -> None:
+        """Write measured numbers, shape (..., k), into alpha at the nodes, shape (..., 2, n)."""
+        alpha[..., self.component, self.node] = self.sign * numbers[..., self.number]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -20,14 +19,14 @@ class Variation(NamedTuple):
     """Prior of the difference of a further medium from the known ones: amplitude and correlation lengths of K and R.
 
     `floor`, `share`: K has the standard deviation floor + share |m|, for a shape of size 1.
-    `smooth`: share of the variance of K with a smooth kernel (squared exponential); the rest has a rough one (Matern
-    3/2).
-    `smooth_beta`, `smooth_gamma`, `rough_beta`, `rough_gamma`: correlation lengths of these two kernels, as chords
-        between points (cos 2 beta, sin 2 beta) and between points (cos gamma, sin gamma).
+    `smooth`: share of the variance of K with a squared exponential kernel; the rest has a Matern 3/2 kernel.
+    `smooth_beta`, `smooth_gamma`: correlation lengths of the squared exponential kernel, as chords between points
+        (cos 2 beta, sin 2 beta) and between points (cos gamma, sin gamma).
+    `matern_beta`, `matern_gamma`: the same of the Matern kernel of K.
     `media`: factor on the covariance of the known media.
-    `own_beta`, `own_gamma`: correlation lengths of R (Matern 3/2), whose standard deviation is the same everywhere: the
-        root mean square of floor + share |m|.
-    `most_own`: the prior of the share w of R is flat from 0 to this.
+    `rough_beta`, `rough_gamma`: correlation lengths of R (Matern 3/2), whose standard deviation is the same everywhere:
+        the root mean square of floor + share |m|.
+    `most_rough`: the prior of the share w of R is flat from 0 to this.
     `departure_dof`: the prior of lambda is inverse gamma with these degrees of freedom and its mode at 1.
     `course_share`: standard deviation of the factor, 1 on average, on the course of 3D-RFT between the lines of the
         published grid.
@@ -38,25 +37,26 @@ class Variation(NamedTuple):
     smooth: float
     smooth_beta: float
     smooth_gamma: float
+    matern_beta: float
+    matern_gamma: float
+    media: float
     rough_beta: float
     rough_gamma: float
-    media: float
-    own_beta: float
-    own_gamma: float
-    most_own: float
+    most_rough: float
     departure_dof: float
     course_share: float
 
     @property
     def rough_shares(self) -> FloatArray:
         """Values of w that are tried, evenly spaced."""
-        return np.asarray(np.linspace(0, self.most_own, _CHOSEN.rough_shares), dtype=float)
+        return np.linspace(0, self.most_rough, _CHOSEN.rough_shares)
 
 
 class Prior(NamedTuple):
     """Prior of n numbers of a medium of size 1: alpha in some directions, or sums of alpha with weights.
 
-    `mean`: m, shape (n,). `between` (k, n): between.T @ between is C. `smooth`, `rough`: K and R.
+    `mean`: m, shape (n,). `between` (k, n): between.T @ between is C, the covariance between known media. `smooth`,
+    `rough`: K and R.
     """
 
     mean: FloatArray
@@ -64,38 +64,34 @@ class Prior(NamedTuple):
     smooth: Blocks
     rough: Blocks
 
-    def at(self, places: npt.NDArray[np.intp]) -> Prior:
-        """Return the prior of some of the numbers, in the order of `places`."""
+    def select(self, indices: npt.NDArray[np.intp]) -> Prior:
+        """Return the prior of some of the numbers, in the order of `indices`."""
         return Prior(
-            self.mean[places],
-            self.between[:, places],
-            self.smooth.at(places),
-            self.rough.at(places),
+            self.mean[indices],
+            self.between[:, indices],
+            self.smooth.select(indices),
+            self.rough.select(indices),
         )
 
-    def by_blocks(self, counts: Sequence[int]) -> Prior:
-        """Reorder all z, then all x, into blocks of directions, each z, then x; `counts`: directions of each."""
-        places = np.arange(self.mean.size).reshape(2, -1)
-        ends = np.cumsum([0, *counts])
-        blocks = [places[:, start:stop].ravel() for start, stop in pairwise(ends)]
-        return self.at(np.concatenate(blocks))
+    def insert_rows(self, rows: ObservedRows, nodes: npt.NDArray[np.intp], position: int) -> Prior:
+        """Insert combinations of measured forces at index `position`.
 
-    def with_rows(self, rows: ObservedRows, nodes: npt.NDArray[np.intp], place: int) -> Prior:
-        """Insert rows of contacts at index `place`; `nodes`: indices of alpha at the nodes of the map, z then x."""
+        `nodes`: indices of alpha at the nodes of the map, to which the weights of the rows belong, z then x.
+        """
         size = self.mean.size
-        all_rows = np.zeros((size + len(rows.values), size))
-        is_new = np.zeros(len(all_rows), dtype=bool)
-        is_new[place : place + len(rows.values)] = True
-        all_rows[~is_new] = np.eye(size)
-        all_rows[np.ix_(is_new, nodes)] = rows.weights
-        mean = all_rows @ self.mean
+        # each number of the new prior as weights of the numbers of this one
+        weights = np.insert(np.eye(size), position, np.zeros((rows.values.size, size)), axis=0)
+        is_new = np.zeros(len(weights), dtype=bool)
+        is_new[position : position + rows.values.size] = True
+        weights[np.ix_(is_new, nodes)] = rows.weights
+        mean = weights @ self.mean
         mean[is_new] += rows.offset
-        everywhere = (np.arange(len(all_rows)),)
+        all_indices = (np.arange(len(weights)),)
         smooth, rough = (
-            Blocks(everywhere, (all_rows @ blocks.whole() @ all_rows.T,))
+            Blocks(all_indices, (weights @ blocks.whole() @ weights.T,))
             for blocks in (self.smooth, self.rough)
         )
-        return Prior(mean, self.between @ all_rows.T, smooth, rough)
+        return Prior(mean, self.between @ weights.T, smooth, rough)
 
     def covariance(self, rough_share: float) -> FloatArray:
         """Return C + (1 - w) K + w R, where w is `rough_share`."""
@@ -105,62 +101,76 @@ class Prior(NamedTuple):
         return covariance
 
 
+def order_by_blocks(counts: Sequence[int]) -> npt.NDArray[np.intp]:
+    """Return indices that sort alpha of n directions, z then x, into blocks of directions, each z then x.
+
+    `counts`: number of directions of each block; their sum is n.
+    """
+    z_and_x = np.arange(2 * sum(counts)).reshape(2, -1)
+    return np.concatenate(
+        [block.ravel() for block in np.split(z_and_x, np.cumsum(counts)[:-1], axis=1)]
+    )
+
+
 class Blocks(NamedTuple):
     """A symmetric matrix that is 0 outside of some blocks: 27 instead of 54 MB for a thousand pushes.
 
-    `places`: for each block the indices of its rows (and columns) in the matrix, increasing. `squares`: its numbers.
+    `indices`: for each block the indices of its rows (and columns) in the matrix, increasing. `squares`: the blocks.
     """
 
-    places: tuple[npt.NDArray[np.intp], ...]
+    indices: tuple[npt.NDArray[np.intp], ...]
     squares: tuple[FloatArray, ...]
 
-    def changed(self, change: Callable[[npt.NDArray[np.intp], FloatArray], FloatArray]) -> Blocks:
-        """Return the matrix with each block replaced by ``change(places, square)``."""
-        return Blocks(self.places, tuple(map(change, self.places, self.squares)))
-
-    def at(self, places: npt.NDArray[np.intp]) -> Blocks:
-        """Return the matrix of some rows and the same columns, in the order of `places`."""
-        new_places, squares = [], []
-        for block_places, square in zip(*self, strict=True):
-            chosen = np.flatnonzero(np.isin(places, block_places))
-            if chosen.size:
-                rows = np.searchsorted(block_places, places[chosen])
-                new_places.append(chosen)
+    def select(self, indices: npt.NDArray[np.intp]) -> Blocks:
+        """Return the matrix of some rows and the same columns, in the order of `indices`."""
+        new_indices, squares = [], []
+        for block_indices, square in zip(*self, strict=True):
+            selected = np.flatnonzero(np.isin(indices, block_indices))
+            if selected.size:
+                rows = np.searchsorted(block_indices, indices[selected])
+                new_indices.append(selected)
                 squares.append(square[np.ix_(rows, rows)])
-        return Blocks(tuple(new_places), tuple(squares))
+        return Blocks(tuple(new_indices), tuple(squares))
+
+    @property
+    def diagonal(self) -> FloatArray:
+        """Diagonal of the matrix."""
+        diagonal = np.empty(sum(indices.size for indices in self.indices))
+        for indices, square in zip(*self, strict=True):
+            diagonal[indices] = np.diag(square)
+        return diagonal
 
     def whole(self) -> FloatArray:
         """Return the whole matrix, with its zeros."""
-        matrix = np.zeros((sum(places.size for places in self.places),) * 2)
+        matrix = np.zeros((sum(indices.size for indices in self.indices),) * 2)
         self.add_to(matrix)
         return matrix
 
     def add_to(self, whole: FloatArray, factor: float = 1.0) -> None:
         """Add this matrix times a factor to a whole matrix, in place."""
-        for places, square in zip(*self, strict=True):
-            whole[np.ix_(places, places)] += factor * square
+        for indices, square in zip(*self, strict=True):
+            whole[np.ix_(indices, indices)] += factor * square
 
 
 def symmetric_correlation(
     beta: FloatArray, gamma: FloatArray, kernel: Callable[[FloatArray, FloatArray], FloatArray]
-) -> Blocks:
-    """Return correlations, by a kernel of chords, of functions on the torus (2 beta, gamma) with alpha's symmetry.
+) -> tuple[FloatArray, FloatArray]:
+    """Return correlations of alpha_z and of alpha_x between n directions (rad), each of shape (n, n).
 
-    Alpha_z is even under the mirror image; its variance is scaled to 1 everywhere. Alpha_x is odd; its variance
-    goes to 0 where a direction is its own mirror image. Returns two blocks, z and x.
+    `kernel`: function of the chords between two directions on the circles of 2 beta and of gamma. Alpha_z is even under
+    the mirror image; its variance is scaled to 1 everywhere. Alpha_x is odd; its variance goes to 0 where a direction
+    is its own mirror image.
     """
 
     def kernel_to(angles: Angles) -> FloatArray:
-        # kernel of the chords from each direction to each of `angles`, on both circles
         return kernel(
             2 * np.sin(beta[:, None] - angles[0]), 2 * np.sin((gamma[:, None] - angles[1]) / 2)
         )
 
+    # covariances k(a, b) + k(a, mirror of b) of an even function, and their difference of an odd one
     direct, mirrored = kernel_to((beta, gamma)), kernel_to(mirror(beta, gamma))
-    size = np.sqrt(1 + np.diag(mirrored))
-    even = (direct + mirrored) / size / size[:, None]
-    places = np.arange(2 * beta.size)
-    return Blocks((places[: beta.size], places[beta.size :]), (even, direct - mirrored))
+    sd_even = np.sqrt(1 + np.diag(mirrored))
+    return (direct + mirrored) / sd_even / sd_even[:, None], direct - mirrored
 
 
 def smooth_kernel(variation: Variation, beta: FloatArray, gamma: FloatArray) -> FloatArray:
@@ -168,14 +178,14 @@ def smooth_kernel(variation: Variation, beta: FloatArray, gamma: FloatArray) -> 
     distance = np.hypot(beta / variation.smooth_beta, gamma / variation.smooth_gamma)
     kernel: FloatArray = variation.smooth * np.exp(-(distance**2) / 2)
     kernel += (1 - variation.smooth) * matern(
-        np.hypot(beta / variation.rough_beta, gamma / variation.rough_gamma)
+        np.hypot(beta / variation.matern_beta, gamma / variation.matern_gamma)
     )
     return kernel
 
 
 def rough_kernel(variation: Variation, beta: FloatArray, gamma: FloatArray) -> FloatArray:
     """Return the kernel of R for chords `beta` and `gamma`."""
-    return matern(np.hypot(beta / variation.own_beta, gamma / variation.own_gamma))
+    return matern(np.hypot(beta / variation.rough_beta, gamma / variation.rough_gamma))
 
 
 def matern(distance: FloatArray) -> FloatArray:

@@ -25,7 +25,7 @@ from rftfit.errors import InputError
 from rftfit.model.maps import Map
 from rftfit.model.profile_schema import FORMAT, VERSION, ProfileFile
 from rftfit.model.profiles import KnownMedium, Profile, TableProfile
-from rftfit.model.symmetry import each_once
+from rftfit.model.symmetry import list_once
 from rftfit.store import write_text
 from rftfit.store.digests import digest_of, sha256_of
 from rftfit.store.text import megabytes
@@ -142,13 +142,13 @@ def write_profile(
     }
     content = _check_content(file)
     with_digest = content.model_copy(update={"digest": _digest(content)})
-    text = _format_json(with_digest.model_dump()) + "\n"
-    if (size := len(text.encode())) > _MOST_BYTES:
+    json_text = _format_json(with_digest.model_dump()) + "\n"
+    if (size := len(json_text.encode())) > _MOST_BYTES:
         file_content = (
             f"{size / 1e6:.1f} MB with the errors of {len(content.directions.beta_deg)} directions"
         )
         raise InputError(f"{path}: found {file_content}; allowed: {_MOST_BYTES / 1e6:g} MB")
-    write_text(path, text)
+    write_text(path, json_text)
 
 
 def _describe_origin(profile: Map | TableProfile) -> dict[str, Any]:
@@ -171,28 +171,28 @@ def _list_directions(table: TableProfile, pushed: FloatArray) -> dict[str, Any]:
     file.
     """
     beta, gamma = (axis.ravel() for axis in np.meshgrid(table.beta, table.gamma, indexing="ij"))
-    cells, listed = each_once(beta, gamma)
+    cells, listed = list_once(beta, gamma)
 
     def alpha_at_nodes(of: TableProfile) -> FloatArray:
         return np.stack(listed.complete(*of.parameters))
 
     rows = np.concatenate([np.degrees([beta[cells], gamma[cells]]), alpha_at_nodes(table)])
-    numbers: dict[str, Any] = {
+    sections: dict[str, Any] = {
         "directions": _list_columns(("beta_deg", "gamma_deg", *_ALPHA), rows)
     }
     with_alpha = rows[:, np.isfinite(rows[2:]).any(axis=0)]
     if with_alpha.shape != pushed[:4].shape or not np.allclose(
         with_alpha, pushed[:4], 1e-9, 1e-12, True
     ):
-        numbers["pushes"] = _list_columns(_PUSH_COLUMNS, pushed)
+        sections["pushes"] = _list_columns(_PUSH_COLUMNS, pushed)
     if isinstance(table.spread, TableProfile):
         draws = alpha_at_nodes(table.spread)
         if not np.isnan(draws).all():
             draw_rows = [_round(draw, _DIGITS_OF_DRAWS) for draw in draws.reshape(-1, cells.size)]
             half = len(draw_rows) // 2  # first alpha_z of all draws, then alpha_x
             by_component = (draw_rows[:half], draw_rows[half:])
-            numbers["errors"] = dict(zip(_DRAW_COLUMNS, by_component, strict=True))
-    return numbers
+            sections["errors"] = dict(zip(_DRAW_COLUMNS, by_component, strict=True))
+    return sections
 
 
 def _list_columns(names: Sequence[str], rows: FloatArray) -> dict[str, list[float | None]]:
@@ -359,8 +359,8 @@ def _parse(text: str, file: ModelFile[ProfileFile]) -> None:
         for name, count in Counter(name for name, _ in items).items():
             if count > 1:
                 place = Place(file.name, key=name)
-                text = f"each key once; this one is there {count} times"
-                file.problems.append(Problem("profile.duplicate-key", place, name, text))
+                allowed = f"each key once; this one is there {count} times"
+                file.problems.append(Problem("profile.duplicate-key", place, name, allowed))
         return dict(items)
 
     try:
@@ -390,8 +390,8 @@ def _check_content(file: ModelFile[ProfileFile]) -> ProfileFile:
         if not file.problems:
             _check_numbers(file, content)
         if content.digest and content.digest != (digest := _digest(content)):
-            text = f"{content.digest}, as written: numbers were changed since; leave the key out to use them"
-            file.note(("digest",), "digest", digest, text)
+            allowed = f"{content.digest}, as written: numbers were changed since; leave the key out to use them"
+            file.note(("digest",), "digest", digest, allowed)
     if content is None or file.problems:
         raise CampaignError(file.problems)
     return content
@@ -399,40 +399,42 @@ def _check_content(file: ModelFile[ProfileFile]) -> ProfileFile:
 
 def _check_lengths(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
     """Note lists whose lengths differ from the number of directions, of pushes or of draws."""
-    count = len(content.directions.beta_deg)
     for section in ("directions", "pushes"):
         columns = dict(getattr(content, section) or {})
-        for name, values in columns.items():
-            if len(values) != (length := len(columns["beta_deg"])):
-                text = f"{length} entries, as beta_deg has"
-                file.note((section, name), "length", f"{len(values)} entries", text)
+        for name, column in columns.items():
+            if len(column) != (length := len(columns["beta_deg"])):
+                allowed = f"{length} entries, as beta_deg has"
+                file.note((section, name), "length", f"{len(column)} entries", allowed)
     if content.errors is None:
         return
-    draws = len(content.errors.draws_z_N_per_cm3)
-    for name, rows in content.errors:
-        if len(rows) != draws:
-            file.note(("errors", name), "length", f"{len(rows)} rows", f"{draws} rows")
-        for index, row in enumerate(rows):
-            if len(row) != count:
-                text = f"{count} entries, one a direction"
-                file.note(("errors", name, index), "length", f"{len(row)} entries", text)
+    direction_count = len(content.directions.beta_deg)
+    draw_count = len(content.errors.draws_z_N_per_cm3)
+    for name, draws in content.errors:
+        if len(draws) != draw_count:
+            file.note(("errors", name), "length", f"{len(draws)} rows", f"{draw_count} rows")
+        for index, draw in enumerate(draws):
+            if len(draw) != direction_count:
+                allowed = f"{direction_count} entries, one a direction"
+                file.note(("errors", name, index), "length", f"{len(draw)} entries", allowed)
                 break
 
 
 def _check_directions(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
-    """Note a direction that is listed twice, and directions that are no whole grid."""
+    """Note a direction that is listed twice, or else directions that are no whole grid."""
     beta, gamma = np.radians(_array(content.directions, ("beta_deg", "gamma_deg")))
-    listed, _ = each_once(beta, gamma)
-    for index in sorted({*range(beta.size)} - {*listed.tolist()}):
+    listed, _ = list_once(beta, gamma)
+    repeated = np.setdiff1d(np.arange(beta.size), listed)
+    if repeated.size:
+        index = int(repeated[0])
         direction_deg = f"({np.degrees(beta[index]):g}, {np.degrees(gamma[index]):g})"
-        text = "directions once, without mirror images; this one was listed before"
-        file.note(("directions", "gamma_deg", index), "twice", direction_deg, text)
+        allowed = "directions once, without mirror images; this one was listed before"
+        file.note(("directions", "gamma_deg", index), "twice", direction_deg, allowed)
         return
     try:
         table_of(content)
     except ValueError:
-        text = "directions that, with their mirror images, are a whole grid of beta from -90 and gamma from -180"
-        file.note(("directions",), "grid", f"{beta.size} directions", text)
+        allowed = "directions that, with their mirror images, are a whole grid of beta from -90 and gamma from -180"
+        file.note(("directions",), "grid", f"{beta.size} directions", allowed)
 
 
 def _check_numbers(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
@@ -445,23 +447,20 @@ def _check_numbers(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
         least, most = draws.min(axis=1), draws.max(axis=1)
         has_draw = ~np.isnan(draws).all(axis=1)
         is_between = (least <= alpha + tolerance) & (alpha <= most + tolerance)
-        for component, index in zip(*np.nonzero(has_draw & ~is_between), strict=True):
-            range_of_draws = (
-                f"draws from {least[component, index]:.6g} to {most[component, index]:.6g}"
-            )
-            text = f"numbers on both sides of {_ALPHA[component]}, {alpha[component, index]:.6g}"
-            file.note(
-                ("errors", _DRAW_COLUMNS[component], 0, int(index)), "draws", range_of_draws, text
-            )
-            break
+        # the first number alone: one wrong column makes thousands
+        for component, index in np.argwhere(has_draw & ~is_between)[:1]:
+            found = f"draws from {least[component, index]:.6g} to {most[component, index]:.6g}"
+            allowed = f"numbers on both sides of {_ALPHA[component]}, {alpha[component, index]:.6g}"
+            key_of_draw = "errors", _DRAW_COLUMNS[component], 0, int(index)
+            file.note(key_of_draw, "draws", found, allowed)
     angles_deg = golden.beta_deg, golden.gamma_deg
-    found_alpha = np.array(table.alpha(*np.radians(angles_deg)))
+    table_alpha = np.array(table.alpha(*np.radians(angles_deg)))
     golden_alpha = _array(golden, _ALPHA)
-    for component in np.flatnonzero(~(np.abs(found_alpha - golden_alpha) <= tolerance)):
+    for component in np.flatnonzero(~(np.abs(table_alpha - golden_alpha) <= tolerance)):
         direction_deg = f"({angles_deg[0]:g}, {angles_deg[1]:g})"
-        text = f"{golden_alpha[component]:.6g}, the golden value {_ALPHA[component]} at {direction_deg} degrees"
-        found = f"{found_alpha[component]:.6g}"
-        file.note(("directions", _ALPHA[component]), "golden", found, text)
+        allowed = f"{golden_alpha[component]:.6g}, the golden value {_ALPHA[component]} at {direction_deg} degrees"
+        found = f"{table_alpha[component]:.6g}"
+        file.note(("directions", _ALPHA[component]), "golden", found, allowed)
 
 
 def collect_pushes(
@@ -486,12 +485,11 @@ def describe_profile(path: Path) -> str:
     direction_rad = math.radians(golden.beta_deg), math.radians(golden.gamma_deg)
     rows = [["(beta, gamma)", f"({golden.beta_deg:g}, {golden.gamma_deg:g}) degrees"]]
     draws = profile.spread
-    for place, component in enumerate("zx"):
+    for index, (component, alpha) in enumerate(zip("zx", _array(golden, _ALPHA), strict=True)):
         error = ""
         if isinstance(draws, Profile):
-            error = f" (standard error {draws.alpha(*direction_rad)[place].std(ddof=1):.4g})"
-        value = getattr(golden, f"alpha_{component}_N_per_cm3")
-        rows.append([f"alpha_{component}", f"{value:.6g} N/cm^3{error}"])
+            error = f" (standard error {draws.alpha(*direction_rad)[index].std(ddof=1):.4g})"
+        rows.append([f"alpha_{component}", f"{alpha:.6g} N/cm^3{error}"])
     directions_known = sum(value is not None for value in listed.alpha_z_N_per_cm3)
     pushes = profile.pushed.shape[1]
     lines = [

@@ -29,20 +29,14 @@ from rftfit.model.packs import (
     make_pack,
     pack_values,
 )
-from rftfit.model.symmetry import (
-    WIDEST_DEG,
-    Rectangle,
-    each_once,
-    grid_of_directions,
-    rectangle,
-    torus,
-)
+from rftfit.model.symmetry import WIDEST_DEG, find_exact_grid, find_grid, list_once, torus
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, alpha_grid, coefficients
 from rftfit.store.chosen import chosen
 
 _CHOSEN = chosen("model", "profiles")
 
 IndexArray = npt.NDArray[np.signedinteger]
+Arrays = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
 
 KINDS = ("table", "map", "fourier", "generic", "depth_only")
 """Kinds of profile of a medium: measured alpha; alpha completed by the shape that known media share; nine terms fitted
@@ -67,10 +61,9 @@ def weighted_sum(values: FloatArray, weights: FloatArray) -> FloatArray:
     matters = np.abs(weights) > NEGLIGIBLE * np.abs(weights).sum(axis=-1, keepdims=True)
     total = np.tensordot(np.where(missing, 0.0, values), weights, axes=(-1, -1))
     by_draw = missing.reshape(-1, missing.shape[-1])
-    if (
-        by_draw.any(axis=0) == by_draw.all(axis=0)
-    ).all():  # the same in all draws: one row is enough
-        missing = np.asarray(by_draw.any(axis=0))
+    # the same parameters are missing in all draws: one row is enough
+    if (by_draw == by_draw[0]).all():
+        missing = by_draw[0]
     is_unknown = np.tensordot(missing.astype(float), matters.astype(float), axes=(-1, -1)) > 0
     return np.where(is_unknown, np.nan, total)
 
@@ -263,8 +256,8 @@ class Profile(KnownMedium):
 
     def _alpha(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Calculate `alpha` in numpy, for angles of equal shape; a profile may be a stack of draws."""
-        (basis_z, basis_x), (values_z, values_x) = self.basis(beta, gamma), self.parameters
-        return weighted_sum(values_z, basis_z), weighted_sum(values_x, basis_x)
+        (basis_z, basis_x), (parameters_z, parameters_x) = self.basis(beta, gamma), self.parameters
+        return weighted_sum(parameters_z, basis_z), weighted_sum(parameters_x, basis_x)
 
     def _alpha_compiled(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Calculate `alpha` by the compiled kernel, for angles of equal shape; the profile must be no stack."""
@@ -338,18 +331,31 @@ class TableProfile(Profile):
                 f"there are {' x '.join(map(str, shape))} cells, "
                 f"the values have shapes {alpha_z.shape} and {alpha_x.shape}"
             )
-        self.name, self.spread = name, spread
         flat = (*alpha_z.shape[: alpha_z.ndim - len(shape)], -1)
-        cells = beta_of.ravel(), gamma_of.ravel()
-        values = alpha_z.reshape(flat), alpha_x.reshape(flat)
-        self.cells = (*cells, *values)
-        grid = rectangle(*cells)
+        angles = beta_of.ravel(), gamma_of.ravel()
+        alpha = alpha_z.reshape(flat), alpha_x.reshape(flat)
+        grid = find_grid(*angles)
+        nodes = _triangulate(*angles, *alpha) if grid is None else grid.complete(*alpha)
+        self._set((*angles, *alpha), nodes, name, spread=spread)
         self.scattered = grid is None
-        if grid is None:
-            self.beta, self.gamma, self.alpha_z, self.alpha_x = _triangulate(*cells, *values)
-        else:
-            self._complete_grid(grid, values)
-        self.reason = self._format_reason(cells, values, reasons or {})
+        self.reason = self._format_reason(reasons or {})
+
+    def _set(
+        self,
+        cells: Arrays,
+        nodes: Arrays,
+        name: str,
+        reason: str = "",
+        spread: Profile | None = None,
+    ) -> None:
+        """Set the attributes of a table on a grid.
+
+        `cells`: beta, gamma (rad) and alpha_z, alpha_x of the cells, shapes (n,) and (..., n). `nodes`: lines of the
+        completed grid in beta and gamma (rad), and alpha_z, alpha_x at its nodes, shape (..., nb, ng).
+        """
+        self.cells, self.scattered = cells, False
+        self.beta, self.gamma, self.alpha_z, self.alpha_x = nodes
+        self.name, self.reason, self.spread = name, reason, spread
 
     @classmethod
     def published(cls, medium: str) -> TableProfile:
@@ -399,39 +405,29 @@ class TableProfile(Profile):
         }
         return cls(*alpha_columns(table), *directions(table), name, reasons, spread)
 
-    def _format_reason(
-        self,
-        cells: tuple[FloatArray, FloatArray],
-        values: tuple[FloatArray, FloatArray],
-        reasons: dict[tuple[float, float], str],
-    ) -> str:
-        """Format where and why alpha is NaN; empty if it is never NaN. `cells`: beta and gamma (n,), rad."""
+    def _format_reason(self, reasons: dict[tuple[float, float], str]) -> str:
+        """Format where and why alpha is NaN; empty if it is never NaN. `reasons`: as for the class."""
         if not (np.isnan(self.alpha_z) | np.isnan(self.alpha_x)).any():
             return ""
+        beta, gamma, *alpha = self.cells
         # by directions, not cells: a missing cell counts only if no other cell of its direction has alpha
-        directions = torus(*cells)
-        is_lost = np.isnan(directions.complete(*values)).any(axis=0)
-        is_lost = is_lost.reshape(-1, is_lost.shape[-1]).any(axis=0)
-        places = []
-        for number in np.unique(directions.cell[is_lost][directions.sign[is_lost] > 0]):
-            if number < 0:
-                continue
-            place = _name_of_cell(*(np.degrees(angle[number]) for angle in cells))
-            why = reasons.get(place)
-            places.append(f"({place[0]:g}, {place[1]:g})" + (f": {why}" if why else ""))
-        far = (
-            f"farther than {REACH_DEG:g} deg from every push"
-            if self.scattered
-            else (
-                f"where no run was made, or between lines of the grid more than {WIDEST_DEG:g} deg apart"
-            )
-        )
-        if not places:
+        directions = torus(beta, gamma)
+        is_missing = np.isnan(directions.complete(*alpha)).any(axis=0)
+        is_missing = is_missing.reshape(-1, is_missing.shape[-1]).any(axis=0)
+        missing_cells = np.unique(directions.cell[is_missing][directions.sign[is_missing] > 0])
+        described = []
+        for cell in missing_cells[missing_cells >= 0]:
+            name = _name_of_cell(np.degrees(beta[cell]), np.degrees(gamma[cell]))
+            why = reasons.get(name)
+            described.append("({:g}, {:g})".format(*name) + (f": {why}" if why else ""))
+        if self.scattered:
+            far = f"farther than {REACH_DEG:g} deg from every push"
+        else:
+            far = f"where no run was made, or between lines of the grid more than {WIDEST_DEG:g} deg apart"
+        if not described:
             return f"{self.name}: no alpha {far}"
-        nearest_words = f"; nor {far}" if self.scattered else ""
-        return (
-            f"{self.name}: no alpha at (beta, gamma) in degrees {'; '.join(places)}{nearest_words}"
-        )
+        nor_far = f"; nor {far}" if self.scattered else ""
+        return f"{self.name}: no alpha at (beta, gamma) in degrees {'; '.join(described)}{nor_far}"
 
     @property
     def doubt(self) -> str:
@@ -463,14 +459,12 @@ class TableProfile(Profile):
         No angle is moved or interpolated: raises ValueError if the grid has holes or does not begin at beta = -90
         and gamma = -180 degrees.
         """
-        grid = grid_of_directions(torus(beta, gamma))
+        grid = find_exact_grid(torus(beta, gamma))
         offset = np.inf if grid is None else max(grid.beta[0] + np.pi / 2, grid.gamma[0] + np.pi)
         if grid is None or offset > 1e-9 or (grid.node < 0).any():
             raise ValueError("the directions are no whole grid")
         profile = cls.__new__(cls)
-        profile.name, profile.reason, profile.spread, profile.scattered = name, reason, None, False
-        profile.cells = (beta, gamma, *alpha)
-        profile._complete_grid(grid, alpha)
+        profile._set((beta, gamma, *alpha), grid.complete(*alpha), name, reason)
         return profile
 
     @classmethod
@@ -483,22 +477,14 @@ class TableProfile(Profile):
         reason: str = "",
     ) -> TableProfile:
         """Make a table of alpha (..., nb, ng) on a complete grid: beta -pi/2 to pi/2, gamma -pi to pi, both ends."""
-        profile = cls.__new__(cls)
-        profile.name, profile.reason, profile.spread, profile.scattered = name, reason, None, False
-        profile.beta, profile.gamma = beta, gamma
-        profile.alpha_z, profile.alpha_x = alpha
-        # cells: without the mirror images of others
+        # the cells are the nodes that are no mirror images of others
         in_half = np.abs(gamma) < np.pi / 2 + NEGLIGIBLE
-        cells = np.meshgrid(beta, gamma[in_half], indexing="ij")
-        values = [component[..., in_half].reshape(*component.shape[:-2], -1) for component in alpha]
-        profile.cells = (cells[0].ravel(), cells[1].ravel(), values[0], values[1])
+        cell_beta, cell_gamma = np.meshgrid(beta, gamma[in_half], indexing="ij")
+        z, x = (component[..., in_half].reshape(*component.shape[:-2], -1) for component in alpha)
+        profile = cls.__new__(cls)
+        cells = cell_beta.ravel(), cell_gamma.ravel(), z, x
+        profile._set(cells, (beta, gamma, *alpha), name, reason)
         return profile
-
-    def _complete_grid(self, grid: Rectangle, alpha: tuple[FloatArray, FloatArray]) -> None:
-        """Set the lines and alpha of the table from alpha in the cells, completed by mirror images and periods."""
-        whole_z, whole_x = grid.torus.complete(*alpha)
-        self.beta, self.gamma, self.alpha_z = grid.closed(whole_z)
-        self.alpha_x = grid.closed(whole_x)[2]
 
     @cached_property
     def pushed(self) -> FloatArray:
@@ -507,7 +493,7 @@ class TableProfile(Profile):
         Shape (6, n); alpha and errors in N/cm^3, NaN if not known.
         """
         beta, gamma, *alpha = self.cells
-        number, listed = each_once(beta, gamma)
+        number, listed = list_once(beta, gamma)
         mean = np.stack(listed.complete(*alpha))
         se = np.full_like(mean, np.nan)
         if isinstance(self.spread, TableProfile):
@@ -519,21 +505,12 @@ class TableProfile(Profile):
         self, beta: FloatArray, gamma: FloatArray, far_deg: float = FAR_DEG
     ) -> npt.NDArray[np.bool_]:
         """Return True for directions (n,), rad, farther than `far_deg` from every push and its mirror image."""
-        beta_deg, gamma_deg = self.pushed[:2]
-        if not beta_deg.size:
-            return np.ones(beta.shape, dtype=bool)
-        images = mirror(np.radians(beta_deg), np.radians(gamma_deg))
-        pushed_rad = (
-            np.concatenate([np.radians(angles_deg), image])
-            for angles_deg, image in zip((beta_deg, gamma_deg), images, strict=True)
-        )
-        differences_deg = [
-            np.degrees(np.abs(wrap(angles[:, None] - push_angles)))
-            for wrap, angles, push_angles in zip(
-                (wrap_beta, wrap_gamma), (beta, gamma), pushed_rad, strict=True
-            )
-        ]
-        return np.asarray(np.hypot(*differences_deg).min(axis=1) > far_deg)
+        pushed = np.radians(self.pushed[:2])
+        pushed_beta, pushed_gamma = np.concatenate([pushed, mirror(*pushed)], axis=1)
+        apart_beta = wrap_beta(beta[:, None] - pushed_beta)
+        apart_gamma = wrap_gamma(gamma[:, None] - pushed_gamma)
+        apart_deg = np.degrees(np.hypot(apart_beta, apart_gamma))
+        return np.asarray(apart_deg.min(axis=1, initial=np.inf) > far_deg)
 
     @property
     def parameters(self) -> tuple[FloatArray, FloatArray]:
@@ -549,21 +526,20 @@ class TableProfile(Profile):
 
     def _corners(
         self, beta: FloatArray, gamma: FloatArray
-    ) -> Iterator[tuple[IndexArray, IndexArray, FloatArray]]:
-        """Yield row, column and weight of each of the four nodes around directions (rad), in arrays of their shape."""
-        beta, gamma = wrap_beta(beta), wrap_gamma(gamma)
-        row, u = _find_interval(self.beta, beta)
-        col, v = _find_interval(self.gamma, gamma)
+    ) -> Iterator[tuple[IndexArray, FloatArray]]:
+        """Yield index (as in `parameters`) and weight of each of the four nodes around directions (rad), in their shape."""
+        row, u = _find_interval(self.beta, wrap_beta(beta))
+        col, v = _find_interval(self.gamma, wrap_gamma(gamma))
         for row_step, weight_u in ((0, 1 - u), (1, u)):
             for column_step, weight_v in ((0, 1 - v), (1, v)):
-                yield row + row_step, col + column_step, weight_u * weight_v
+                yield (row + row_step) * self.gamma.size + col + column_step, weight_u * weight_v
 
     def basis(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the bilinear weights of the nodes, the same array for z and x."""
         weights = np.zeros((beta.size, self.beta.size * self.gamma.size))
-        points = np.arange(beta.size)
-        for row, col, weight in self._corners(beta.ravel(), gamma.ravel()):
-            weights[points, row * self.gamma.size + col] += weight
+        directions = np.arange(beta.size)
+        for node, weight in self._corners(beta.ravel(), gamma.ravel()):
+            weights[directions, node] += weight
         weights = weights.reshape(*beta.shape, -1)
         return weights, weights
 
@@ -575,12 +551,12 @@ class TableProfile(Profile):
         first_node = nodes * np.arange(poses)[:, None]
         corners = [*self._corners(beta, gamma)]
         # the nodes of all poses in one row, so that one call adds the weights of all
-        places = np.stack([first_node + row * self.gamma.size + col for row, col, _ in corners])
-        corner_weights = np.stack([weight for _, _, weight in corners])
+        node_of_pose = np.stack([first_node + node for node, _ in corners]).ravel()
+        corner_weights = np.stack([weight for _, weight in corners])
         sums = np.empty((len(factors), poses * nodes))
         for number, factor in enumerate(factors):
             weighted = (corner_weights * factor).ravel()
-            sums[number] = np.bincount(places.ravel(), weighted, minlength=poses * nodes)
+            sums[number] = np.bincount(node_of_pose, weighted, minlength=poses * nodes)
         weights = sums.reshape(len(factors), poses, nodes)
         return weights, weights
 
@@ -594,60 +570,60 @@ class TableProfile(Profile):
         linear in the nodes, and these elements are summed at once. The others are interpolated draw by draw, in single
         precision.
         """
-        corners = [
-            (row * self.gamma.size + col, weight >= NEGLIGIBLE)
-            for row, col, weight in self._corners(beta, gamma)
-        ]
+        corners = [(node, weight >= NEGLIGIBLE) for node, weight in self._corners(beta, gamma)]
         corner_count = np.sum([counts for _, counts in corners], axis=0)
         sums = []
-        for values in map(np.atleast_2d, self.parameters):
-            node_sign = np.where((values >= 0).all(axis=0), 1.0, -1.0 * (values <= 0).all(axis=0))
-            sign_sum = np.sum([counts * node_sign[places] for places, counts in corners], axis=0)
-            is_linear = np.abs(sign_sum) == corner_count  # all corners have the same sign
+        for alpha in map(np.atleast_2d, self.parameters):
+            # 0 for a node whose alpha changes its sign between draws
+            node_sign = np.where((alpha >= 0).all(axis=0), 1.0, -1.0 * (alpha <= 0).all(axis=0))
+            sign_sum = np.sum([counts * node_sign[node] for node, counts in corners], axis=0)
+            is_linear = np.abs(sign_sum) == corner_count
             signed_factors = np.where(is_linear, np.sign(sign_sum) * factors, 0.0)
             weights = self.weights_in_sums(signed_factors[None], beta, gamma)[0][0]
-            total = np.nan_to_num(values) @ weights.T
+            total = np.nan_to_num(alpha) @ weights.T
             pose, element = np.nonzero((factors > 0) & ~is_linear)
             if pose.size:
-                directions = beta[pose, element], gamma[pose, element]
-                alpha = self.sum_nodes(values.astype(np.float32).T.copy(), *directions)
-                sizes = np.abs(np.nan_to_num(alpha)) * factors[pose, element, None]
+                alpha_of_elements = self.interpolate_draws(
+                    alpha.astype(np.float32).T.copy(), beta[pose, element], gamma[pose, element]
+                )
+                sizes = np.abs(np.nan_to_num(alpha_of_elements)) * factors[pose, element, None]
                 poses, starts = np.unique(pose, return_index=True)
                 total[:, poses] += np.add.reduceat(sizes, starts, axis=0).T
             sums.append(total)
         return sums[0], sums[1]
 
-    def sum_nodes(
+    def interpolate_draws(
         self, values: npt.NDArray[np.float32], beta: FloatArray, gamma: FloatArray
     ) -> npt.NDArray[np.float32]:
         """Interpolate values at the nodes, shape (nodes, draws), in n directions (rad); returns shape (n, draws)."""
         corners = [
-            (row * self.gamma.size + col, weight.astype(np.float32)[:, None], weight >= NEGLIGIBLE)
-            for row, col, weight in self._corners(beta, gamma)
+            (node, weight.astype(np.float32)[:, None], weight >= NEGLIGIBLE)
+            for node, weight in self._corners(beta, gamma)
         ]
         sums = np.zeros((beta.size, values.shape[1]), np.float32)
         # in blocks of rows that stay in the cache of the processor
         rows_at_once = 128
         for start in range(0, beta.size, rows_at_once):
-            for places, weights, counts in corners:
-                points = start + np.flatnonzero(counts[start : start + rows_at_once])
-                sums[points] += weights[points] * values[places[points]]
+            for node, weights, counts in corners:
+                rows = start + np.flatnonzero(counts[start : start + rows_at_once])
+                sums[rows] += weights[rows] * values[node[rows]]
         return sums
 
     def _alpha(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Calculate `alpha` from the four nodes around each direction, without the weights of all nodes."""
-        corners = list(self._corners(beta, gamma))
+        corners = [*self._corners(beta, gamma)]
 
-        def interpolate(values: FloatArray) -> FloatArray:
-            sums = np.zeros((*values.shape[:-2], *beta.shape))
-            for row, col, weight in corners:
-                corner_values = values[..., row, col]
+        def interpolate(node_alpha: FloatArray) -> FloatArray:
+            sums = np.zeros((*node_alpha.shape[:-1], *beta.shape))
+            for node, weight in corners:
+                corner_alpha = node_alpha[..., node]
                 # a missing node without weight does not make alpha NaN
-                idle = (weight < NEGLIGIBLE) & np.isnan(corner_values)
-                sums += np.where(idle, 0.0, weight * corner_values)
+                idle = (weight < NEGLIGIBLE) & np.isnan(corner_alpha)
+                sums += np.where(idle, 0.0, weight * corner_alpha)
             return sums
 
-        return interpolate(self.alpha_z), interpolate(self.alpha_x)
+        alpha_z, alpha_x = self.parameters
+        return interpolate(alpha_z), interpolate(alpha_x)
 
 
 def _name_of_cell(beta_deg: float, gamma_deg: float) -> tuple[float, float]:
@@ -661,61 +637,53 @@ REACH_DEG: float = _CHOSEN.reach_deg
 
 def _triangulate(
     beta: FloatArray, gamma: FloatArray, alpha_z: FloatArray, alpha_x: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+) -> Arrays:
     """Interpolate alpha (..., n) in scattered directions (n,), rad, on a regular grid.
 
     Alpha is linear in triangles between directions on the torus, mirror images included. Returns beta, gamma
     of the grid (rad), and alpha_z, alpha_x of shape (..., nb, ng).
     """
-    from scipy.sparse import csr_array
+    from scipy.interpolate import LinearNDInterpolator
     from scipy.spatial import Delaunay, KDTree
 
     step_deg = _CHOSEN.triangulation_step_deg
     rows, columns = np.arange(-90, 91, step_deg), np.arange(-180, 181, step_deg)
     is_finite = np.isfinite(alpha_z + alpha_x)
     has_alpha = is_finite.reshape(-1, is_finite.shape[-1]).all(axis=0)
-    lead = alpha_z.shape[:-1]
+    shape = (*alpha_z.shape[:-1], rows.size, columns.size)
     if not has_alpha.any():
-        unknown = np.full((*lead, rows.size, columns.size), np.nan)
+        unknown = np.full(shape, np.nan)
         return np.radians(rows), np.radians(columns), unknown, unknown
     whole = torus(beta[has_alpha], gamma[has_alpha])
-    nodes_deg = np.degrees(np.column_stack([whole.beta, whole.gamma]))
+    directions_deg = np.degrees(np.column_stack([whole.beta, whole.gamma]))
     # the torus as a plane, with one more period to each side
     shifts = [(b, g) for b in (-180, 0, 180) for g in (-360, 0, 360)]
-    points = np.concatenate([nodes_deg + shift for shift in shifts])
-    node_of_point = np.tile(np.arange(len(nodes_deg)), len(shifts))
-    grid_points = (
-        np.stack(np.meshgrid(rows, columns, indexing="ij"), axis=-1).reshape(-1, 2).astype(float)
-    )
-    mesh = Delaunay(points)
-    triangle = mesh.find_simplex(grid_points)
-    # barycentric coordinates of each grid point: the weights of the corners of its triangle
-    transform = mesh.transform[triangle]
-    first_two = np.einsum("nij,nj->ni", transform[:, :2], grid_points - transform[:, 2])
-    corner_weights = np.column_stack([first_two, 1 - first_two.sum(axis=1)])
-    corner_nodes = node_of_point[mesh.simplices[triangle]]
-    places = (np.repeat(np.arange(len(grid_points)), 3), corner_nodes.ravel())
-    weights = csr_array((corner_weights.ravel(), places), shape=(len(grid_points), len(nodes_deg)))
-    is_near = KDTree(points).query(grid_points)[0] <= REACH_DEG
-    # the number of the grid point that is the mirror image of each: (-beta, 180 - gamma)
-    nodes = np.arange(len(grid_points)).reshape(rows.size, columns.size)
-    half = columns.size // 2
-    image = np.concatenate([nodes[::-1, half::-1], nodes[::-1, -2 : half - 1 : -1]], axis=1).ravel()
+    points = np.concatenate([directions_deg + shift for shift in shifts])
+    nodes_deg = np.stack(np.meshgrid(rows, columns, indexing="ij"), axis=-1).reshape(-1, 2)
+    # weights of the directions at each node: the interpolated values of functions that are 1 in one direction
+    ones = np.tile(np.eye(len(directions_deg)), (len(shifts), 1))
+    weights = LinearNDInterpolator(Delaunay(points), ones)(nodes_deg)
+    is_near = KDTree(points).query(nodes_deg)[0] <= REACH_DEG
+    # index of the mirror image of each node: (-beta, 180 - gamma)
+    nodes = np.arange(len(nodes_deg)).reshape(rows.size, columns.size)
+    image = nodes[::-1, np.searchsorted(columns, -columns % 360 - 180)].ravel()
 
     def interpolate(alpha: FloatArray, sign: float) -> FloatArray:
         # four directions on a circle make two triangles in either of two ways, and an image may have the other one:
         # the mean of both is symmetric
         symmetric_weights = (weights + sign * weights[image]) / 2
-        values = (symmetric_weights @ alpha.reshape(-1, alpha.shape[-1]).T).T
-        values = np.where(is_near & is_near[image], values, np.nan)
-        return values.reshape(*lead, rows.size, columns.size)
+        node_alpha = (symmetric_weights @ alpha.reshape(-1, alpha.shape[-1]).T).T
+        return np.where(is_near & is_near[image], node_alpha, np.nan).reshape(shape)
 
     z, x = whole.complete(alpha_z[..., has_alpha], alpha_x[..., has_alpha])
     return np.radians(rows), np.radians(columns), interpolate(z, 1.0), interpolate(x, -1.0)
 
 
 def _find_interval(nodes: FloatArray, angle: FloatArray) -> tuple[IndexArray, FloatArray]:
-    """Return the index of the interval between nodes, and the place inside it from 0 to 1 (NaN if `angle` is NaN)."""
+    """Return the index of the interval between nodes that holds an angle, and how far the angle lies in it, 0 to 1.
+
+    NaN: the second number is NaN.
+    """
     index = np.clip(np.searchsorted(nodes, angle, side="right") - 1, 0, nodes.size - 2)
     return index, (angle - nodes[index]) / (nodes[index + 1] - nodes[index])
 
@@ -770,9 +738,8 @@ class FourierProfile(Profile):
     def basis(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values of the nine terms."""
         terms_z, terms_x = basis(beta, gamma)
-        unknown = np.isnan(beta) | np.isnan(
-            gamma
-        )  # the constant term does not depend on the angles
+        # the constant term does not depend on the angles
+        unknown = np.isnan(beta) | np.isnan(gamma)
         terms_z = np.where(unknown, np.nan, terms_z)
         return np.moveaxis(terms_z, 0, -1), np.moveaxis(terms_x, 0, -1)
 
@@ -892,18 +859,13 @@ class DepthOnlyProfile(Profile):
 
     def basis(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the projected area of a plate for each value, with the sign by which alpha opposes the motion."""
-        down, left = (
-            np.sin(gamma),
-            np.cos(gamma),
-        )  # components of the unit velocity toward -z and -x
+        # components of the unit velocity toward -z and -x
+        down, left = np.sin(gamma), np.cos(gamma)
         level, upright = np.abs(np.cos(beta)), np.abs(np.sin(beta))
-        unknown = np.isnan(beta) | np.isnan(gamma)
+        unknown = (np.isnan(beta) | np.isnan(gamma))[..., None]
         basis_z = np.stack([level * (down > STILL), level * (down < -STILL)], axis=-1)
         basis_x = upright * ((left > STILL).astype(float) - (left < -STILL))
-        basis_z, basis_x = (
-            np.where(unknown[..., None], np.nan, values) for values in (basis_z, basis_x[..., None])
-        )
-        return basis_z, basis_x
+        return np.where(unknown, np.nan, basis_z), np.where(unknown, np.nan, basis_x[..., None])
 
 
 def published_medium(medium: str, kind: str = "table") -> Profile:

@@ -25,7 +25,7 @@ from rftfit.measure.errors import (
     scatter_of_runs,
     spread_of_beds,
 )
-from rftfit.model.draws import draws_of, errors_known
+from rftfit.model.draws import draw_as_configured, errors_known
 
 if TYPE_CHECKING:
     from rftfit.campaign.config import Config
@@ -74,7 +74,10 @@ USUAL_PERCENT, LEAST_PERCENT = 100 * USUAL_BED_SPREAD, 1.0
 def usual_error(
     alpha: FloatArray, percent: float = USUAL_PERCENT, least_percent: float = LEAST_PERCENT
 ) -> FloatArray:
-    """Return the standard error of pushes whose error is not known, N/cm^3, in the shape of `alpha`."""
+    """Return the standard error of pushes whose error is not known, N/cm^3, in the shape of `alpha`.
+
+    `percent` of alpha and `least_percent` of the largest alpha, added in squares.
+    """
     largest = float(np.nanmax(np.abs(alpha), initial=0.0))
     return np.hypot(percent / 100 * alpha, least_percent / 100 * largest)
 
@@ -115,14 +118,15 @@ def push_straight_down(pushes: Columns, confidence: float) -> tuple[float, float
     mean, calculated as for a map.
     """
     angles_deg, alpha, se = _read_columns(pushes)
-    places, _ = same_direction_or_mirror(0.0, math.pi / 2, *np.radians(angles_deg))
-    places = places[np.isfinite(alpha[0, places])]
-    if not places.size:
+    pushes_down, _ = same_direction_or_mirror(0.0, math.pi / 2, *np.radians(angles_deg))
+    pushes_down = pushes_down[np.isfinite(alpha[0, pushes_down])]
+    beta_deg, gamma_deg = angles_deg[:, pushes_down]
+    alpha, se = alpha[:, pushes_down], se[:, pushes_down]
+    if not beta_deg.size:
         return None
-    if places.size == 1:
-        return float(alpha[0, places[0]]), float(np.nan_to_num(se[0, places[0]]))
-    beta_deg, gamma_deg = angles_deg[:, places]
-    down = Pushes.of(beta_deg, gamma_deg, alpha[:, places], se[:, places])
+    if beta_deg.size == 1:
+        return float(alpha[0, 0]), float(np.nan_to_num(se[0, 0]))
+    down = Pushes.of(beta_deg, gamma_deg, alpha, se)
     mean = merged(with_scatter_of_repeats(down, confidence))
     return float(mean.alpha[0, 0]), float(np.sqrt(mean.covariance[0, 0]))
 
@@ -153,9 +157,7 @@ def pushes_of(table: pd.DataFrame, config: Config) -> Pushes:
     gamma_deg = table["gamma_deg"].to_numpy(float)
     if not errors_known(table):
         return Pushes.of(beta_deg[use], gamma_deg[use], alpha[:, use])
-    draws = np.concatenate(
-        [draws_of_component[:, use] for draws_of_component in draws_of(table, config)], axis=1
-    )
+    draws = np.concatenate([drawn[:, use] for drawn in draw_as_configured(table, config)], axis=1)
     covariance = np.atleast_2d(np.cov(draws, rowvar=False))
     beta, gamma = directions(table)
     return Pushes(beta[use], gamma[use], alpha[:, use], covariance)
@@ -182,11 +184,11 @@ def _by_direction(pushes: Pushes) -> Iterator[tuple[npt.NDArray[np.intp], FloatA
 class _Repeats(NamedTuple):
     """One component, z or x, of n pushes of the same direction.
 
-    `places`: their rows in `Pushes.covariance`. `alpha`: shape (n,), N/cm^3, with signs as if all were in the direction
+    `rows`: their rows in `Pushes.covariance`. `alpha`: shape (n,), N/cm^3, with signs as if all were in the direction
     of the first push.
     """
 
-    places: npt.NDArray[np.intp]
+    rows: npt.NDArray[np.intp]
     alpha: FloatArray
 
 
@@ -196,8 +198,8 @@ def _repeats_of(pushes: Pushes) -> Iterator[_Repeats]:
         for component, alpha in enumerate(signs * pushes.alpha[:, same_pushes]):
             is_known = np.isfinite(alpha)
             if np.count_nonzero(is_known) > 1:
-                places = component * pushes.beta.size + same_pushes[is_known]
-                yield _Repeats(places, alpha[is_known])
+                rows = component * pushes.beta.size + same_pushes[is_known]
+                yield _Repeats(rows, alpha[is_known])
 
 
 def with_scatter_of_repeats(pushes: Pushes, confidence: float) -> Pushes:
@@ -218,21 +220,22 @@ def with_scatter_of_repeats(pushes: Pushes, confidence: float) -> Pushes:
             for same_pushes, signs in _by_direction(pushes)
         ]
     )
-    for places, alpha in repeats:
-        if (variance[places] == usual_variance[places]).all():
-            component, first = divmod(int(places[0]), pushes.beta.size)
+    for rows, alpha in repeats:
+        # no push of these has a stated error
+        if (variance[rows] == usual_variance[rows]).all():
+            component, first = divmod(int(rows[0]), pushes.beta.size)
             mean_alpha = pushes.alpha[:, first].copy()
             mean_alpha[component] = alpha.mean()
             error_of_one_bed = spread.error_at(mean_alpha, component)
             share = np.full(alpha.size, 1 / alpha.size)
             bed = bed_of_mean(alpha, share, ErrorTerm(0.0), error_of_one_bed, spread.source)[1]
             # variance of one push, whose mean over the pushes has the error of the mean
-            variance[places] = alpha.size * _normal_error(bed, confidence) ** 2
-            continue
-        scatter = scatter_of_runs(alpha)
-        stated_variance_of_mean = 1 / np.sum(1 / np.maximum(variance[places], 1e-300))
-        if scatter.sd**2 / alpha.size > stated_variance_of_mean:
-            variance[places] = _normal_error(scatter, confidence) ** 2
+            variance[rows] = alpha.size * _normal_error(bed, confidence) ** 2
+        else:
+            scatter = scatter_of_runs(alpha)
+            stated_variance_of_mean = 1 / np.sum(1 / np.maximum(variance[rows], 1e-300))
+            if scatter.sd**2 / alpha.size > stated_variance_of_mean:
+                variance[rows] = _normal_error(scatter, confidence) ** 2
     if np.array_equal(variance, np.diag(pushes.covariance)):
         return pushes
     return pushes._replace(covariance=np.diag(variance))
@@ -260,56 +263,65 @@ def _normal_error(error: ErrorTerm, confidence: float) -> float:
 
 
 def merged(pushes: Pushes) -> Pushes:
-    """Replace repeated pushes of a direction by their mean, weighted by their errors, with its error."""
-    count = pushes.beta.size
-    is_known = np.isfinite(pushes.alpha.ravel()) & np.isfinite(np.diag(pushes.covariance))
-    covariance = pushes.covariance
-    if is_known.all() and all(same.size == 1 for same, _ in _by_direction(pushes)):
+    """Replace repeated pushes of a direction by their mean, each weighted by 1 / variance, with its error.
+
+    A number that was not measured or has no error has no weight; a mean of such numbers alone is NaN.
+    """
+    direction = np.empty(pushes.beta.size, dtype=np.intp)
+    first_pushes: list[int] = []
+    sign_x = np.empty(pushes.beta.size)
+    for same_pushes, signs in _by_direction(pushes):
+        direction[same_pushes] = len(first_pushes)
+        sign_x[same_pushes] = signs[1]
+        first_pushes.append(int(same_pushes[0]))
+    alpha, covariance = pushes.alpha.ravel(), pushes.covariance
+    is_known = np.isfinite(alpha) & np.isfinite(np.diag(covariance))
+    count = len(first_pushes)
+    if is_known.all() and count == direction.size:
         return pushes
     if not is_known.all():
+        alpha = np.where(is_known, alpha, 0.0)
         covariance = np.where(np.outer(is_known, is_known), covariance, 0.0)
-    least = (1e-9 * np.abs(np.where(is_known, pushes.alpha.ravel(), 0.0)).max(initial=1e-9)) ** 2
-    weight = np.where(is_known, 1 / np.maximum(np.diag(covariance), least), 0.0)
-    first_pushes: list[int] = []
-    groups: list[npt.NDArray[np.intp]] = []
-    shares: list[FloatArray] = []
-    for same_pushes, signs in _by_direction(pushes):
-        first_pushes.append(int(same_pushes[0]))
-        for component, sign in enumerate(signs):
-            places = component * count + same_pushes
-            total = float(weight[places].sum())
-            groups.append(places)
-            shares.append(sign * weight[places] / total if total else np.full(places.size, np.nan))
-    # z of all directions, then x
-    order = [*range(0, len(groups), 2), *range(1, len(groups), 2)]
-    places = np.concatenate([groups[group] for group in order])
-    share = np.concatenate([shares[group] for group in order])
-    starts = np.cumsum([0, *(groups[group].size for group in order)])[:-1]
-    not_measured = np.isnan(share[starts]).reshape(2, -1)
-    share = np.nan_to_num(share)
-    known_alpha = np.where(is_known, pushes.alpha.ravel(), 0.0)
-    alpha = np.add.reduceat(share * known_alpha[places], starts).reshape(2, -1)
+    # index of the mean to which each number belongs: z of all directions, then x
+    mean_number = np.concatenate([direction, count + direction])
+    least_variance = (1e-9 * np.abs(alpha).max(initial=1e-9)) ** 2
+    weight = np.where(is_known, 1 / np.maximum(np.diag(covariance), least_variance), 0.0)
+    total = np.bincount(mean_number, weight, minlength=2 * count)
+    sign = np.concatenate([np.ones_like(sign_x), sign_x])
+    share = sign * weight / np.where(total > 0, total, 1.0)[mean_number]
+    mean = np.bincount(mean_number, share * alpha, minlength=2 * count)
+    # covariance of the means: sums of the covariance over blocks, with all numbers of one mean beside each other
+    order = np.argsort(mean_number, kind="stable")
+    starts = np.searchsorted(mean_number[order], np.arange(2 * count))
     # in place: for a thousand pushes each product would be another 32 MB
-    merged_covariance = covariance[np.ix_(places, places)]
-    merged_covariance *= share[:, None]
-    merged_covariance *= share
-    if starts.size < places.size:
-        row_sums = np.add.reduceat(merged_covariance, starts, axis=0)
-        merged_covariance = np.add.reduceat(row_sums, starts, axis=1)
-    beta, gamma = pushes.beta[first_pushes], pushes.gamma[first_pushes]
-    return Pushes(beta, gamma, np.where(not_measured, np.nan, alpha), merged_covariance)
+    mean_covariance = covariance[np.ix_(order, order)]
+    mean_covariance *= share[order, None]
+    mean_covariance *= share[order]
+    if count < direction.size:
+        row_sums = np.add.reduceat(mean_covariance, starts, axis=0)
+        mean_covariance = np.add.reduceat(row_sums, starts, axis=1)
+    return Pushes(
+        pushes.beta[first_pushes],
+        pushes.gamma[first_pushes],
+        np.where(total > 0, mean, np.nan).reshape(2, -1),
+        mean_covariance,
+    )
 
 
 def same_direction_or_mirror(
     beta: float, gamma: float, betas: FloatArray, gammas: FloatArray
 ) -> tuple[npt.NDArray[np.intp], FloatArray]:
-    """Return indices of directions equal to (beta, gamma), rad, or its mirror image, and the sign of alpha_x."""
-    nodes, signs = [], []
-    for image, sign in (((beta, gamma), 1.0), (mirror(beta, gamma), -1.0)):
+    """Find the directions equal to (beta, gamma) or its mirror image, rad; return their indices and signs of alpha_x.
+
+    The sign is -1 for a direction that is the mirror image alone: alpha_x there is the negative of that at (beta,
+    gamma).
+    """
+    is_near = []
+    for image in ((beta, gamma), mirror(beta, gamma)):
         image_deg = np.degrees([float(angle) for angle in image])
         off_gamma_deg = (np.degrees(gammas) - image_deg[1] + 180) % 360 - 180
-        is_near = same_direction(np.degrees(betas), off_gamma_deg, image_deg[0], 0.0, TOLERANCE_DEG)
-        nodes.append(np.flatnonzero(is_near))
-        signs.append(np.full(nodes[-1].size, sign))
-    places, first_places = np.unique(np.concatenate(nodes), return_index=True)
-    return places, np.concatenate(signs)[first_places]
+        is_near.append(
+            same_direction(np.degrees(betas), off_gamma_deg, image_deg[0], 0.0, TOLERANCE_DEG)
+        )
+    indices = np.flatnonzero(np.logical_or(*is_near))
+    return indices, np.where(is_near[0][indices], 1.0, -1.0)

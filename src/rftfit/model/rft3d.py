@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
 from rftfit.model.profiles import Profile, TableProfile
+from rftfit.model.scaling import check_test
 from rftfit.store.chosen import read_toml
 
 _TERMS = read_toml("reference", "rft3d.toml")
@@ -29,8 +30,8 @@ def law(normal: FloatArray, velocity: FloatArray) -> FloatArray:
     """
     # turned down; the normal of a vertical face is turned to where the face moves
     m = normal * _sign(-normal[..., -1], _dot(normal, velocity))[..., None]
-    x = np.stack([-velocity[..., -1], -m[..., -1], _dot(m, velocity)])
-    terms = np.stack([x[[*factors]].prod(axis=0) for factors in _TERMS["factors"]])
+    products = np.stack([-velocity[..., -1], -m[..., -1], _dot(m, velocity)])  # v.g, m.g, m.v
+    terms = np.stack([products[[*factors]].prod(axis=0) for factors in _TERMS["factors"]])
     along_m, along_v, down = np.tensordot(COEFFICIENTS, terms, axes=1)[..., None]
     gravity = np.zeros(m.shape[-1])
     gravity[-1] = -1
@@ -67,12 +68,13 @@ def turn_and_cap(
 
     A part with the wrong sign is reversed. All vectors: shape (..., d).
     """
-    across = _dot(stress, normal)
-    along = stress - across[..., None] * normal
-    along_size = np.maximum(np.sqrt(_dot(along, along)), _NEGLIGIBLE)
-    factor = np.minimum(1, friction * np.abs(across) / along_size)
-    factor = np.where(_dot(along, velocity) > _NEGLIGIBLE, -factor, factor)
-    return factor[..., None] * along - np.abs(across)[..., None] * normal
+    normal_part = _dot(stress, normal)
+    tangential = stress - normal_part[..., None] * normal
+    tangential_size = np.maximum(np.sqrt(_dot(tangential, tangential)), _NEGLIGIBLE)
+    factor = np.minimum(1, friction * np.abs(normal_part) / tangential_size)
+    drives = _dot(tangential, velocity) > _NEGLIGIBLE
+    factor = np.where(drives, -factor, factor)
+    return factor[..., None] * tangential - np.abs(normal_part)[..., None] * normal
 
 
 def rft3d_profile(alpha: float, friction: float, step_deg: float = 1.0) -> TableProfile:
@@ -112,8 +114,7 @@ def rft3d_profile(alpha: float, friction: float, step_deg: float = 1.0) -> Table
     >>> sand = rftfit.rft3d_profile(0.9, friction=0.4)
     >>> forces = rftfit.predict(sand, rftfit.model_leg("c_leg"))
     """
-    if not (np.isfinite(alpha) and alpha > 0):
-        raise ValueError(f"alpha_z(0, 90 deg) must be a positive number of N/cm^3, found {alpha:g}")
+    check_test(alpha, 0.0)
     if not (np.isfinite(friction) and friction >= 0):
         raise ValueError(f"the friction must be a number of at least 0, found {friction:g}")
     steps = round(90 / step_deg) if step_deg > 0 else 0

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from rftfit.conventions import FloatArray
+from rftfit.conventions import COMPONENTS, FloatArray
 from rftfit.directions import TOLERANCE_DEG
 from rftfit.measure.alpha import alpha_columns, cell_at, column, directions, flagged, rows_at
 from rftfit.measure.flags import Remark, format_remarks, quoted, remark
@@ -24,7 +24,7 @@ from rftfit.measure.slopes import student_quantile
 from rftfit.measure.verdict_words import is_usable
 from rftfit.model import fourier
 from rftfit.model.draws import (
-    draws_of,
+    draw_as_configured,
     errors_behind,
     errors_known,
     interval_of_sum,
@@ -161,8 +161,8 @@ def alpha_of_test(cell: pd.Series[Any], confidence: float) -> tuple[float, float
     and their interval wider for this: the error is enlarged so that a nearly normal interval is as wide.
     """
     alpha, se, lo, hi = (float(cell[column("z", end)]) for end in ("", "_se", "_lo", "_hi"))
-    wide = (hi - lo) / 2 / float(student_quantile(confidence, _TEST_DOF))
-    return alpha, float(np.maximum(se, wide))
+    se_by_interval = (hi - lo) / 2 / float(student_quantile(confidence, _TEST_DOF))
+    return alpha, float(np.maximum(se, se_by_interval))
 
 
 @dataclass(frozen=True)
@@ -211,27 +211,31 @@ def reference_from(
     name: str,
     chi: Mapping[str, float],
     coefficients: Mapping[str, FloatArray],
+    tables: Mapping[str, TableProfile],
     *,
     printed: bool = False,
-    tables: Mapping[str, TableProfile] | None = None,
 ) -> Reference:
     """Make a `Reference`.
 
     `chi`: by medium. `coefficients`: of these media, N/cm^3, and of `GENERIC`. `tables`: measured alpha by medium,
     N/cm^3.
     """
-    scaled_coefficients = np.stack([coefficients[medium] for medium in chi])
+    coefficients_of_media = np.stack([coefficients[medium] for medium in chi])
     # not the printed zeta, which is rounded: with the sum alpha_z(0, 90 deg) of each scaled profile is exactly 1
-    zetas = vertical_penetration(scaled_coefficients)
-    scaled = scaled_coefficients / zetas[:, None]
-    values = np.array(list(chi.values()))
-    over_zeta = tuple(
-        TableProfile(z / zeta, x / zeta, beta, gamma)
-        for (beta, gamma, z, x), zeta in zip(
-            (tables[medium].cells for medium in chi) if tables else (), zetas, strict=False
-        )
+    zetas = vertical_penetration(coefficients_of_media)
+    tables_over_zeta = []
+    for medium, zeta in zip(chi, zetas, strict=True):
+        beta, gamma, alpha_z, alpha_x = tables[medium].cells
+        tables_over_zeta.append(TableProfile(alpha_z / zeta, alpha_x / zeta, beta, gamma))
+    return Reference(
+        name,
+        tuple(chi),
+        np.array(list(chi.values())),
+        coefficients[GENERIC],
+        coefficients_of_media / zetas[:, None],
+        printed,
+        tuple(tables_over_zeta),
     )
-    return Reference(name, tuple(chi), values, coefficients[GENERIC], scaled, printed, over_zeta)
 
 
 PAPER_RULE = 0.05
@@ -262,9 +266,9 @@ def published(method: str = "lsq") -> Reference:
         return _by_least_squares()
     rows = load("table_s3").query("quantity == 'chi'")
     chi = dict(zip(rows["medium"], rows["value"].astype(float), strict=True))
-    arrays = {medium: fourier.as_array(coefficients(medium)) for medium in (*MEDIA, GENERIC)}
+    printed = {name: fourier.as_array(coefficients(name)) for name in (*MEDIA, GENERIC)}
     name = "published Tables S2 and S3, method dft-index as printed"
-    return reference_from(name, chi, arrays, printed=True, tables=_published_tables())
+    return reference_from(name, chi, printed, _published_tables(), printed=True)
 
 
 @cache
@@ -389,17 +393,16 @@ class ScaledMedium(Scaled, KnownMedium, OneTest):
         alpha_z, alpha_x : tuple of numpy.ndarray, shape (...)
             Value, lower and upper end, N/cm^3.
         """
-        z, x = fourier.evaluate(self.reference.m0, beta, gamma)
-        fitted = [
-            fourier.evaluate(coefficients, beta, gamma) for coefficients in self.reference.scaled
-        ]
-        tables = [table.alpha(beta, gamma) for table in self.reference.tables]
+        reference = self.reference
+        alpha_by_m0 = fourier.evaluate(reference.m0, beta, gamma)
+        alpha_by_terms = [fourier.evaluate(terms, beta, gamma) for terms in reference.scaled]
+        alpha_by_tables = [table.alpha(beta, gamma) for table in reference.tables]
         intervals = []
-        for component, generic in enumerate((z, x)):
-            by_terms, by_tables = (
-                [alpha[component] for alpha in alphas] for alphas in (fitted, tables)
+        for component, generic in enumerate(alpha_by_m0):
+            of_media, measured = self.of_media(
+                [alpha[component] for alpha in alpha_by_terms],
+                [alpha[component] for alpha in alpha_by_tables],
             )
-            of_media, measured = self.of_media(by_terms, by_tables)
             intervals.append(self.with_interval(generic, of_media, measured=measured))
         return intervals[0], intervals[1]
 
@@ -446,11 +449,10 @@ class ScaledMedium(Scaled, KnownMedium, OneTest):
         """
         beta, gamma = (angles.ravel() for angles in np.meshgrid(BETA_DEG, GAMMA_DEG, indexing="ij"))
         columns = {"beta_deg": beta, "gamma_deg": gamma}
-        for component, parts in zip(
-            "zx", self.alpha(np.radians(beta), np.radians(gamma)), strict=True
-        ):
-            for end, values in zip(("", "_lo", "_hi"), parts, strict=True):
-                columns[column(component, end)] = values
+        intervals = self.alpha(np.radians(beta), np.radians(gamma))
+        for component, interval in zip(COMPONENTS, intervals, strict=True):
+            for end, alpha in zip(("", "_lo", "_hi"), interval, strict=True):
+                columns[column(component, end)] = alpha
         return columns
 
 
@@ -567,7 +569,7 @@ class MediumFit:
     @cached_property
     def _alpha_draws(self) -> tuple[FloatArray, FloatArray]:
         """Draws of alpha_z and alpha_x of the table within its errors, each of shape (draws, n)."""
-        return draws_of(self.table, self.config)
+        return draw_as_configured(self.table, self.config)
 
     @cached_property
     def draws(self) -> FloatArray:
@@ -627,7 +629,7 @@ def _medium_of(table: pd.DataFrame) -> str:
 
 
 def fit_terms(table: pd.DataFrame, config: Config, method: str) -> MediumFit:
-    """Fit one alpha table by one method: all nine terms first, which show the terms to keep, then those alone."""
+    """Fit one alpha table by one method: all nine terms first, whose sizes decide which to keep, then the kept ones."""
     alpha, angles, is_flagged = alpha_columns(table), directions(table), flagged(table)
     unflagged_z, unflagged_x = np.where(is_flagged, np.nan, alpha)
     if config.fit.flagged == "leave_out":
@@ -657,8 +659,18 @@ def fit_terms(table: pd.DataFrame, config: Config, method: str) -> MediumFit:
                 without_flagged = _fit_coefficients(method, angles, unflagged, keep)
     cell = cell_at(table, 0, 90, config.grid.angle_tolerance_deg)
     measured = np.nan if cell is None else float(cell[column("z")])
-    numbers = full, keep, used, measured
-    return MediumFit(_medium_of(table), method, *numbers, table, config, why, without_flagged)
+    return MediumFit(
+        _medium_of(table),
+        method,
+        full=full,
+        keep=keep,
+        used=used,
+        alpha_z=measured,
+        table=table,
+        config=config,
+        why=why,
+        without_flagged=without_flagged,
+    )
 
 
 def _fit_coefficients(
@@ -670,8 +682,8 @@ def _fit_coefficients(
     """Fit the terms of `keep` (None: all nine) by one method; returns shape (..., 9), with 0 for the other terms."""
     if method == "lsq":
         return fourier.fit_lsq(*angles, *alpha, keep)
-    values = fourier.fit_dft_index(*angles, *alpha)
-    return values if keep is None else np.where(keep, values, 0.0)
+    all_terms = fourier.fit_dft_index(*angles, *alpha)
+    return all_terms if keep is None else np.where(keep, all_terms, 0.0)
 
 
 def generic_interval(fits: Sequence[MediumFit], confidence: float) -> tuple[FloatArray, FloatArray]:
@@ -692,16 +704,16 @@ def reference_of(fits: Sequence[MediumFit], method: str) -> Reference:
     ]
     if len(fits_of_method) < FEWEST_MEDIA:
         return published(method)
-    values = {fit.medium: fit.used for fit in fits_of_method}
+    coefficients_of_media = {fit.medium: fit.used for fit in fits_of_method}
     chi = {fit.medium: float(chi_of(fit.alpha_z, fit.used)) for fit in fits_of_method}
-    m0 = generic(np.stack([fit.used for fit in fits_of_method]))
+    m0 = generic(np.stack([*coefficients_of_media.values()]))
     tables = {fit.medium: TableProfile.from_table(fit.table) for fit in fits_of_method}
     name = f"this campaign, method {method}"
-    return reference_from(name, chi, values | {GENERIC: m0}, tables=tables)
+    return reference_from(name, chi, coefficients_of_media | {GENERIC: m0}, tables)
 
 
 def routine(method: str, *, printed: bool = False) -> str:
-    """Return the name of the method of a natural sand in the tables; `printed`: scaled from the published media."""
+    """Return the name of the method of a natural sand in tables; `printed`: True if scaled from the published media."""
     return f"scaling routine ({method}{', published media' if printed else ''})"
 
 

@@ -18,10 +18,11 @@ from rftfit.conventions import FloatArray, mirror, wrap_beta
 from rftfit.directions import TOLERANCE_DEG
 from rftfit.model.draws import SEED_OF_MAPS
 from rftfit.model.energy import mean_effort, takes_energy
-from rftfit.model.likelihood import Likelihood
+from rftfit.model.likelihood import Likelihood, Measurements
 from rftfit.model.observations import Angles
 from rftfit.model.prior import (
     ZERO_VARIANCE,
+    Blocks,
     Prior,
     Variation,
     rough_kernel,
@@ -86,18 +87,17 @@ class Shapes:
         prior = self.prior(*PUBLISHED_GRID)
         mean = prior.mean
         # alpha that is 0 by symmetry has no variance
-        varies = np.diag(prior.covariance(0.0)) > ZERO_VARIANCE
+        varies = np.flatnonzero(np.diag(prior.covariance(0.0)) > ZERO_VARIANCE)
         # a medium with exactly the mean shape, measured everywhere without error
-        exact = 1e-6 * np.abs(mean).max() * np.eye(int(varies.sum()))
-        likelihood = Likelihood(prior, np.flatnonzero(varies), 0.0, mean[varies], exact**2)
-        is_x = np.arange(mean.size)[varies] >= mean.size // 2
-        allowed = likelihood.horizontal(is_x, 1.0)[1]
+        exact = (1e-6 * np.abs(mean).max()) ** 2 * np.eye(varies.size)
+        likelihood = Likelihood(Measurements(prior, varies, mean[varies], exact), 0.0)
+        allowed = likelihood.fit_horizontal_ratio(varies >= mean.size // 2, 1.0)[1]
         return float(log_ratios.std(ddof=1)) * np.sqrt(1 + 1 / log_ratios.size), allowed
 
     def horizontal_error(self, seen: float) -> float:
         """Return the standard deviation of an estimate of log(alpha_x / alpha_z) of a medium like the known ones.
 
-        `seen`: standard error of the estimate from some pushes by `Likelihood.horizontal`. It includes what C and K
+        `seen`: standard error of the estimate from some pushes by `Likelihood.fit_horizontal_ratio`. It includes what C and K
         allow, which is replaced by the scatter of the known media.
         """
         known_spread, allowed = self.horizontal_spread
@@ -140,12 +140,11 @@ class Shapes:
         corner of alpha their mean would be too small.
         """
         step_deg = _CHOSEN.slope_step_deg
-        steps = step_deg * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
-        beta, gamma = (
-            np.radians(angles + steps[:, axis, None]).ravel()
-            for axis, angles in enumerate((beta_deg, gamma_deg))
-        )
-        mean = self.of_media(beta, gamma).mean(axis=0).reshape(2, len(steps), -1)
+        # no step, a step up and down in beta, a step up and down in gamma
+        beta_steps, gamma_steps = step_deg * np.array([[0, 1, -1, 0, 0], [0, 0, 0, 1, -1]])
+        beta = np.radians(beta_deg + beta_steps[:, None]).ravel()
+        gamma = np.radians(gamma_deg + gamma_steps[:, None]).ravel()
+        mean = self.of_media(beta, gamma).mean(axis=0).reshape(2, beta_steps.size, -1)
         above, below = mean[:, 1::2] - mean[:, :1], mean[:, :1] - mean[:, 2::2]
         size = np.hypot(above, below) / (np.sqrt(2) * step_deg)
         return mean[:, 0], np.moveaxis(np.copysign(size, above + below), 1, -1)
@@ -155,26 +154,29 @@ class Shapes:
         courses = course_between_lines(beta, gamma)
         media_shapes = self._with_course(beta, gamma, courses.mean(axis=0))
         mean, count, variation = media_shapes.mean(axis=0), len(media_shapes), self.variation
+        # sample covariance of a further medium about the mean of `count` media, times the factor `media`
         between = (media_shapes - mean) * np.sqrt(variation.media * (1 + 1 / count) / (count - 1))
         # two more terms of C: courses differ by friction, and a medium may have less or more of the mean course
         courses = self.levels.mean() * courses
         course = courses.mean(axis=0)
         by_friction = (courses - course) / np.sqrt(len(courses) - 1)
         between = np.concatenate([between, by_friction, variation.course_share * course[None]])
-        amplitude = variation.floor + variation.share * np.abs(mean)
-        amplitude_on_grid = variation.floor + variation.share * np.abs(self._mean_on_grid)
-        smooth = symmetric_correlation(beta, gamma, partial(smooth_kernel, variation))
-        rough = symmetric_correlation(beta, gamma, partial(rough_kernel, variation))
-        return Prior(
-            mean,
-            between,
-            smooth.changed(lambda at, k: np.outer(amplitude[at], amplitude[at]) * k),
-            rough.changed(lambda _, r: np.mean(amplitude_on_grid**2) * r),
+        # the standard deviation of K depends on the mean there, that of R is the same everywhere
+        sd_z, sd_x = np.split(variation.floor + variation.share * np.abs(mean), 2)
+        sd_on_grid = variation.floor + variation.share * np.abs(self._mean_on_grid)
+        rough_variance = np.mean(sd_on_grid**2)
+        (smooth_z, smooth_x), (rough_z, rough_x) = (
+            symmetric_correlation(beta, gamma, partial(kernel, variation))
+            for kernel in (smooth_kernel, rough_kernel)
         )
+        z, x = np.split(np.arange(mean.size), 2)
+        smooth = np.outer(sd_z, sd_z) * smooth_z, np.outer(sd_x, sd_x) * smooth_x
+        rough = rough_variance * rough_z, rough_variance * rough_x
+        return Prior(mean, between, Blocks((z, x), smooth), Blocks((z, x), rough))
 
     @property
     def tilt(self) -> float:
-        """Exponent that makes media of large effort less likely (`Posterior.draws`): `TILT_SHARE` of the full tilt."""
+        """Exponent that makes media of large effort less likely (`Posterior.draw_media`): `TILT_SHARE` of the full tilt."""
         return TILT_SHARE * self._full_tilt if TILT_SHARE else 0.0
 
     @cached_property
@@ -283,14 +285,12 @@ def course_between_lines(beta: FloatArray, gamma: FloatArray) -> FloatArray:
 
 def _law_less_its_lines(friction: float, beta: FloatArray, gamma: FloatArray) -> FloatArray:
     """Return `course_between_lines` for one friction, shape (2 n,)."""
-    image = mirror(beta, gamma)
-    # the mean with the mirror image has exactly the symmetry of alpha; a plate at 90 degrees is the one at -90
-    law_here, law_at_mirror = (
-        alpha_3drft(wrap_beta(angles[0]), angles[1], friction) for angles in ((beta, gamma), image)
-    )
-    law = np.concatenate(
-        [(law_here[0] + law_at_mirror[0]) / 2, (law_here[1] - law_at_mirror[1]) / 2]
-    )
+    image_beta, image_gamma = mirror(beta, gamma)
+    # a plate at 90 degrees is the one at -90
+    z, x = alpha_3drft(wrap_beta(beta), gamma, friction)
+    z_of_image, x_of_image = alpha_3drft(wrap_beta(image_beta), image_gamma, friction)
+    # the mean with the mirror image has exactly the symmetry of alpha
+    law = np.concatenate([(z + z_of_image) / 2, (x - x_of_image) / 2])
     return law - np.concatenate(_law_on_lines(friction).alpha(beta, gamma))
 
 

@@ -46,9 +46,9 @@ class Torus(NamedTuple):
         count = np.zeros(total.shape)
         # a direction has few cells: the loop goes over these, for all directions at a time
         for cell, sign_of_cell in zip(self.cell.T, sign.T, strict=True):
-            values = alpha[..., cell] * sign_of_cell
-            is_finite = np.isfinite(values) & (cell >= 0)
-            np.add(total, values, out=total, where=is_finite)
+            signed_alpha = alpha[..., cell] * sign_of_cell
+            is_finite = np.isfinite(signed_alpha) & (cell >= 0)
+            np.add(total, signed_alpha, out=total, where=is_finite)
             count += is_finite
         return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
@@ -64,53 +64,52 @@ def torus(beta: FloatArray, gamma: FloatArray, *, images: bool = True) -> Torus:
     image_beta, image_gamma = mirror(beta, gamma) if images else (beta[:0], gamma[:0])
     beta_deg = np.degrees(np.concatenate([beta, image_beta]))
     gamma_deg = np.degrees(np.concatenate([gamma, image_gamma]))
-    rows = np.round((beta_deg + 90) * _PER_DEGREE).astype(np.int64) % (180 * _PER_DEGREE)
-    columns = np.round((gamma_deg + 180) * _PER_DEGREE).astype(np.int64) % (360 * _PER_DEGREE)
-    key = rows * (360 * _PER_DEGREE) + columns
-    _, first_cells, number = np.unique(key, return_index=True, return_inverse=True)
-    # cells sorted by the number of their direction; slot: how many cells of the same direction come before
+    # one whole number for each direction, equal for angles that agree to a millionth of a degree
+    beta_steps = np.round((beta_deg + 90) * _PER_DEGREE).astype(np.int64) % (180 * _PER_DEGREE)
+    gamma_steps = np.round((gamma_deg + 180) * _PER_DEGREE).astype(np.int64) % (360 * _PER_DEGREE)
+    _, first, number = np.unique(
+        beta_steps * (360 * _PER_DEGREE) + gamma_steps, return_index=True, return_inverse=True
+    )
+    # cells and images sorted by the number of their direction; slot: how many of the same direction come before
     order = np.argsort(number, kind="stable")
     number = number[order]
-    slot = np.arange(key.size) - np.searchsorted(number, number)
-    cell = np.full((first_cells.size, int(slot.max(initial=-1)) + 1), -1)
+    slot = np.arange(number.size) - np.searchsorted(number, number)
+    cell = np.full((first.size, int(slot.max(initial=-1)) + 1), -1)
     sign = np.ones(cell.shape)
-    cell[number, slot] = order % beta.size if beta.size else 0
+    cell[number, slot] = order % max(beta.size, 1)
     sign[number, slot] = np.where(order < beta.size, 1.0, -1.0)
     return Torus(
-        np.radians((beta_deg[first_cells] + 90) % 180 - 90) if first_cells.size else np.empty(0),
-        np.radians((gamma_deg[first_cells] + 180) % 360 - 180) if first_cells.size else np.empty(0),
+        np.radians((beta_deg[first] + 90) % 180 - 90),
+        np.radians((gamma_deg[first] + 180) % 360 - 180),
         cell,
         sign,
     )
 
 
-def each_once(beta: FloatArray, gamma: FloatArray) -> tuple[npt.NDArray[np.intp], Torus]:
+def list_once(beta: FloatArray, gamma: FloatArray) -> tuple[npt.NDArray[np.intp], Torus]:
     """List the directions of a table, where a direction and its mirror image count as one.
 
     Of the two the one with |gamma| up to 90 degrees is listed, if the table has it.
     Returns indices of the cells whose directions are listed, and a torus of these directions alone.
     """
+    # cells in the order of preference: those beyond |gamma| = 90 degrees, and of these at beta = -90 degrees, come last
     edge = np.pi / 2 + 1e-9
     order = np.lexsort((gamma, beta, beta < 1e-9 - np.pi / 2, np.abs(gamma) > edge))
-    sorted_torus = torus(beta[order], gamma[order])
-    cell = np.where(sorted_torus.cell < 0, beta.size, sorted_torus.cell)
-    slot = cell.argmin(axis=1, keepdims=True)
-    first_cells = np.take_along_axis(cell, slot, axis=1)[:, 0]
-    # a direction and its mirror image have the same cells: the first of these cells has one of the two itself, which
-    # is kept
-    unmirrored = np.flatnonzero(np.take_along_axis(sorted_torus.sign, slot, axis=1)[:, 0] > 0)
-    unmirrored = unmirrored[np.argsort(first_cells[unmirrored])]
-    listed = Torus(
-        sorted_torus.beta[unmirrored],
-        sorted_torus.gamma[unmirrored],
-        np.where(sorted_torus.cell[unmirrored] < 0, -1, order[sorted_torus.cell[unmirrored]]),
-        sorted_torus.sign[unmirrored],
-    )
-    return order[first_cells[unmirrored]], listed
+    whole = torus(beta[order], gamma[order])
+    # the best cell of each direction and its slot; empty slots rank last
+    rank = np.where(whole.cell < 0, beta.size, whole.cell)
+    best_slot = rank.argmin(axis=1, keepdims=True)
+    best_rank = np.take_along_axis(rank, best_slot, axis=1)[:, 0]
+    # a direction and its mirror image have the same cells: the one in which the best cell lies itself is listed
+    listed = np.flatnonzero(np.take_along_axis(whole.sign, best_slot, axis=1)[:, 0] > 0)
+    listed = listed[np.argsort(best_rank[listed])]
+    cell = np.where(whole.cell < 0, -1, order[whole.cell])[listed]
+    directions = Torus(whole.beta[listed], whole.gamma[listed], cell, whole.sign[listed])
+    return order[best_rank[listed]], directions
 
 
-class Rectangle(NamedTuple):
-    """A table whose directions lie on a grid.
+class DirectionGrid(NamedTuple):
+    """The grid on which the directions of a table and their mirror images lie.
 
     `beta`, `gamma`: shape (nb,), (ng,); lines of the grid, rad, increasing, in the ranges of `Torus`.
     `torus`: the directions, with the angles of the lines.
@@ -122,71 +121,76 @@ class Rectangle(NamedTuple):
     torus: Torus
     node: npt.NDArray[np.intp]
 
-    def closed(self, alpha: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Extend the grid to beta from -90 to 90 and gamma from -180 to 180 degrees, where opposite ends are equal.
+    def complete(
+        self, alpha_z: FloatArray, alpha_x: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Complete alpha of the cells by mirror images, and by periods to beta -90 to 90 and gamma -180 to 180 degrees.
 
-        If no line lies at an end, alpha there is interpolated. In a gap wider than `WIDEST_DEG` a line of
-        NaN is added. `alpha`: shape (..., m), in the directions of the torus. Returns beta, gamma (rad) and alpha on
-        this grid.
+        If no line lies at an end, alpha there is interpolated; opposite ends are equal. In a gap wider than
+        `WIDEST_DEG` a line of NaN is added. `alpha_z`, `alpha_x`: shape (..., n), in the cells of the table. Returns
+        the lines of the completed grid in beta and gamma (rad), and both alpha at its nodes, shape (..., lines of beta,
+        lines of gamma).
         """
-        filled = np.where(self.node >= 0, alpha[..., self.node], np.nan)
-        gamma, values = _close(self.gamma, filled, np.pi)
-        beta, turned = _close(self.beta, np.swapaxes(values, -1, -2), np.pi / 2)
-        # contiguous, so that `TableProfile.parameters` needs no copy
-        return beta, gamma, np.ascontiguousarray(np.swapaxes(turned, -1, -2))
+        completed = []
+        for alpha in self.torus.complete(alpha_z, alpha_x):
+            filled = np.where(self.node >= 0, alpha[..., self.node], np.nan)
+            gamma, filled = _close(self.gamma, filled, np.pi)
+            beta, filled = _close(self.beta, np.swapaxes(filled, -1, -2), np.pi / 2)
+            # contiguous, so that `TableProfile.parameters` needs no copy
+            completed.append(np.ascontiguousarray(np.swapaxes(filled, -1, -2)))
+        return beta, gamma, completed[0], completed[1]
 
 
-def _close(nodes: FloatArray, values: FloatArray, half: float) -> tuple[FloatArray, FloatArray]:
-    """Extend values of a periodic angle along the last axis to both ends; `nodes` lie in [-half, half), rad."""
+def _close(nodes: FloatArray, alpha: FloatArray, half: float) -> tuple[FloatArray, FloatArray]:
+    """Extend alpha at `nodes` of a periodic angle, along the last axis, to both ends -half and half of the period, rad."""
     widest = np.radians(WIDEST_DEG)
     if np.isclose(nodes[0], -half):
-        end = values[..., :1]
         nodes = np.append(nodes, half)
-        values = np.concatenate([values, end], axis=-1)
+        alpha = np.concatenate([alpha, alpha[..., :1]], axis=-1)
     else:
         gap = nodes[0] + 2 * half - nodes[-1]
         share = (half - nodes[-1]) / gap if gap <= widest else np.nan
-        end = (1 - share) * values[..., -1:] + share * values[..., :1]
+        end = (1 - share) * alpha[..., -1:] + share * alpha[..., :1]
         nodes = np.concatenate([[-half], nodes, [half]])
-        values = np.concatenate([end, values, end], axis=-1)
+        alpha = np.concatenate([end, alpha, end], axis=-1)
     wide = np.flatnonzero(np.diff(nodes) > widest)
     middle = (nodes[wide] + nodes[wide + 1]) / 2
-    return np.insert(nodes, wide + 1, middle), np.insert(values, wide + 1, np.nan, axis=-1)
+    return np.insert(nodes, wide + 1, middle), np.insert(alpha, wide + 1, np.nan, axis=-1)
 
 
-def rectangle(beta: FloatArray, gamma: FloatArray) -> Rectangle | None:
+def find_grid(beta: FloatArray, gamma: FloatArray) -> DirectionGrid | None:
     """Find the grid on which the directions of a table lie; None if they are scattered.
 
     Angles that differ by less than `rftfit.directions.TOLERANCE_DEG` share a line. A table with fewer than two
     lines in either angle, or with more holes than values, is no grid.
     """
     # by the size of beta, so that a direction and its mirror image share the lines beta and -beta
-    size = _lined_up(np.abs(np.degrees(beta)), (0.0, 90.0))
-    return grid_of_directions(
-        torus(np.radians(np.copysign(size, beta)), np.radians(_lined_up(np.degrees(gamma))))
+    size = _move_to_lines(np.abs(np.degrees(beta)), (0.0, 90.0))
+    return find_exact_grid(
+        torus(np.radians(np.copysign(size, beta)), np.radians(_move_to_lines(np.degrees(gamma))))
     )
 
 
-def grid_of_directions(directions: Torus) -> Rectangle | None:
+def find_exact_grid(directions: Torus) -> DirectionGrid | None:
     """Find the grid on which directions lie exactly, without moving an angle to a line; None if they are scattered."""
-    rows, row = np.unique(directions.beta.round(9), return_inverse=True)
-    columns, column = np.unique(directions.gamma.round(9), return_inverse=True)
-    if min(rows.size, columns.size) < 2 or row.size < LEAST_FILL * rows.size * columns.size:
+    beta, row = np.unique(directions.beta.round(9), return_inverse=True)
+    gamma, column = np.unique(directions.gamma.round(9), return_inverse=True)
+    if min(beta.size, gamma.size) < 2 or row.size < LEAST_FILL * beta.size * gamma.size:
         return None
-    node = np.full((rows.size, columns.size), -1)
+    node = np.full((beta.size, gamma.size), -1)
     node[row, column] = np.arange(row.size)
     # the lines have the exact angles, which were rounded for the search alone
-    rows[row], columns[column] = directions.beta, directions.gamma
-    return Rectangle(rows, columns, directions, node)
+    beta[row], gamma[column] = directions.beta, directions.gamma
+    return DirectionGrid(beta, gamma, directions, node)
 
 
-def _lined_up(angles_deg: FloatArray, exact: tuple[float, ...] = ()) -> FloatArray:
+def _move_to_lines(angles_deg: FloatArray, exact: tuple[float, ...] = ()) -> FloatArray:
     """Replace angles that are nearly equal by their median, or by an angle of `exact` if one is near."""
-    values, value_number = np.unique(angles_deg, return_inverse=True)
-    line = np.cumsum(np.diff(values, prepend=values[:1]) > TOLERANCE_DEG)
+    angles, number = np.unique(angles_deg, return_inverse=True)
+    # a step wider than the tolerance begins a new line
+    line = np.cumsum(np.diff(angles, prepend=angles[:1]) > TOLERANCE_DEG)
     for line_number in np.unique(line):
-        angles_of_line = values[line == line_number]
-        middle = float(angles_of_line[angles_of_line.size // 2])
-        near = [e for e in exact if abs(angles_of_line - e).min() <= TOLERANCE_DEG / 2]
-        values[line == line_number] = near[0] if near else middle
-    return values[value_number]
+        of_line = angles[line == line_number]
+        near = [e for e in exact if abs(of_line - e).min() <= TOLERANCE_DEG / 2]
+        angles[line == line_number] = near[0] if near else of_line[of_line.size // 2]
+    return angles[number]

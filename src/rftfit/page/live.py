@@ -161,7 +161,7 @@ def scaling_references(results: Results) -> list[scaling.Reference]:
             f"this campaign, method {method}",
             chi,
             coefficients,
-            tables={medium: TableProfile.from_table(results[medium].alpha) for medium in chi},
+            {medium: TableProfile.from_table(results[medium].alpha) for medium in chi},
         ),
         scaling.published(method),
     ]
