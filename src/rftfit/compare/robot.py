@@ -17,7 +17,8 @@ from rftfit.compare.published import (
     Item,
     Tolerance,
     compare_numbers,
-    stated,
+    make_item,
+    same_if,
 )
 from rftfit.conventions import FloatArray
 from rftfit.measure.flags import reason_cells, remark
@@ -64,7 +65,7 @@ def robot_claims(errors: pd.DataFrame, optimum: pd.DataFrame, speed: pd.DataFram
         + _compare_overturning(speed)
         + _compare_phases(speed)
         + [
-            stated(
+            make_item(
                 "robot: seconds of computing for one of motion",
                 "text",
                 10,
@@ -84,12 +85,12 @@ def _compare_overturning(speed: pd.DataFrame) -> list[Item]:
         return []
     over = int((near["outcome"] == "tipped").sum())
     return [
-        stated(
+        make_item(
             f"robot, depth-only: runs at R'/r of {_NEAR_ONE} and more that turn over",
             "Fig. S13",
             "it turns over near R'/r = 1",
             over,
-            over > 0,
+            same_if(over > 0),
             TEXT,
             f"{over} of {len(near)} runs",
         )
@@ -104,10 +105,10 @@ def _compare_phases(speed: pd.DataFrame) -> list[Item]:
     item, says = "robot: change of speed by the starting phase, largest, cm/s", "far below 1"
     if spread.empty:
         why = "one starting phase in this run; `rftfit sweep` has three"
-        return [stated(item, "text", says, "not varied", UNJUDGED, TEXT, why)]
+        return [make_item(item, "text", says, "not varied", UNJUDGED, TEXT, why)]
     most = float(spread.max())
     why = f"median {spread.median():.2g} over {len(spread)} conditions"
-    return [stated(item, "text", says, most, most < _PHASE.value, TEXT, why, _PHASE)]
+    return [make_item(item, "text", says, most, same_if(most < _PHASE.value), TEXT, why, _PHASE)]
 
 
 def _compare_shares(errors: pd.DataFrame, profile: str) -> list[Item]:
@@ -128,12 +129,14 @@ def _compare_shares(errors: pd.DataFrame, profile: str) -> list[Item]:
             why += f"; {_describe_outside(predicted, percent, profile)}"
         name = f"robot, {title}: speeds within {percent} %, % of conditions"
         if profile == "table":
-            items.append(stated(name, _WHERE, paper, ours, ours >= paper, MEASURED, why, _SHARE))
+            items.append(
+                make_item(name, _WHERE, paper, ours, same_if(ours >= paper), MEASURED, why, _SHARE)
+            )
         elif percent < max(PAPER_SHARES):
             continue
         elif profile == "generic":
             says = "reasonable accuracy"
-            items.append(stated(name, "text, Fig. S13", says, ours, UNJUDGED, MEASURED, why))
+            items.append(make_item(name, "text, Fig. S13", says, ours, UNJUDGED, MEASURED, why))
         else:
             most = float(predicted["error_percent"].abs().max())
             name = f"robot, {title}: largest error of speed, %"
