@@ -114,7 +114,7 @@ def compare_numbers(
     return make_item(item, where, paper, ours, verdict, evidence, why, tolerance, media, interval)
 
 
-def same_if(statement_holds: bool) -> str:
+def same_if(statement_holds: bool | np.bool_) -> str:
     """Return the verdict on a statement of the paper that holds here or does not."""
     return SAME if statement_holds else DIFFERS
 
@@ -237,8 +237,9 @@ def compare_coefficients(
             continue
         printed = coefficients(published_name)
         sources = ours["medium"] if is_generic else [medium]
+        row_of_term = rows_of_medium.to_dict("index")
         for term in TERMS:
-            row = rows_of_medium.loc[term]
+            row = row_of_term[term]
             if printed[term] == 0:
                 items.append(_compare_printed_zero(str(medium), term, row, sources))
                 continue
@@ -286,7 +287,7 @@ def _compare_uneven_steps(coefficient_table: pd.DataFrame) -> list[Item]:
 
 
 def _compare_printed_zero(
-    medium: str, term: str, row: pd.Series[float], sources: Iterable[Any]
+    medium: str, term: str, row: Mapping[Any, Any], sources: Iterable[Any]
 ) -> Item:
     """Compare a term that the paper prints as zero, though its stated rule may keep it; `sources`: media behind it."""
     name = f"{medium}: {term}, N/cm^3"
