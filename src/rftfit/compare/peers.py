@@ -91,8 +91,8 @@ def compare_runs(
     columns = {
         "medium": medium,
         "run_id": runs["run_id"],
-        "beta_deg": beta_deg,
-        "gamma_deg": gamma_deg,
+        "beta_deg": runs["beta_deg"],
+        "gamma_deg": runs["gamma_deg"],
         "n_others": run_count - 1,
         "beside": beside,
         "off_z_ratio": off_z,
