@@ -77,10 +77,9 @@ def test_default_runs_exist(runs):
         assert runs[f"poppy_LP_{ending}"].kind == "plate"
 
 
-def test_a_tare_of_another_medium_needs_one(config, tmp_path):
-    fault = {"media": ["poppy_LP"], "faults": ["wrong_medium_tare"]}
+def test_a_tare_of_another_medium_needs_one(config):
     with pytest.raises(InputError, match="has no tare of another medium among these runs; name a"):
-        prepare(config, **fault).write(tmp_path, tmp_path / "runs.csv")
+        prepare(config, media=["poppy_LP"], faults=["wrong_medium_tare"])
 
 
 def test_a_config_without_a_plate(config):

@@ -281,7 +281,7 @@ class JointModel:
         """Set alpha of the directions and its slopes over the angles; `alpha_around`: alpha as in `mean_around`."""
         points = alpha_around.reshape(2, 5, -1)[:, :, self.direction_of_run]
         itself, beta_above, beta_below, gamma_above, gamma_below = points.swapaxes(0, 1)
-        self.expected: FloatArray = itself
+        self.expected = itself
         self.by_beta: FloatArray = (beta_above - beta_below) / (2 * _RUNS.difference_deg)
         self.by_gamma: FloatArray = (gamma_above - gamma_below) / (2 * _RUNS.difference_deg)
 

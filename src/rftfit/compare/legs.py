@@ -419,7 +419,12 @@ def leg_errors(
                 confidence,
                 (peaks or {}).get((str(medium), str(leg), str(profile), component)),
             )
-            row = {"medium": medium, "leg": leg, "profile": profile, "component": component}
+            row: dict[str, Any] = {
+                "medium": medium,
+                "leg": leg,
+                "profile": profile,
+                "component": component,
+            }
             row |= numbers | {"verdict": judge(numbers)}
             if profile in WITH_MODEL_ERROR:
                 row |= errors_of_model

@@ -213,7 +213,8 @@ def optima(
     rows = []
     groups = speed.groupby(["medium", "profile"], sort=False)
     for (medium, profile), runs_of_profile in groups:
-        for frequency, runs in runs_of_profile.groupby("frequency_Hz"):
+        by_frequency: dict[Any, pd.DataFrame] = dict(iter(runs_of_profile.groupby("frequency_Hz")))
+        for frequency, runs in by_frequency.items():
             if runs["curvature_times_R"].nunique() < FEWEST_CURVATURES or frequency == 0:
                 continue
             is_calibrated = profile == "table" and bool(

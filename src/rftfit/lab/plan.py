@@ -480,4 +480,5 @@ def motion_at(parts: tuple[Segment, ...], elapsed_s: FloatArray) -> ArmMotion:
         for row, (first, last) in enumerate(zip(segment.start, segment.end, strict=True)):
             pose[row, in_segment] = first + (last - first) * share
     moving = np.array([segment.moving for segment in parts])[index]
-    return ArmMotion(clipped, *pose, travel, index, moving)
+    x_cm, z_cm, angle_deg = pose
+    return ArmMotion(clipped, x_cm, z_cm, angle_deg, travel, index, moving)
