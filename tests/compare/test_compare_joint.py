@@ -163,7 +163,7 @@ def test_a_shared_fault_is_told_by_its_cause(fault, kinds, groups, size):
         if cause.kind == "gain":
             estimate = (1 + estimate / 2) / (1 - estimate / 2) - 1
         assert estimate == pytest.approx(size, rel=0.25)
-    assert named_causes[0].times > 2
+    assert named_causes[0].errors_beyond > 2
 
 
 def test_a_label_of_the_run_sheet_is_told_by_its_name():

@@ -188,6 +188,7 @@ def test_runs_without_alpha_x_and_level_runs_at_other_depths():
     comparison = compare_run_sets(bare[0], bare[1])
     assert comparison.ratio == pytest.approx(1.2, rel=0.08)
     assert comparison.directions["difference_x_N_per_cm3"].isna().all()
+    assert comparison.directions["alpha_z_a_N_per_cm3"].notna().all()
     level = pd.DataFrame(
         {
             "beta_deg": 0.0,

@@ -26,7 +26,7 @@ from rftfit.errors import InputError
 from rftfit.lab.enact import prepare, run_logs
 from rftfit.lab.plan import PlannedRun, parse_directions
 from rftfit.lab.truth import table_s5
-from rftfit.lab.write import fixed, sheet_text
+from rftfit.lab.write import format_numbers, sheet_text
 from rftfit.measure.alpha import column
 from rftfit.measure.flags import Flags
 from rftfit.measure.read import readers
@@ -654,7 +654,7 @@ def change(written, name, transform):
     columns = values.reshape(-1, len(decimals)).T.copy()
     changed = transform(columns)
     columns = columns if changed is None else changed
-    written.logs[name] = (text[:start] + fixed(list(columns), decimals)).encode()
+    written.logs[name] = (text[:start] + format_numbers(list(columns), decimals)).encode()
 
 
 def of_logs(written, rows, transform, log="force_log"):

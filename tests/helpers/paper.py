@@ -18,7 +18,7 @@ from makers import write_yaml
 from rftfit import reference
 from rftfit.campaign.config import Config, Grid, Leg
 from rftfit.forces import prediction
-from rftfit.lab.enact import prepare, reenact, run_logs
+from rftfit.lab.enact import prepare, run_logs
 from rftfit.lab.plan import half_extents, plate_of
 from rftfit.lab.rig import FORCE_HZ, Lab, ideal, published_laws, random_numbers
 from rftfit.lab.truth import published_alpha, sand_stress, submerged_depth
@@ -422,7 +422,7 @@ def enact(root, values, sizes=NOTHING, **options):
     if sizes:
         reenact_disturbed(config, raw, raw / "runs.csv", sizes, **options)
     else:
-        reenact(config, raw, raw / "runs.csv", **options)
+        prepare(config, **options).write(raw, raw / "runs.csv")
     return path
 
 

@@ -10,7 +10,7 @@ import pytest
 from campaigns import FEW
 
 from rftfit.errors import InputError, OutputError
-from rftfit.lab.enact import reenact
+from rftfit.lab.enact import prepare
 from rftfit.lab.marker import MARKER, remove
 from rftfit.lab.plan import plan_runs, plate_of
 from rftfit.lab.rig import FAULTS
@@ -28,9 +28,9 @@ def test_same_seed_same_bytes(config, tmp_path):
     selection: Any = {"media": ["poppy_LP"], "directions": FEW}
     planned, run_count = len(plan_runs(config, **selection)), len(plan_runs(config))
     assert run_count == 933
-    sizes = reenact(config, first_folder, first_folder / "runs.csv", **selection)
-    reenact(config, second_folder, second_folder / "runs.csv", **selection)
-    reenact(config, sand_folder, sand_folder / "runs.csv", media=["yuma"])
+    sizes = prepare(config, **selection).write(first_folder, first_folder / "runs.csv")
+    prepare(config, **selection).write(second_folder, second_folder / "runs.csv")
+    prepare(config, media=["yuma"]).write(sand_folder, sand_folder / "runs.csv")
     marker = (first_folder / MARKER).read_text(encoding="utf-8")
     assert "seed 2013, media: poppy_LP, faults: none, grid: " in marker
     assert f"{(first_folder / 'runs.csv').stat().st_size} runs.csv\n" in marker
@@ -50,7 +50,7 @@ def test_folder_that_cannot_be_written(config, tmp_path):
     blocked = tmp_path / "raw"
     blocked.write_text("a file, no folder", encoding="utf-8")
     with pytest.raises(OutputError, match="cannot write"):
-        reenact(config, blocked, tmp_path / "runs.csv", media=["poppy_LP"])
+        prepare(config, media=["poppy_LP"]).write(blocked, tmp_path / "runs.csv")
     assert not (tmp_path / "runs.csv").exists()
 
 
@@ -66,7 +66,7 @@ def test_folder_that_cannot_be_written(config, tmp_path):
 def test_fault_that_cannot_be(config, tmp_path, fault, words):
     media = ["poppy_LP", "yuma"]
     with pytest.raises(InputError, match=words):
-        reenact(config, tmp_path, tmp_path / "runs.csv", media=media, faults=[fault])
+        prepare(config, media=media, faults=[fault]).write(tmp_path, tmp_path / "runs.csv")
     assert not list(tmp_path.iterdir())
 
 
@@ -77,10 +77,9 @@ def test_default_runs_exist(runs):
         assert runs[f"poppy_LP_{ending}"].kind == "plate"
 
 
-def test_a_tare_of_another_medium_needs_one(config, tmp_path):
-    fault = {"media": ["poppy_LP"], "faults": ["wrong_medium_tare"]}
+def test_a_tare_of_another_medium_needs_one(config):
     with pytest.raises(InputError, match="has no tare of another medium among these runs; name a"):
-        reenact(config, tmp_path, tmp_path / "runs.csv", **fault)
+        prepare(config, media=["poppy_LP"], faults=["wrong_medium_tare"])
 
 
 def test_a_config_without_a_plate(config):

@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from rftfit.bench.watch import Watch
-from rftfit.lab.enact import reenact
+from rftfit.lab.enact import prepare
 from rftfit.store.files import open_growing, open_note, set_time
 from rftfit.workflow.processes import hold_lock, stale_lock
 from rftfit.workflow.snakemake import listen
@@ -223,7 +223,7 @@ def test_a_watch_and_a_re_enactment_lead_to_no_byte_either(tiny, tmp_path):
     os.link(campaign.config, log)
     states = read_states(tiny["done"].config)[0]
     config, sheet = states.campaign.config, campaign.root / "raw" / "paper" / "runs.csv"
-    reenact(config, campaign.root / Path(config.raw), sheet, legs=False)
+    prepare(config, legs=False).write(campaign.root / Path(config.raw), sheet)
     contents = {name: content for name, (content, _) in lab_files(campaign.root).items()}
     after = {name: content for name, (content, _) in before.items()}
     marker = {name for name in after if name.endswith("REENACTED.txt")}

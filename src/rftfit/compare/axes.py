@@ -1,13 +1,13 @@
 """Evidence for each set of axes that a configuration can state by mistake, by the shape that known media share.
 
 A plate that is pushed down is pushed up by the grains, and so on in every direction: the shape of known media fits the
-right axes and no others. `docs/theory/checks.md` states how often the axes of simulated campaigns are told.
+right axes and no others. `docs/theory/checks.md` states how often the mistakes of simulated campaigns are found.
 """
 
 from __future__ import annotations
 
 import math
-from itertools import product
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -55,14 +55,14 @@ def axes_evidence(runs: RunSlopes, without: tuple[str, ...] = ()) -> dict[str, f
     """
     number = number_directions(runs.beta_deg, runs.gamma_deg, tolerance_deg=runs.tolerance_deg)
     first_runs = np.unique(number)
-    directions_deg = runs.beta_deg[first_runs], runs.gamma_deg[first_runs]
+    beta_deg, gamma_deg = runs.beta_deg[first_runs], runs.gamma_deg[first_runs]
     alpha = np.stack(
         [np.median(runs.alpha[:, number == direction], axis=1) for direction in first_runs], axis=1
     )
     side = runs.side[first_runs]
     level = np.hypot(*alpha)
     error = np.tile(np.hypot(_CHOSEN.scatter * level, _CHOSEN.of_medium * level.max()), 2)
-    beta_deg, gamma_deg = directions_deg
+    # axes of each mistake, by the sign of beta that is right with it
     axes_by_sign = {1: {name: name for name in AXES}}
     is_slanted = has_sign(beta_deg, runs.tolerance_deg)
     if is_slanted.any():
@@ -70,19 +70,17 @@ def axes_evidence(runs: RunSlopes, without: tuple[str, ...] = ()) -> dict[str, f
     if (is_slanted & has_sign(gamma_deg, runs.tolerance_deg)).any():
         # a mirror image, which on a vertical path is as right as what it mirrors
         axes_by_sign[-1][BETA_AND_X_REVERSED] = "x-reversed"
-    evidence = {name: -math.inf for names in axes_by_sign.values() for name in names}
-    for rough_share, (sign, axes_of_mistakes) in product(
-        _CHOSEN.rough_shares, axes_by_sign.items()
-    ):
-        shape = _KnownShape(
-            *prior_of_media(sign * beta_deg, gamma_deg, rough_share, without), error
-        )
-        for name, axes in axes_of_mistakes.items():
+    evidence: dict[str, float] = {}
+    for sign, axes_of_mistakes in axes_by_sign.items():
+        alphas = []
+        for axes in axes_of_mistakes.values():
+            # axes turn the force as it was measured, before alpha_x of pulls got the other sign
             alpha_z, alpha_x = np.array(AXES[axes]) @ np.stack([alpha[0], side * alpha[1]])
-            total = shape.log_evidence(np.concatenate([alpha_z, side * alpha_x]))
-            evidence[name] = float(np.logaddexp(evidence[name], total))
-    evidence = {name: value - evidence["as-given"] for name, value in evidence.items()}
-    return evidence | _evidence_for_pulls(*directions_deg, alpha, without, runs.tolerance_deg)
+            alphas.append(np.concatenate([alpha_z, side * alpha_x]))
+        sums = _log_evidence(sign * beta_deg, gamma_deg, alphas, error, without)
+        evidence |= zip(axes_of_mistakes, sums, strict=True)
+    factors = {name: log_sum - evidence["as-given"] for name, log_sum in evidence.items()}
+    return factors | _evidence_for_pulls(beta_deg, gamma_deg, alpha, without, runs.tolerance_deg)
 
 
 def _evidence_for_pulls(
@@ -95,26 +93,37 @@ def _evidence_for_pulls(
     """Find the evidence that beta of pulls has the other sign; empty where no pull has a beta that could be reversed.
 
     Pulls are weak beside pushes, so the departure of a medium from the shape is taken in proportion to alpha of each
-    direction.
+    direction. `alpha`: of n directions, (2, n).
     """
     is_pull = (gamma_deg < -1) & has_sign(beta_deg, tolerance_deg)
     if not is_pull.any():
         return {}
     level = np.hypot(*alpha)
-    error = np.tile(
-        np.hypot(_CHOSEN.of_direction * level, _CHOSEN.least_of_direction * level.max()), 2
+    least = _CHOSEN.least_of_direction * level.max()
+    error = np.tile(np.hypot(_CHOSEN.of_direction * level, least), 2)
+    as_stated, reversed_sign = (
+        _log_evidence(signed_beta_deg, gamma_deg, [alpha.ravel()], error, without)[0]
+        for signed_beta_deg in (beta_deg, np.where(is_pull, -beta_deg, beta_deg))
     )
-    reversed_beta_deg = np.where(is_pull, -beta_deg, beta_deg)
-    evidence_of_signs = []
-    for signed_beta_deg in (beta_deg, reversed_beta_deg):
-        log_evidence = -math.inf
-        for rough_share in _CHOSEN.rough_shares:
-            moments = prior_of_media(signed_beta_deg, gamma_deg, rough_share, without)
-            total = _KnownShape(*moments, error).log_evidence(alpha.ravel())
-            log_evidence = float(np.logaddexp(log_evidence, total))
-        evidence_of_signs.append(log_evidence)
-    as_stated, reversed_sign = evidence_of_signs
     return {PULLS: reversed_sign - as_stated}
+
+
+def _log_evidence(
+    beta_deg: FloatArray,
+    gamma_deg: FloatArray,
+    alphas: Sequence[FloatArray],
+    error: FloatArray,
+    without: tuple[str, ...],
+) -> list[float]:
+    """Return the logarithm of the likelihood of each alpha at n directions, summed over size and share of the rough shape.
+
+    `alphas`: each of shape (2 n,), z first. `error`: their standard error, (2 n,).
+    """
+    by_share = []
+    for rough_share in _CHOSEN.rough_shares:
+        shape = _KnownShape(*prior_of_media(beta_deg, gamma_deg, rough_share, without), error)
+        by_share.append([shape.log_evidence(alpha) for alpha in alphas])
+    return [float(log_sum) for log_sum in np.logaddexp.reduce(by_share, axis=0)]
 
 
 class _KnownShape:

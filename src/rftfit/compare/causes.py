@@ -19,7 +19,7 @@ from rftfit.compare.joint import (
     KINDS,
     WINDOW,
     Cause,
-    Found,
+    FoundCause,
     JointModel,
     RunSlopes,
     Scan,
@@ -51,33 +51,31 @@ def compare_all_runs(
     angle_deg: float,
     tolerance_deg: float = TOLERANCE_DEG,
 ) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
-    """Look for causes that the runs of a medium share, for other axes, and for runs in wrong rows of the sheet.
+    """Find causes that the runs of a medium share, likelier axes, and runs in wrong rows of the sheet.
 
-    Returns tables of the columns `CAUSE_COLUMNS`, `AXES_COLUMNS` and `MISPLACED_COLUMNS`.
-
-    `angle_deg`: Standard deviation of the angles of a run. `tolerance_deg`: Difference of each angle up to which runs are of
-    one direction.
+    Returns tables of the columns `CAUSE_COLUMNS`, `AXES_COLUMNS` and `MISPLACED_COLUMNS`. `fits`: table of fits of the
+    medium. `sheet`: runs of the medium by run_id. `angle_deg`: standard deviation of the angles of a run.
+    `tolerance_deg`: difference of each angle up to which runs are of one direction.
     """
     runs, run_ids = _select_runs(fits, sheet, tolerance_deg)
-    if runs.size < FEWEST_RUNS or not np.any(runs.alpha):
+    can_be_compared = bool(np.any(runs.alpha))
+    if runs.size < FEWEST_RUNS or not can_be_compared:
         rows = [_unchecked_row(kind, NO_RUNS) for kind in KINDS]
-        causes = pd.DataFrame(rows, columns=CAUSE_COLUMNS).assign(medium=medium)
     else:
-        told, scan = find_causes(JointModel(runs, (angle_deg, angle_deg)))
-        causes = pd.DataFrame(
-            [*(_told_row(cause, run_ids) for cause in told), *_rows_of_scan(scan, told)],
-            columns=CAUSE_COLUMNS,
-        ).assign(medium=medium)
-    evidence = axes_evidence(runs) if runs.size and np.any(runs.alpha) else {}
-    axes = [
-        {"medium": medium, "axes": name, "log_bayes_factor": evidence[name]} for name in evidence
-    ]
+        causes_found, scan = find_causes(JointModel(runs, (angle_deg, angle_deg)))
+        rows = [
+            *(_row_of_cause(cause, run_ids) for cause in causes_found),
+            *_rows_of_scan(scan, causes_found),
+        ]
+    causes = pd.DataFrame(rows, columns=CAUSE_COLUMNS).assign(medium=medium)
+    evidence = axes_evidence(runs) if can_be_compared else {}
+    axes = [(medium, *name_and_factor) for name_and_factor in evidence.items()]
     misplaced = find_misplaced(runs, run_ids, sheet, medium)
     return causes, pd.DataFrame(axes, columns=AXES_COLUMNS), misplaced
 
 
 def rows_of_model(model: JointModel) -> pd.DataFrame:
-    """Return rows of `CAUSE_COLUMNS` on the causes that a model could see; the model is not fitted."""
+    """Return rows of `CAUSE_COLUMNS` on the causes that the runs of a model could show; the model is not fitted."""
     if model.runs.size < FEWEST_RUNS:
         return pd.DataFrame(
             [_unchecked_row(kind, NO_RUNS) for kind in KINDS], columns=CAUSE_COLUMNS
@@ -111,13 +109,15 @@ def _select_runs(
     return runs, run_ids
 
 
-def _told_row(told_cause: Found, run_ids: list[str]) -> dict[str, Any]:
-    """Make the row of a cause that is told."""
-    cause = told_cause.cause
-    size, size_lo, size_hi = change_with_interval(told_cause)
+def _row_of_cause(found_cause: FoundCause, run_ids: list[str]) -> dict[str, Any]:
+    """Make the row of a cause that was found; `run_ids`: names of all runs, in the order of `Cause.share`."""
+    cause = found_cause.cause
+    # the data chose the cause, too, so the interval is wider than for a cause that was asked for
+    wider = _CHOSEN.told_gain_wider if cause.kind == "gain" else _CHOSEN.told_wider
+    size, size_lo, size_hi = _change_with_interval(cause, found_cause.size, wider * found_cause.se)
     shared_by = [run_id for run_id, share in zip(run_ids, cause.share, strict=True) if share > 0]
     inseparable = [
-        f"{rival.kind} {rival.group} {rival.place}".strip() for rival in told_cause.inseparable
+        f"{rival.kind} {rival.group} {rival.place}".strip() for rival in found_cause.inseparable
     ]
     return {
         "kind": cause.kind,
@@ -130,64 +130,57 @@ def _told_row(told_cause: Found, run_ids: list[str]) -> dict[str, Any]:
         "size_lo": size_lo,
         "size_hi": size_hi,
         "unit": KINDS[cause.kind].unit,
-        "times_error": told_cause.times,
+        "times_error": found_cause.errors_beyond,
         "least_seen": math.nan,
         "reason": "",
         "inseparable": "; ".join(inseparable),
     }
 
 
-def change_with_interval(told_cause: Found) -> tuple[float, float, float]:
-    """Return the size of a cause as people state it (`_as_change`), and its 95 % interval."""
-    # place and kind of a told cause are chosen by the data, too
-    is_gain = told_cause.cause.kind == "gain"
-    wider = _CHOSEN.told_gain_wider if is_gain else _CHOSEN.told_wider
-    half = math.hypot(NORMAL_95 * wider * told_cause.se, _size_without_fault(told_cause.cause))
-    low, high = (_as_change(told_cause.cause, told_cause.size + sign * half) for sign in (-1, 1))
-    return _as_change(told_cause.cause, told_cause.size), low, high
+def _change_with_interval(cause: Cause, size: float, se: float) -> tuple[float, float, float]:
+    """Return a size as people state it with its 95 % interval, which includes what is no fault."""
+    half_width = math.hypot(NORMAL_95 * se, _size_without_fault(cause))
+    middle, low, high = (_as_change(cause, size + sign * half_width) for sign in (0, -1, 1))
+    return middle, low, high
 
 
 def _size_without_fault(cause: Cause) -> float:
     """Return the size that a cause of all runs may have without a fault, by the medium or the mount; 0 for others."""
-    if cause.of_media:
-        return NORMAL_95 * cause.of_media
+    if cause.spread_of_media:
+        return NORMAL_95 * cause.spread_of_media
     return cause.tolerated if cause.group == ALL else 0.0
 
 
-def _rows_of_scan(scan: Scan, told: Iterable[Found]) -> list[dict[str, Any]]:
-    """Make a row for each kind and group that was not told; steps, windows and holders have a median over places."""
-    told_kinds = {(told_cause.cause.kind, told_cause.cause.group) for told_cause in told}
-    places: dict[tuple[str, str, str], list[int]] = {}
+def _rows_of_scan(scan: Scan, causes_found: Iterable[FoundCause]) -> list[dict[str, Any]]:
+    """Make a row for each kind and group that was not found; steps, windows and holders have a median over places."""
+    kinds_found = {(shared.cause.kind, shared.cause.group) for shared in causes_found}
+    candidates: dict[tuple[str, str, str], list[int]] = {}
     for number, cause in enumerate(scan.causes):
-        if (cause.kind, cause.group) not in told_kinds:
+        if (cause.kind, cause.group) not in kinds_found:
             place = "" if cause.group in (FROM_RUN, WINDOW, HOLDER) else cause.place
-            places.setdefault((cause.kind, cause.group, place), []).append(number)
+            candidates.setdefault((cause.kind, cause.group, place), []).append(number)
     rows = []
-    for (kind, group, place), numbers in places.items():
-        checked = scan.checked[numbers]
-        # checked where it can be at half of its places or more
-        verdict = NOT_SEEN if 2 * checked.sum() >= len(numbers) else NOT_CHECKED
-        shown = [number for number in numbers if scan.checked[number]] or numbers
-        if verdict == NOT_CHECKED:
-            shown = numbers
-        least = float(np.median(scan.least_seen[shown]))
+    for (kind, group, place), numbers in candidates.items():
         first = scan.causes[numbers[0]]
-        reason = ""
-        if verdict == NOT_CHECKED:
-            reason = MIXED_UP if 2 * scan.mixed_up[numbers].sum() >= len(numbers) else TOO_WIDE
+        # checked where it can be at half of its places or more
+        is_checked = 2 * scan.checked[numbers].sum() >= len(numbers)
+        if is_checked:
+            verdict, reason = NOT_SEEN, ""
+            shown = [number for number in numbers if scan.checked[number]]
+        else:
+            is_mixed_up = 2 * scan.mixed_up[numbers].sum() >= len(numbers)
+            verdict, reason = NOT_CHECKED, MIXED_UP if is_mixed_up else TOO_WIDE
+            shown = numbers
         row = _unchecked_row(kind, reason) | {
             "group": group,
             "place": place,
             "verdict": verdict,
-            "n_runs": int(np.count_nonzero(first.share > 0)) if len(numbers) == 1 else 0,
-            "least_seen": _as_change(first, least),
+            "least_seen": _as_change(first, float(np.median(scan.least_seen[shown]))),
         }
         if len(numbers) == 1:
-            size = scan.size[numbers[0]]
-            half = math.hypot(NORMAL_95 * scan.se[numbers[0]], _size_without_fault(first))
-            row["size"] = _as_change(first, size)
-            row["size_lo"], row["size_hi"] = (
-                _as_change(first, size + sign * half) for sign in (-1, 1)
+            row["n_runs"] = int(np.count_nonzero(first.share > 0))
+            row["size"], row["size_lo"], row["size_hi"] = _change_with_interval(
+                first, scan.size[numbers[0]], scan.se[numbers[0]]
             )
         rows.append(row)
     return rows
@@ -196,9 +189,9 @@ def _rows_of_scan(scan: Scan, told: Iterable[Found]) -> list[dict[str, Any]]:
 def _unchecked_row(kind: str, reason: str) -> dict[str, Any]:
     """Make a row without numbers, for a cause of all runs that was not checked."""
     numbers = dict.fromkeys(("size", "size_lo", "size_hi", "times_error", "least_seen"), math.nan)
-    texts = {"group": ALL, "place": "", "run_ids": "", "inseparable": ""}
-    verdict = {"kind": kind, "verdict": NOT_CHECKED, "n_runs": 0, "reason": reason}
-    return numbers | texts | verdict | {"unit": KINDS[kind].unit}
+    names = {"kind": kind, "group": ALL, "place": "", "run_ids": "", "inseparable": ""}
+    verdict = {"verdict": NOT_CHECKED, "n_runs": 0, "reason": reason, "unit": KINDS[kind].unit}
+    return numbers | names | verdict
 
 
 def _as_change(cause: Cause, size: float) -> float:

@@ -9,9 +9,10 @@ Weights come from the scatter of repeats, in proportion to alpha with a floor, s
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +26,7 @@ from rftfit.measure.errors import LEAST_DOF, USUAL_BED_SPREAD
 from rftfit.measure.repeats import (
     Repeats,
     RunScatter,
+    along_and_across,
     joined,
     level_of_floors,
     scatter_of_repeats,
@@ -135,13 +137,12 @@ class Comparison:
     @property
     def sentence(self) -> str:
         """The answer in one plain sentence."""
-        size, shape = self.size_p < _CHOSEN.level, self.shape_p < _CHOSEN.level
+        sizes_differ, shapes_differ = self.size_p < _CHOSEN.level, self.shape_p < _CHOSEN.level
         if math.isnan(self.shape_p):
-            answer = _SIZE_ALONE[size]
-        elif self.assumed:
-            answer = _WITHOUT_REPEATS[size, shape]
+            answer = _SIZE_ALONE[sizes_differ]
         else:
-            answer = _ANSWERS[size, shape]
+            answers = _WITHOUT_REPEATS if self.assumed else _ANSWERS
+            answer = answers[sizes_differ, shapes_differ]
         return answer.format(
             a=self.a,
             b=self.b,
@@ -279,6 +280,8 @@ _ANSWERS = {
     "taken out, {ratio} ({interval}). This ratio is a mean over {directions} directions{down}; of media of different shapes it "
     "does not say that one is denser.",
 }
+"""Sentences of `Comparison.sentence` by whether the sizes differ and whether the shapes differ."""
+
 _ONLY_IF = ", if single runs of one direction scatter by less than {scatter}"
 _WITHOUT_REPEATS = {
     (False, False): _ANSWERS[False, False],
@@ -286,6 +289,8 @@ _WITHOUT_REPEATS = {
     (False, True): _ANSWERS[False, True].removesuffix(".") + _ONLY_IF + ".",
     (True, True): _ANSWERS[True, True].replace("{shapes})", "{shapes})" + _ONLY_IF + ",", 1),
 }
+"""The same where the scatter of single runs is assumed: a difference of shape holds for a smaller scatter only."""
+
 _SIZE_ALONE = {
     False: "No difference of size between {a} and {b} by their maps: ratio {ratio} ({interval}); without runs in common directions "
     "their shapes cannot be compared.",
@@ -303,21 +308,20 @@ def compare_run_sets(a: RunSet, b: RunSet, confidence: float = 0.95) -> Comparis
 
     Raises `NoCommonDirection`, or `InputError` if the forces are opposite.
     """
-    means_a, means_b, angles = _average_common_directions(a, b)
-    means_a, means_b = _pool_sizes(means_a, means_b)
-    scatter, by_side = _fit_scatters((means_a, means_b))
-    repeats_of_sides = [float(side.repeats.dof.sum()) for side in (means_a, means_b)]
-    are_enough = sum(repeats_of_sides) >= LEAST_DOF
+    means_of_a, means_of_b, angles = _average_common_directions(a, b)
+    means = _pool_sizes(means_of_a, means_of_b)
+    scatter, scatter_of_sides = _fit_scatters(means)
+    repeats_of_sides = [float(side.repeats.dof.sum()) for side in means]
     # what is stated is by the repeats alone, where there are enough
-    stated = (
-        scatter_of_repeats(joined([means_a.repeats, means_b.repeats])) if are_enough else scatter
-    )
-    scatter_along, scatter_across = stated.relative()
-    contrast = _Contrast((means_a, means_b), by_side)
-    ratio = contrast.find_ratio()
-    size = contrast.test_size(ratio)
-    shape = contrast.test_shape(ratio)
-    half_width = float(student_quantile(confidence, size.dof)) * size.se
+    stated_scatter = scatter
+    if sum(repeats_of_sides) >= LEAST_DOF:
+        stated_scatter = scatter_of_repeats(joined(side.repeats for side in means))
+    scatter_along, scatter_across = stated_scatter.relative()
+    contrast = _fit_ratio(means, scatter_of_sides)
+    ratio = contrast.ratio
+    log_ratio_se, log_ratio_dof = contrast.find_error_of_ratio()
+    shape = contrast.test_shape()
+    half_width = float(student_quantile(confidence, log_ratio_dof)) * log_ratio_se
     low, high = shape.interval(confidence)
     return Comparison(
         a=a.name,
@@ -325,21 +329,23 @@ def compare_run_sets(a: RunSet, b: RunSet, confidence: float = 0.95) -> Comparis
         ratio=ratio,
         ratio_lo=ratio * math.exp(-half_width),
         ratio_hi=ratio * math.exp(half_width),
-        size_p=float(student_p(math.log(ratio) / size.se, size.dof)),
+        size_p=float(student_p(math.log(ratio) / log_ratio_se, log_ratio_dof)),
         shape_percent=100 * max(shape.rms(0.5), low),
         shape_lo_percent=100 * low,
         shape_hi_percent=100 * high,
-        shape_p=_f_test_p(shape.squares / shape.k, shape.k, shape.dof),
-        least_ratio=math.exp(errors_detected(size.dof) * size.se),
+        shape_p=float(
+            _f_test_p(shape.squares / shape.squares_dof, shape.squares_dof, shape.scatter_dof)
+        ),
+        least_ratio=math.exp(errors_detected(log_ratio_dof) * log_ratio_se),
         least_shape_percent=100 * shape.least_rms(),
-        directions=contrast.table(ratio, angles, confidence),
-        runs_a=int(means_a.n.sum()),
-        runs_b=int(means_b.n.sum()),
+        directions=contrast.table(angles, confidence),
+        runs_a=int(means_of_a.n.sum()),
+        runs_b=int(means_of_b.n.sum()),
         repeats=sum(repeats_of_sides),
         scatter_along=scatter_along,
         scatter_across=scatter_across,
-        explained_by=scatter.relative()[0] * math.sqrt(max(shape.squares / shape.k, 1.0)),
-        notes=tuple(_describe_limits((a, b), (means_a, means_b), by_side)),
+        explained_by=scatter.relative()[0] * math.sqrt(max(shape.squares / shape.squares_dof, 1.0)),
+        notes=tuple(_describe_limits((a, b), means, scatter_of_sides)),
         assumed=not all(repeats_of_sides),
         confidence=confidence,
         tolerance_deg=_larger_tolerance(a, b),
@@ -351,7 +357,7 @@ def _describe_limits(
     means: tuple[_Means, _Means],
     scatters: tuple[RunScatter, RunScatter],
 ) -> Iterator[str]:
-    """Yield sentences on what limits the comparison."""
+    """Yield sentences on what limits the comparison; `scatters`: scatter of single runs of each medium."""
     a, b = sides
     dof = [float(side.repeats.dof.sum()) for side in means]
     if not any(dof):
@@ -360,8 +366,8 @@ def _describe_limits(
             f"the force and {100 * _CHOSEN.prior_across:g} % across"
         )
     elif not all(dof):
-        alone = (a, b) if dof[0] else (b, a)
-        yield f"{alone[1].name} has no repeats: its runs are taken to scatter as those of {alone[0].name}"
+        repeated, single = (a, b) if dof[0] else (b, a)
+        yield f"{single.name} has no repeats: its runs are taken to scatter as those of {repeated.name}"
     elif sum(dof) < 2 * _CHOSEN.prior_dof:
         yield f"only {sum(dof):g} degrees of freedom show the scatter of single runs"
     squares = [
@@ -378,14 +384,13 @@ def _describe_limits(
                 f"runs of {a.name} scatter by {100 * math.sqrt(squares[0]):.2g} %, those of {b.name} by "
                 f"{100 * math.sqrt(squares[1]):.2g} %"
             )
-    deepest = [_number(side.runs, "depth_to_cm").max() for side in (a, b)]
-    if all(math.isfinite(depth) and depth > 0 for depth in deepest):
-        apart = abs(math.log(deepest[1] / deepest[0]))
-        if apart > _CHOSEN.same_window:
-            yield (
-                f"fitted to {deepest[0]:.3g} cm in {a.name} and to {deepest[1]:.3g} cm in {b.name}: where stress is no "
-                "line, this alone makes them differ"
-            )
+    deepest_cm = [_numbers(side.runs, "depth_to_cm").max() for side in sides]
+    # a comparison with NaN is False
+    if min(deepest_cm) > 0 and abs(math.log(deepest_cm[1] / deepest_cm[0])) > _CHOSEN.same_window:
+        yield (
+            f"fitted to {deepest_cm[0]:.3g} cm in {a.name} and to {deepest_cm[1]:.3g} cm in {b.name}: where stress is no "
+            "line, this alone makes them differ"
+        )
 
 
 def _relative_square(repeats: Repeats, scatter: RunScatter) -> float:
@@ -400,18 +405,19 @@ def _relative_square(repeats: Repeats, scatter: RunScatter) -> float:
 
 @dataclass(frozen=True)
 class _Means:
-    """Mean of the runs of each common direction, z and x, shape (n, 2), with what its error needs.
+    """Mean alpha of the runs of one medium in each of n common directions, and what its error needs.
 
-    `n`: number of runs. `noise_variance`: variance of the mean by the noise of the logs. `repeats`: squares of the runs
-    about their mean, and the size of the force (see `_pool_sizes`). `common`: changes of the means by one standard
-    deviation of an error that many runs share, by the name of the error.
+    `mean`: alpha, z and x, shape (2, n), N/cm^3. `n`: number of runs. `noise_variance`: variance of the mean by the
+    noise of the logs, (2, n). `repeats`: squares of the runs about their mean, and the size of the force (see
+    `_pool_sizes`). `shared_changes`: changes of the means, (2, n), by one standard deviation of an error that many runs
+    share, by the name of the error.
     """
 
     mean: FloatArray
     n: FloatArray
     noise_variance: FloatArray
     repeats: Repeats
-    common: Mapping[tuple[str, ...], FloatArray]
+    shared_changes: Mapping[tuple[str, ...], FloatArray]
 
 
 def _average_common_directions(a: RunSet, b: RunSet) -> tuple[_Means, _Means, FloatArray]:
@@ -419,31 +425,29 @@ def _average_common_directions(a: RunSet, b: RunSet) -> tuple[_Means, _Means, Fl
 
     Returned with the directions: beta, gamma, and depth of level runs, shape (3, n).
     """
-    usable = [side.runs[np.isfinite(_number(side.runs, column("z")))] for side in (a, b)]
-    angles = [
-        np.stack([_number(runs, f"{name}_deg") for name in ("beta", "gamma")]) for runs in usable
-    ]
-    depths = [_number(runs, "depth_from_cm") for runs in usable]
-    both, depth = np.concatenate(angles, axis=1), np.concatenate(depths)
+    usable = [side.runs[np.isfinite(_numbers(side.runs, column("z")))] for side in (a, b)]
+    # runs of A, then of B
+    beta_deg, gamma_deg, depth_cm, alpha_x = (
+        np.concatenate([_numbers(runs, name) for runs in usable])
+        for name in ("beta_deg", "gamma_deg", "depth_from_cm", column("x"))
+    )
     tolerance_deg = _larger_tolerance(a, b)
-    number = number_directions(both[0], both[1], tolerance_deg, depth)
-    split = len(usable[0])
-    common = np.intersect1d(number[:split], number[split:])
+    number = number_directions(beta_deg, gamma_deg, tolerance_deg, depth_cm)
+    of_a, of_b = np.split(np.arange(number.size), [len(usable[0])])
+    common = np.intersect1d(number[of_a], number[of_b])
     if not common.size:
+        described = [_describe_directions(beta_deg[runs], gamma_deg[runs]) for runs in (of_a, of_b)]
         raise NoCommonDirection(
-            f"{a.name} and {b.name} have no common direction: {_describe_directions(angles[0])} and "
-            f"{_describe_directions(angles[1])} (beta, gamma in degrees, within {tolerance_deg:g})"
+            f"{a.name} and {b.name} have no common direction: {' and '.join(described)} "
+            f"(beta, gamma in degrees, within {tolerance_deg:g})"
         )
     # x counts where all runs of a direction have it, on both sides
-    x = np.concatenate([_number(runs, column("x")) for runs in usable])
-    x_known = np.array([np.isfinite(x[number == cell]).all() for cell in common])
-    numbers_of_sides = number[:split], number[split:]
-    means = [
-        _average_runs(side, runs, numbers, common, x_known)
-        for side, runs, numbers in zip((a, b), usable, numbers_of_sides, strict=True)
-    ]
-    depth_cm = np.where(both[1, common] == 0, depth[common], math.nan)
-    return means[0], means[1], np.vstack([both[:, common], depth_cm])
+    has_x = np.array([np.isfinite(alpha_x[number == direction]).all() for direction in common])
+    means_of_a = _average_runs(a, usable[0], number[of_a], common, has_x)
+    means_of_b = _average_runs(b, usable[1], number[of_b], common, has_x)
+    level_depth_cm = np.where(gamma_deg[common] == 0, depth_cm[common], math.nan)
+    angles = np.stack([beta_deg[common], gamma_deg[common], level_depth_cm])
+    return means_of_a, means_of_b, angles
 
 
 def _larger_tolerance(a: RunSet, b: RunSet) -> float:
@@ -456,96 +460,98 @@ def _pool_sizes(a: _Means, b: _Means) -> tuple[_Means, _Means]:
 
     Otherwise a direction whose runs are weak by chance would have a small scatter and too much weight.
     """
-    lengths = [max(math.sqrt(float((side.mean**2).sum())), 1e-30) for side in (a, b)]
-    sizes = [np.hypot(*side.mean.T) / length for side, length in zip((a, b), lengths, strict=True)]
-    pooled = (a.n * sizes[0] + b.n * sizes[1]) / (a.n + b.n)
-    return _with_sizes(a, pooled * lengths[0]), _with_sizes(b, pooled * lengths[1])
+    size_of_a, size_of_b = (max(float(np.linalg.norm(side.mean)), 1e-30) for side in (a, b))
+    relative = np.hypot(*a.mean) / size_of_a, np.hypot(*b.mean) / size_of_b
+    pooled = np.average(relative, axis=0, weights=[a.n, b.n])
+
+    def with_pooled(side: _Means, size_of_medium: float) -> _Means:
+        size = pooled * size_of_medium
+        return replace(
+            side, repeats=side.repeats._replace(size=size, largest=np.full_like(size, size.max()))
+        )
+
+    return with_pooled(a, size_of_a), with_pooled(b, size_of_b)
 
 
-def _with_sizes(side: _Means, size: FloatArray) -> _Means:
-    """Return the means with other sizes of the force, shape (n,)."""
-    largest = np.full(size.size, size.max())
-    return replace(side, repeats=side.repeats._replace(size=size, largest=largest))
-
-
-def _describe_directions(angles: FloatArray) -> str:
-    """Write the first directions of a medium; `angles`: beta and gamma, shape (2, runs)."""
-    directions = sorted(
-        {(round(float(beta), 1), round(float(gamma), 1)) for beta, gamma in angles.T}
-    )
+def _describe_directions(beta_deg: FloatArray, gamma_deg: FloatArray) -> str:
+    """Write the first four directions of the runs of a medium."""
+    angles = np.round([beta_deg, gamma_deg], 1).T
+    directions = sorted({(float(beta), float(gamma)) for beta, gamma in angles})
     listed = ", ".join(f"({beta:g}, {gamma:g})" for beta, gamma in directions[:4])
     return listed + (f" and {len(directions) - 4} more" if len(directions) > 4 else "") or "none"
 
 
-def _number(runs: pd.DataFrame, name: str) -> FloatArray:
+def _numbers(runs: pd.DataFrame, name: str) -> FloatArray:
     """Return a column of the runs as numbers; NaN where the column is absent."""
     return pd.to_numeric(runs.get(name, pd.Series(math.nan, runs.index))).to_numpy(float)
 
 
 def _error(runs: pd.DataFrame, quantity: str) -> FloatArray:
-    """Return an error of alpha of the runs, z and x, shape (runs, 2); 0 where it is not stated."""
-    parts = [_number(runs, column(c, f"_{quantity}")) for c in "zx"]
-    return np.nan_to_num(np.stack(parts, axis=1))
+    """Return an error of alpha of the runs, z and x, shape (2, runs); 0 where it is not stated."""
+    return np.nan_to_num([_numbers(runs, column(c, f"_{quantity}")) for c in "zx"])
 
 
 def _average_runs(
     side: RunSet,
     runs: pd.DataFrame,
-    number: npt.NDArray[np.intp],
+    direction_of_run: npt.NDArray[np.intp],
     common: npt.NDArray[np.intp],
-    x_known: npt.NDArray[np.bool_],
+    has_x: npt.NDArray[np.bool_],
 ) -> _Means:
     """Average the runs of one medium in each common direction, and collect the errors of the means.
 
-    `number`: direction of each run. `common`: numbers of the common directions. `x_known`: where alpha_x counts.
+    `runs`: those of `side` with alpha_z. `common`: numbers of the n common directions. `has_x`: where alpha_x counts,
+    shape (n,).
     """
-    # weight of each run in the mean of each direction, shape (n, runs)
-    share = (number == common[:, None]).astype(float)
-    n = share.sum(axis=1)
-    share /= n[:, None]
-    alpha = np.nan_to_num(np.stack([_number(runs, column(c)) for c in "zx"], axis=1))
-    mean = share @ alpha
-    mean[:, 1] *= x_known
-    startup, tare, curvature = (_error(runs, name) for name in ("startup", "tare", "curvature"))
-    lever = np.nan_to_num(_number(runs, "lever_per_cm"))[:, None]
-    clock = alpha * lever * np.nan_to_num(_number(runs, "clock_cm"))[:, None]
+    is_of_direction = direction_of_run[:, None] == common
+    n = is_of_direction.sum(axis=0).astype(float)
+    # weight of each run in the mean of each direction, shape (runs, n)
+    weight = is_of_direction / n
+    alpha = np.nan_to_num([_numbers(runs, column(c)) for c in "zx"])
+    mean = alpha @ weight
+    mean[1] *= has_x
+    se, startup, tare, curvature, rod = (
+        _error(runs, name) for name in ("se", "startup", "tare", "curvature", "rod")
+    )
+    # changes by 1 cm of the surface
+    by_surface = alpha * np.nan_to_num(_numbers(runs, "lever_per_cm"))
+    clock = by_surface * np.nan_to_num(_numbers(runs, "clock_cm"))
     # variance of single runs: the curvature is alike in runs over the same depths, tare and clock
     # are shared and counted below
-    run_variance = _error(runs, "se") ** 2 - startup**2 - tare**2 - curvature**2 - clock**2
-    run_variance = np.maximum(run_variance, 0.0)
-    unit = unit_vectors(mean.T)
-    off = alpha[None] - mean[:, None]
-    is_of_direction = share > 0
-    along, across = (
-        np.where(is_of_direction, np.einsum("crk,kc->cr", off, way) ** 2, 0.0).sum(axis=1)
-        for way in unit
-    )
-    noise_along, noise_across = np.einsum("wkc,ck->wc", unit**2, share @ run_variance)
-    size = np.hypot(*mean.T)
+    run_variance = np.maximum(se**2 - startup**2 - tare**2 - curvature**2 - clock**2, 0.0)
+    squares = [
+        along_and_across(alpha[:, members] * [[1], [x]], run_variance[:, members])
+        for members, x in zip(is_of_direction.T, has_x, strict=True)
+    ]
+    along, across, noise_along, noise_across = np.array(squares).T
+    size = np.hypot(*mean)
     repeats = Repeats(
-        n - 1, along, across, x_known, noise_along, noise_across, size, np.full(n.size, size.max())
+        n - 1, along, across, has_x, noise_along, noise_across, size, np.full_like(size, size.max())
     )
-    turned = np.where(np.nan_to_num(_number(runs, "mirrored")) != 0, -1.0, 1.0)[:, None]
-    effects: dict[tuple[str, ...], FloatArray] = {
-        (side.name, side.campaign, "surface"): share @ (alpha * lever * side.surface_cm),
-        (side.name, side.campaign, "clock"): share @ clock,
-        (side.campaign or side.name, "turn"): share
-        @ (np.stack([-alpha[:, 1], alpha[:, 0]], axis=1) * turned * math.radians(side.turn_deg)),
-        (side.campaign or side.name, side.medium, "rod"): share
-        @ (_error(runs, "rod") * side.rod_percent / 100),
+    # alpha_x of mirrored runs is stored with the other sign
+    side_of_x = np.where(np.nan_to_num(_numbers(runs, "mirrored")) != 0, -1.0, 1.0)
+    turned = np.stack([-alpha[1], alpha[0]]) * side_of_x
+    campaign = side.campaign or side.name
+    changes_of_runs: dict[tuple[str, ...], FloatArray] = {
+        (side.name, side.campaign, "surface"): by_surface * side.surface_cm,
+        (side.name, side.campaign, "clock"): clock,
+        (campaign, "turn"): turned * math.radians(side.turn_deg),
+        (campaign, side.medium, "rod"): rod * side.rod_percent / 100,
     }
-    tares = runs.get("tare_run", pd.Series("", runs.index)).fillna("").astype(str).to_numpy()
-    signed = tare * np.where([False, True], turned, 1.0)
-    for name in dict.fromkeys(tares):
-        of_tare = share @ (signed * (tares == name)[:, None])
-        for place, c in enumerate("zx"):
-            effects[side.campaign or side.name, "tare", name, c] = of_tare * (np.arange(2) == place)
+    tare_runs = runs.get("tare_run", pd.Series("", runs.index)).fillna("").astype(str).to_numpy()
+    tare[1] *= side_of_x
+    for name in dict.fromkeys(tare_runs):
+        for c, component in zip("zx", np.eye(2), strict=True):
+            changes_of_runs[campaign, "tare", name, c] = (
+                component[:, None] * tare * (tare_runs == name)
+            )
+    changes = {name: change @ weight for name, change in changes_of_runs.items()}
     return _Means(
         mean=mean,
         n=n,
-        noise_variance=(share**2) @ run_variance + share @ startup**2,
+        noise_variance=run_variance @ weight**2 + startup**2 @ weight,
         repeats=repeats,
-        common={name: moved for name, moved in effects.items() if moved.any()},
+        shared_changes={name: change for name, change in changes.items() if change.any()},
     )
 
 
@@ -567,29 +573,21 @@ def _fit_scatters(sides: tuple[_Means, _Means]) -> tuple[RunScatter, tuple[RunSc
 # --- Both media together
 
 
-@dataclass(frozen=True)
-class _SizeTest:
-    """Standard error of the logarithm of the ratio of sizes, and its degrees of freedom."""
-
-    se: float
-    dof: float
-
-
-@dataclass(frozen=True)
-class _ShapeTest:
+class _ShapeTest(NamedTuple):
     """Squares of the contrast: weighted to test whether the shapes differ, plain to state by how much.
 
-    `squares`: weighted squares, which show best whether the shapes differ. `k`: their number. `dof`: degrees of freedom
-    of the scatter. `plain`: mean square without weights, relative to that of alpha, which states by how much the shapes
-    differ; by chance alone it is about `unit` times chi squared with `plain_k` degrees of freedom. `least_unit`: least
-    plain mean square that makes the weighted squares 1.
+    `squares`: weighted squares, which show best whether the shapes differ: chi squared with `squares_dof` degrees of
+    freedom by chance alone. `scatter_dof`: degrees of freedom of the scatter. `mean_square`: mean square without
+    weights, relative to that of alpha, which states by how much the shapes differ; by chance alone it is about `unit`
+    times chi squared with `mean_square_dof` degrees of freedom. `least_unit`: least mean square that makes the weighted
+    squares 1.
     """
 
     squares: float
-    k: float
-    dof: float
-    plain: float
-    plain_k: float
+    squares_dof: float
+    scatter_dof: float
+    mean_square: float
+    mean_square_dof: float
     unit: float
     least_unit: float
 
@@ -597,214 +595,234 @@ class _ShapeTest:
         """Return the interval of the rms difference; it lies above 0 where the weighted squares show a difference."""
         outside = (1 - confidence) / 2
         low, high = self.rms(1 - outside), self.rms(outside)
-        shown = _find_argument(
-            lambda size: _noncentral_f(self.squares, self.k, self.dof, size),
-            confidence,
-            self.squares,
-        )
+        shown = _find_noncentrality(self.squares, self.squares_dof, self.scatter_dof, confidence)
         return max(low, math.sqrt(shown * self.least_unit)) if shown else 0.0, high
 
-    def rms(self, chance: float) -> float:
-        """Return the rms difference with which a mean square of at most `plain` has a probability of `chance`."""
+    def rms(self, probability: float) -> float:
+        """Return the rms difference with which a mean square of at most `mean_square` has a probability."""
         from scipy.special import fdtri
 
-        squares = self.plain / self.unit
-        if chance < 0.5:
+        squares, dof = self.mean_square / self.unit, self.mean_square_dof
+        if probability < 0.5:
             # contrasts that are small by chance do not bound the difference better than usual ones
-            squares = max(squares, self.plain_k * float(fdtri(self.plain_k, self.dof, 0.5)))
-        size = _find_argument(
-            lambda size: _noncentral_f(squares, self.plain_k, self.dof, size), chance, squares
-        )
-        return math.sqrt(size * self.unit)
+            squares = max(squares, dof * float(fdtri(dof, self.scatter_dof, 0.5)))
+        noncentrality = _find_noncentrality(squares, dof, self.scatter_dof, probability)
+        return math.sqrt(noncentrality * self.unit)
 
     def least_rms(self) -> float:
         """Return the least root mean square difference that is detected with the chosen probability."""
         from scipy.special import fdtri
 
-        limit = float(fdtri(self.k, self.dof, 1 - _CHOSEN.level)) * self.k
-        least = _find_argument(
-            lambda size: _noncentral_f(limit, self.k, self.dof, size), 1 - _CHOSEN.power
-        )
-        return math.sqrt(least * self.unit * self.plain_k / self.k)
+        dof = self.squares_dof
+        limit = float(fdtri(dof, self.scatter_dof, 1 - _CHOSEN.level)) * dof
+        least = _find_noncentrality(limit, dof, self.scatter_dof, 1 - _CHOSEN.power)
+        return math.sqrt(least * self.unit * self.mean_square_dof / dof)
 
 
 def _covariance_of_means(side: _Means, scatter: RunScatter) -> FloatArray:
     """Return the covariance of the means of one medium by errors that runs do not share, shape (n, 2, 2)."""
     size = side.repeats.size
-    spread = scatter.covariance(side.mean.T, size, size.max()) / side.n[:, None, None]
-    return spread + side.noise_variance[:, :, None] * np.eye(2)
+    spread = scatter.covariance(side.mean, size, size.max()) / side.n[:, None, None]
+    return spread + side.noise_variance.T[:, :, None] * np.eye(2)
 
 
+def _fit_ratio(means: tuple[_Means, _Means], scatters: tuple[RunScatter, RunScatter]) -> _Contrast:
+    """Return the contrast at the ratio of sizes with the least weighted squares; exchanging A and B inverts the ratio.
+
+    `scatters`: scatter of single runs of each medium.
+    """
+    from scipy.optimize import minimize_scalar
+
+    a, b = means
+    if not float((a.mean * b.mean).sum()) > 0:
+        raise InputError(
+            "the forces of A and B are opposite in their common directions: look at the axes of both"
+        )
+    first = math.log(np.linalg.norm(b.mean) / np.linalg.norm(a.mean))
+    if abs(first) > _CHOSEN.widest_log:
+        raise InputError("one of A and B has no force in the common directions")
+    covariance_a, covariance_b = map(_covariance_of_means, means, scatters)
+    contrast = _Contrast(a, b, covariance_a, covariance_b, scatters[0].dof, scatters[1].dof)
+    optimum = minimize_scalar(
+        lambda log_ratio: replace(contrast, ratio=math.exp(log_ratio)).squares,
+        bounds=(first - 1, first + 1),
+        method="bounded",
+        options={"xatol": 1e-6},
+    )
+    return replace(contrast, ratio=math.exp(float(optimum.x)))
+
+
+@dataclass(frozen=True)
 class _Contrast:
-    """Contrast of two media with its covariance; `ratio`: size of B over size of A.
+    """Contrast of two media at one ratio of sizes: alpha of B over the ratio minus alpha of A, with its covariance.
 
-    Its k + 1 components are those of z in all directions, then those of x where both media have it.
+    `covariance_a`, `covariance_b`: covariance of the means of each medium by errors that runs do not share, shape
+    (n, 2, 2). `dof_a`, `dof_b`: degrees of freedom of the scatter of each. `ratio`: size of B over size of A.
+
+    A vector of components has z of the n directions, then x of those where both media have it.
     """
 
-    def __init__(
-        self, means: tuple[_Means, _Means], scatters: tuple[RunScatter, RunScatter]
-    ) -> None:
-        self.a, self.b = means
-        self.is_known = np.concatenate(
-            [np.ones(self.a.n.size, dtype=bool), self.a.repeats.across_known]
-        )
-        self._blocks = [_covariance_of_means(*pair) for pair in zip(means, scatters, strict=True)]
-        self._dof = [scatter.dof for scatter in scatters]
+    a: _Means
+    b: _Means
+    covariance_a: FloatArray
+    covariance_b: FloatArray
+    dof_a: float
+    dof_b: float
+    ratio: float = 1.0
 
-    def _stack_known(self, values: FloatArray) -> FloatArray:
-        """Arrange numbers of shape (n, 2) as the components that both media have, shape (k + 1,)."""
-        return np.asarray(values.T.ravel()[self.is_known])
+    @property
+    def is_component(self) -> npt.NDArray[np.bool_]:
+        """True for z of all directions and for x where both media have it, shape (2 n,)."""
+        has_x = self.a.repeats.across_known
+        return np.concatenate([np.ones_like(has_x), has_x])
 
-    def difference(self, ratio: float) -> FloatArray:
-        """Return alpha of B over the ratio minus alpha of A, shape (k + 1,)."""
-        return self._stack_known(self.b.mean / ratio - self.a.mean)
+    def _components(self, alpha: FloatArray) -> FloatArray:
+        """Arrange numbers of shape (2, n) as a vector of components."""
+        return np.asarray(alpha.ravel()[self.is_component])
 
-    def _covariance_of_runs(self, ratio: float) -> FloatArray:
-        """Return the covariance of the contrast by errors that runs do not share."""
-        blocks = self._blocks[0] + self._blocks[1] / ratio**2
-        n = len(blocks)
-        whole = np.zeros((2, n, 2, n))
-        diagonal = np.arange(n)
-        whole[:, diagonal, :, diagonal] = blocks
-        return np.asarray(whole.reshape(2 * n, 2 * n)[np.ix_(self.is_known, self.is_known)])
+    @property
+    def difference(self) -> FloatArray:
+        """Alpha of B over the ratio minus alpha of A, shape (2, n)."""
+        return self.b.mean / self.ratio - self.a.mean
 
-    def _shared_changes(self, ratio: float) -> FloatArray:
-        """Return the change of the contrast by one standard deviation of each shared error, shape (k + 1, errors)."""
+    @property
+    def mean(self) -> FloatArray:
+        """Mean alpha of both media, in the size of A, shape (2, n)."""
+        share_of_a = self.a.n / (self.a.n + self.b.n)
+        return share_of_a * self.a.mean + (1 - share_of_a) * self.b.mean / self.ratio
+
+    @property
+    def covariance_by_direction(self) -> FloatArray:
+        """Covariance of the difference by errors that runs do not share, shape (n, 2, 2)."""
+        return self.covariance_a + self.covariance_b / self.ratio**2
+
+    @cached_property
+    def covariance_of_runs(self) -> FloatArray:
+        """Covariance of the components by errors that runs do not share."""
+        n = self.a.n.size
+        full = np.zeros((2, n, 2, n))
+        full[:, np.arange(n), :, np.arange(n)] = self.covariance_by_direction
+        is_component = self.is_component
+        return np.asarray(full.reshape(2 * n, 2 * n)[np.ix_(is_component, is_component)])
+
+    @cached_property
+    def shared_changes(self) -> FloatArray:
+        """Change of the components by one standard deviation of each shared error, shape (components, errors)."""
+        of_a, of_b = self.a.shared_changes, self.b.shared_changes
         nothing = np.zeros_like(self.a.mean)
-        names = dict.fromkeys([*self.a.common, *self.b.common])
-        moved = [
-            self._stack_known(
-                self.b.common.get(name, nothing) / ratio - self.a.common.get(name, nothing)
-            )
-            for name in names
+        changes = [
+            self._components(of_b.get(name, nothing) / self.ratio - of_a.get(name, nothing))
+            for name in dict.fromkeys([*of_a, *of_b])
         ]
-        return np.stack(moved, axis=1) if moved else np.zeros((int(self.is_known.sum()), 0))
+        return np.stack([self._components(nothing), *changes], axis=1)
 
-    def covariance(self, ratio: float) -> FloatArray:
-        """Return the covariance of the contrast by all errors."""
-        common = self._shared_changes(ratio)
-        return self._covariance_of_runs(ratio) + common @ common.T
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """Covariance of the components by all errors."""
+        return self.covariance_of_runs + self.shared_changes @ self.shared_changes.T
 
-    def squares(self, ratio: float) -> float:
-        """Return the weighted squares of the contrast: chi squared where the shapes are the same."""
-        off = self.difference(ratio)
-        return float(off @ np.linalg.solve(self.covariance(ratio), off))
+    @property
+    def squares(self) -> float:
+        """Weighted squares of the contrast: chi squared where the shapes are the same."""
+        difference = self._components(self.difference)
+        return float(difference @ np.linalg.solve(self.covariance, difference))
 
-    def degrees_of_freedom(self, ratio: float) -> float:
-        """Return the degrees of freedom of the scatter (Welch): few where most of it is of a medium with few repeats.
+    @cached_property
+    def dof(self) -> float:
+        """Degrees of freedom of the scatter (Welch): few where most of it is of a medium with few repeats.
 
         Media of two laboratories may scatter differently, so repeats of one say little about the other.
         """
-        of_a, of_b = (np.trace(block, axis1=1, axis2=2) for block in self._blocks)
-        share = float((of_b / (ratio**2 * of_a + of_b)).mean())
-        welch = 1 / ((1 - share) ** 2 / self._dof[0] + share**2 / self._dof[1])
-        # both media have the same prior, which counts once
-        return float(min(welch, sum(self._dof) - _CHOSEN.prior_dof))
-
-    def find_ratio(self) -> float:
-        """Find the ratio of sizes with the least weighted squares; exchanging A and B inverts it."""
-        from scipy.optimize import minimize_scalar
-
-        product = float((self.a.mean * self.b.mean).sum())
-        if not product > 0:
-            raise InputError(
-                "the forces of A and B are opposite in their common directions: look at the axes of both"
-            )
-        lengths = [math.sqrt(float((side.mean**2).sum())) for side in (self.a, self.b)]
-        first = math.log(lengths[1] / lengths[0])
-        if abs(first) > _CHOSEN.widest_log:
-            raise InputError("one of A and B has no force in the common directions")
-        optimum = minimize_scalar(
-            lambda size: self.squares(math.exp(size)),
-            bounds=(first - 1, first + 1),
-            method="bounded",
-            options={"xatol": 1e-6},
+        of_a, of_b = (
+            np.trace(block, axis1=1, axis2=2) for block in (self.covariance_a, self.covariance_b)
         )
-        return math.exp(float(optimum.x))
+        share_of_b = float((of_b / (self.ratio**2 * of_a + of_b)).mean())
+        welch = 1 / ((1 - share_of_b) ** 2 / self.dof_a + share_of_b**2 / self.dof_b)
+        # both media have the same prior, which counts once
+        return float(min(welch, self.dof_a + self.dof_b - _CHOSEN.prior_dof))
 
-    def mean(self, ratio: float) -> FloatArray:
-        """Return the mean alpha of both media, in the size of A, shape (n, 2)."""
-        weight = (self.a.n / (self.a.n + self.b.n))[:, None]
-        return weight * self.a.mean + (1 - weight) * self.b.mean / ratio
+    def find_error_of_ratio(self) -> tuple[float, float]:
+        """Return the standard error of the logarithm of the ratio, and its degrees of freedom.
 
-    def test_size(self, ratio: float) -> _SizeTest:
-        """Find the error of the ratio: by the scatter of runs, which repeats and contrast show, and shared errors."""
-        alpha = self._stack_known(self.mean(ratio))
-        weight = np.linalg.solve(self.covariance(ratio), alpha)
-        weight /= weight @ alpha
-        of_runs = float(weight @ self._covariance_of_runs(ratio) @ weight)
-        shared = float(((weight @ self._shared_changes(ratio)) ** 2).sum())
+        The error is that of the scatter of runs, which repeats and contrast show, and of the shared errors.
+        """
+        mean = self._components(self.mean)
+        # least squares: the change of log(ratio) by a change of each component
+        weight = np.linalg.solve(self.covariance, mean)
+        weight /= weight @ mean
+        of_runs = float(weight @ self.covariance_of_runs @ weight)
+        shared = float(((weight @ self.shared_changes) ** 2).sum())
         # the contrast along the force shows the scatter as well, so that a difference of shape
         # widens the interval
-        unit = self.mean(ratio)
-        unit = unit / np.maximum(np.hypot(*unit.T), 1e-30)[:, None]
-        blocks = self._blocks[0] + self._blocks[1] / ratio**2
-        off = ((self.b.mean / ratio - self.a.mean) * unit).sum(axis=1)
-        squares = float((off**2 / np.einsum("ci,cij,cj->c", unit, blocks, unit)).sum())
-        dof = self.degrees_of_freedom(ratio) + off.size - 1
-        of_runs *= (self.degrees_of_freedom(ratio) + squares) / dof
+        unit = unit_vectors(self.mean)[0]
+        along = (self.difference * unit).sum(axis=0)
+        variance_along = np.einsum("in,nij,jn->n", unit, self.covariance_by_direction, unit)
+        squares = float((along**2 / variance_along).sum())
+        dof = self.dof + along.size - 1
+        of_runs *= (self.dof + squares) / dof
         variance = of_runs + shared
-        return _SizeTest(math.sqrt(variance), dof * (variance / of_runs) ** 2)
+        return math.sqrt(variance), dof * (variance / of_runs) ** 2
 
-    def test_shape(self, ratio: float) -> _ShapeTest:
+    def test_shape(self) -> _ShapeTest:
         """Find the squares of the contrast, which are larger than by chance where the shapes differ."""
-        k = max(float(self.is_known.sum()) - 1, 1.0)
-        mean = self._stack_known(self.mean(ratio))
-        alpha = float(mean @ mean)
-        without_size = np.eye(mean.size) - np.outer(mean, mean) / alpha
-        off = without_size @ self.difference(ratio)
-        covariance = without_size @ self.covariance(ratio) @ without_size / alpha
-        trace, of_square = float(np.trace(covariance)), float((covariance**2).sum())
+        mean = self._components(self.mean)
+        square_of_mean = float(mean @ mean)
+        # projection that removes what is in proportion to alpha, which is a difference of size
+        without_size = np.eye(mean.size) - np.outer(mean, mean) / square_of_mean
+        difference = without_size @ self._components(self.difference)
+        covariance = without_size @ self.covariance @ without_size / square_of_mean
+        # a sum of squares with covariance C is about tr(C^2) / tr(C) times chi squared with tr(C)^2 / tr(C^2)
+        # degrees of freedom (Satterthwaite)
+        trace, trace_of_square = float(np.trace(covariance)), float((covariance**2).sum())
         return _ShapeTest(
-            squares=self.squares(ratio),
-            k=k,
-            dof=self.degrees_of_freedom(ratio),
-            plain=float(off @ off) / alpha,
-            plain_k=trace**2 / of_square,
-            unit=of_square / trace,
-            least_unit=float(np.linalg.eigvalsh(self.covariance(ratio))[0]) / alpha,
+            squares=self.squares,
+            squares_dof=max(mean.size - 1.0, 1.0),
+            scatter_dof=self.dof,
+            mean_square=float(difference @ difference) / square_of_mean,
+            mean_square_dof=trace**2 / trace_of_square,
+            unit=trace_of_square / trace,
+            least_unit=float(np.linalg.eigvalsh(self.covariance)[0]) / square_of_mean,
         )
 
-    def table(self, ratio: float, angles: FloatArray, confidence: float) -> pd.DataFrame:
+    def table(self, angles: FloatArray, confidence: float) -> pd.DataFrame:
         """Make a row for each direction: alpha of both media, the difference, and the ratio of B to A along the force.
 
-        Intervals of alpha and of the ratio hold for one direction; those of the differences hold for all together. `p`:
-        p value of "no difference in this direction", times the number of directions.
+        `angles`: beta, gamma (deg) and depth (cm), shape (3, n). Intervals of alpha and of the ratio hold for one
+        direction; those of the differences hold for all together. `p`: p value of "no difference in this direction",
+        times the number of directions.
         """
-        dof, n = self.degrees_of_freedom(ratio), self.a.n.size
+        dof, n, is_component = self.dof, self.a.n.size, self.is_component
         for_one = student_quantile(confidence, dof)
-        for_all = student_quantile(1 - (1 - confidence) / self.is_known.sum(), dof)
-        covariance = np.zeros((2 * n, 2 * n))
-        covariance[np.ix_(self.is_known, self.is_known)] = self.covariance(ratio)
-        covariance = covariance.reshape(2, n, 2, n)[:, np.arange(n), :, np.arange(n)]
-        off = self.b.mean / ratio - self.a.mean
-        columns: dict[str, object] = {
-            "beta_deg": angles[0],
-            "gamma_deg": angles[1],
-            "depth_cm": angles[2],
-            "runs_a": self.a.n.astype(int),
-            "runs_b": self.b.n.astype(int),
-        }
-        x_missing = np.where(self.a.repeats.across_known, 0.0, math.nan)
-        for name, values, covariances, quantile in (
-            ("alpha_{}_a", self.a.mean, self._blocks[0], for_one),
-            ("alpha_{}_b", self.b.mean, self._blocks[1], for_one),
-            ("difference_{}", off, covariance, for_all),
+        for_all = student_quantile(1 - (1 - confidence) / is_component.sum(), dof)
+        full = np.zeros((2 * n, 2 * n))
+        full[np.ix_(is_component, is_component)] = self.covariance
+        covariance = full.reshape(2, n, 2, n)[:, np.arange(n), :, np.arange(n)]
+        difference = self.difference
+        columns: dict[str, object] = dict(
+            zip(("beta_deg", "gamma_deg", "depth_cm"), angles, strict=True)
+        )
+        columns |= {"runs_a": self.a.n.astype(int), "runs_b": self.b.n.astype(int)}
+        has_x = self.a.repeats.across_known
+        for name, alpha, covariances, quantile in (
+            ("alpha_{}_a", self.a.mean, self.covariance_a, for_one),
+            ("alpha_{}_b", self.b.mean, self.covariance_b, for_one),
+            ("difference_{}", difference, covariance, for_all),
         ):
-            for place, c in enumerate("zx"):
-                value = values[:, place] + place * x_missing
-                half = quantile * np.sqrt(covariances[:, place, place])
-                columns |= _with_ends(name.format(c), "_N_per_cm3", value, half)
-        mean = self.mean(ratio)
-        length = np.maximum(np.hypot(*mean.T), 1e-30)
-        unit = mean / length[:, None]
-        by_direction = ratio * (1 + (off * unit).sum(axis=1) / length)
-        half = for_one * ratio * np.sqrt(np.einsum("ci,cij,cj->c", unit, covariance, unit)) / length
-        columns |= _with_ends("ratio", "", np.where(half < ratio, by_direction, math.nan), half)
-        squares = np.einsum("ci,cij,cj->c", off, np.linalg.pinv(covariance), off)
-        count = 1.0 + self.a.repeats.across_known
-        chances = [_f_test_p(s / k, k, dof) for s, k in zip(squares, count, strict=True)]
-        columns["p"] = np.minimum(np.array(chances) * n, 1.0)
+            for component, c in enumerate("zx"):
+                shown = alpha[component] if c == "z" else np.where(has_x, alpha[1], math.nan)
+                half_width = quantile * np.sqrt(covariances[:, component, component])
+                columns |= _with_ends(name.format(c), "_N_per_cm3", shown, half_width)
+        mean = self.mean
+        length = np.maximum(np.hypot(*mean), 1e-30)
+        unit = mean / length
+        ratio_along = self.ratio * (1 + (difference * unit).sum(axis=0) / length)
+        variance_along = np.einsum("in,nij,jn->n", unit, covariance, unit)
+        half_width = for_one * self.ratio * np.sqrt(variance_along) / length
+        is_bounded = half_width < self.ratio
+        columns |= _with_ends("ratio", "", np.where(is_bounded, ratio_along, math.nan), half_width)
+        squares = np.einsum("in,nij,jn->n", difference, np.linalg.pinv(covariance), difference)
+        count = 1.0 + has_x
+        columns["p"] = np.minimum(n * _f_test_p(squares / count, count, dof), 1.0)
         order = np.argsort(-squares / count, kind="stable")
         return pd.DataFrame(columns).iloc[order].reset_index(drop=True)
 
@@ -814,7 +832,7 @@ def _with_ends(
 ) -> dict[str, FloatArray]:
     """Return the columns of a quantity and of the ends of its interval."""
     ends = {"": value, "_lo": value - half_width, "_hi": value + half_width}
-    return {f"{name}{end}{unit}": values for end, values in ends.items()}
+    return {f"{name}{end}{unit}": numbers for end, numbers in ends.items()}
 
 
 # --- Distributions; scipy.special, as scipy.stats takes ten times as long to import
@@ -826,27 +844,29 @@ def errors_detected(dof: float) -> float:
     return float(student_quantile(1 - _CHOSEN.level, dof) + student_quantile(one_sided, dof))
 
 
-def _f_test_p(ratio: float, k: float, dof: float) -> float:
-    """Return the p value of a ratio of mean squares with `k` and `dof` degrees of freedom."""
+def _f_test_p(ratio: npt.ArrayLike, dof: npt.ArrayLike, dof_below: float) -> FloatArray:
+    """Return the p value of a ratio of mean squares with `dof` above and `dof_below` below the line."""
     from scipy.special import fdtrc
 
-    return float(fdtrc(k, dof, ratio))
+    return np.asarray(fdtrc(dof, dof_below, ratio))
 
 
-def _noncentral_f(squares: float, k: float, dof: float, noncentrality: float) -> float:
-    """Probability that k weighted squares add up to at most `squares` where they have this noncentrality."""
+def _find_noncentrality(
+    squares: float, dof: float, scatter_dof: float, probability: float
+) -> float:
+    """Return the noncentrality with which weighted squares are at most `squares` with this probability; at least 0.
+
+    Squares over their `dof` have a noncentral F distribution with `dof` and `scatter_dof` degrees of freedom.
+    """
+    from scipy.optimize import brentq
     from scipy.special import ncfdtr
 
-    return float(ncfdtr(k, dof, noncentrality, squares / k))
+    def excess(noncentrality: float) -> float:
+        return float(ncfdtr(dof, scatter_dof, noncentrality, squares / dof)) - probability
 
-
-def _find_argument(falling: Callable[[float], float], chance: float, first: float = 1.0) -> float:
-    """Find the number at which a falling function is `chance`; 0 where the function is below it at 0 already."""
-    from scipy.optimize import brentq
-
-    if falling(0.0) <= chance:
+    if excess(0.0) <= 0:
         return 0.0
-    high = max(first, 1.0)
-    while falling(high) > chance:
+    high = max(squares, 1.0)
+    while excess(high) > 0:
         high *= 2
-    return float(brentq(lambda size: falling(size) - chance, 0.0, high, xtol=1e-9 * high))
+    return float(brentq(excess, 0.0, high, xtol=1e-9 * high))

@@ -4,11 +4,12 @@ The alpha of a run is that of its direction, plus a part in proportion to it by 
 
     y_i = T_c(E(beta_i, gamma_i)) + bed_i E_i + rest_i,    E = s (m + d)
 
-E has the prior of the map (`rftfit.model.maps`), with more freedom where media differ: x beside z, pulls and level
-runs beside pushes. T_c is the change that a cause makes in the runs that share it: another gain from one run on, a
-mount that turned, plates that are not at their stated angle. Candidates are ranked by their scores. The best few are
-decided by the likelihood of the exact transformation against that of a size that is tolerated. The limit is the
-quantile of the largest of all scores, so one rate of false alarms holds for all causes together.
+s is the size of the medium, m and d mean and departure of the known shape. E has the prior of the map
+(`rftfit.model.maps`), with more freedom where media differ: x against z, pulls and level runs against pushes. T_c is
+the change that a cause makes in the runs that share it: another gain from one run on, a mount that turned, plates that
+are not at their stated angle. Candidates are ranked by their scores. The best few are decided by the likelihood of the
+exact transformation against that of a size that is tolerated. The limit is the quantile of the largest of all scores,
+so one rate of false alarms holds for all causes together.
 
 `docs/theory/checks.md` has the numbers: false alarms, power, and the errors that no data can show.
 """
@@ -19,7 +20,6 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from copy import copy
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from itertools import combinations
 from typing import NamedTuple
 
@@ -41,18 +41,19 @@ ALL, HOLDER, FROM_RUN, WINDOW, TREND = "all", "holder", "from-run", "window", "t
 class Kind(NamedTuple):
     """A kind of cause.
 
-    `tolerated`: size up to which it is no fault. `most`: a cause counts as checked where its least size that is seen is
-    below this.
+    `tolerated`: size up to which it is no fault. `checked_below`: a cause counts as checked where the least size that
+    would be seen is below this. `unit`: unit of sizes; empty for a share.
     """
 
     tolerated: float
-    most: float
+    checked_below: float
     unit: str = ""
 
 
 _CHOSEN, _RUNS = chosen("compare", "causes"), chosen("compare", "runs")
 
 KINDS = {name: Kind(*numbers) for name, numbers in _CHOSEN.kinds.items()}
+"""Kinds of causes by name: errors that change alpha or the angles of the runs that share them."""
 
 _FAMILY = {ALL: ALL, HOLDER: "order", FROM_RUN: "order", WINDOW: "order", TREND: "order"}
 """Family of a group of runs: the causes of a family share a limit. All other groups are labels of the run sheet."""
@@ -65,8 +66,8 @@ class RunSlopes:
     """Slopes of n runs.
 
     `beta_deg`, `gamma_deg`: shape (n,). `alpha`, `se`: shape (2, n), z and x, N/cm^3. `mirrored`: whether the sign of
-    alpha_x was turned, as for an extraction. `order`: place of each run in the campaign. `labels`: the label of each
-    run, or an empty one, by name of the column of the run sheet. `tolerance_deg`: difference of each angle up to which
+    alpha_x was turned, as for an extraction. `order`: number of each run in the order of the campaign. `labels`: the
+    label of each run, or an empty one, by name of the column of the run sheet. `tolerance_deg`: difference of each angle up to which
     runs are of one direction.
     """
 
@@ -93,9 +94,9 @@ class RunSlopes:
 class Cause(NamedTuple):
     """An error that some runs may share.
 
-    `group`: name of a column of the run sheet, or one of `ALL`, `HOLDER`, `FROM_RUN`, `WINDOW`, `TREND`. `place`: which
-    runs of the group, by label, angle or numbers. `kind`: one of `KINDS`. `share`: part of the cause that each run has,
-    shape (n,). `effect`: change of alpha by a cause of size 1, shape (2 n,).
+    `group`: how the runs are grouped: by a column of the run sheet, or `ALL`, `HOLDER`, `FROM_RUN`, `WINDOW`, `TREND`.
+    `place`: which runs of the group, by label, angle or numbers. `kind`: one of `KINDS`. `share`: factor of the cause in
+    each run, shape (n,). `effect`: change of alpha by a cause of size 1, shape (2 n,), z first.
     """
 
     group: str
@@ -105,35 +106,42 @@ class Cause(NamedTuple):
     effect: FloatArray
 
     @property
-    def of_media(self) -> float:
+    def name(self) -> tuple[str, str, str]:
+        """Group, place and kind, which name the cause in any model of the same runs."""
+        return self[:3]
+
+    @property
+    def spread_of_media(self) -> float:
         """Standard deviation of a cause of all runs over sound media and ordinary mounts; 0 if it has none."""
         return float(_CHOSEN.of_media.get(self.kind, 0.0)) if self.group == ALL else 0.0
 
     @property
     def tolerated(self) -> float:
-        """Size that is no fault; 0 where `of_media` is a part of the error instead."""
-        return 0.0 if self.of_media else KINDS[self.kind].tolerated
+        """Size that is no fault; 0 where `spread_of_media` is a part of the error instead."""
+        return 0.0 if self.spread_of_media else KINDS[self.kind].tolerated
 
 
-class Found(NamedTuple):
-    """A cause that was found, with its size, the error of the size, and the errors beyond the tolerated size.
+class FoundCause(NamedTuple):
+    """A cause that was found, with its size and the standard error of the size.
 
-    `inseparable`: other causes that explain the runs about as well.
+    `errors_beyond`: number of errors by which the size exceeds the tolerated one. `inseparable`: other causes that
+    explain the runs about as well.
     """
 
     cause: Cause
     size: float
     se: float
-    times: float
+    errors_beyond: float
     inseparable: tuple[Cause, ...] = ()
 
 
 class Scan(NamedTuple):
-    """Scores of all k candidates.
+    """Scores of all k candidates; arrays have shape (k,).
 
     `size`, `se`: size and its standard error. `checked`: whether the runs can show the cause. `mixed_up`: whether they
-    cannot because its runs have other directions than the rest. `limit`: errors from which the cause is told; causes by
-    order share one, causes by label another, and each cause of all runs has its own.
+    cannot because its runs have other directions than the rest. `limit`: number of errors beyond the tolerated size from
+    which a candidate is a cause; causes by order share a limit, causes by label another, and each cause of all runs has
+    one for itself.
     """
 
     causes: list[Cause]
@@ -150,31 +158,49 @@ class Scan(NamedTuple):
 
     @property
     def error(self) -> FloatArray:
-        """Standard error of the size of each fault, which includes the spread over sound media (`Cause.of_media`)."""
-        return np.hypot(self.se, [cause.of_media for cause in self.causes])
+        """Standard error of the size of each fault, which includes the spread over sound media."""
+        return np.hypot(self.se, [cause.spread_of_media for cause in self.causes])
 
     @property
-    def beyond(self) -> FloatArray:
+    def errors_beyond(self) -> FloatArray:
         """Number of errors by which each size exceeds the tolerated one."""
         return np.maximum(np.abs(self.size) - self.tolerated, 0) / self.error
 
     @property
     def least_seen(self) -> FloatArray:
-        """Least size of each candidate that is told with a probability of 80 %."""
+        """Least size of each candidate that is found with a probability of 80 %."""
         return np.asarray(self.tolerated + (self.limit + _CHOSEN.power_sigmas) * self.error)
 
 
 @dataclass(eq=False)
 class JointModel:
-    """Joint model of all runs, in which the causes told so far are put right.
+    """Joint model of n runs in m directions, from which the causes that were found are removed.
 
-    Attributes
+    Parameters
     ----------
     runs : RunSlopes
+        In the model all runs of a direction have its angles, and alpha is moved to them.
     angles_deg : (float, float)
         Standard deviations of beta and gamma of a run.
     without : tuple of str
         Published media that are left out of the known shapes.
+
+    Attributes
+    ----------
+    theta : ndarray, shape (4,)
+        Logarithms of the size of the medium, of the factor on the variance of its departure from the known shape, of the
+        spread of beds and of the rest.
+    weight : ndarray, shape (n,)
+        Weight of each run: 1, and less for a run that lies far from the others of its direction.
+    directions, direction_of_run : ndarray, shape (2, m) and (n,)
+        Beta and gamma, deg, and the number of the direction of each run.
+    prior_mean, prior_covariance, local_variance : ndarray, shape (2 m,), (2 m, 2 m), (2 m,)
+        Alpha of the directions, z first, for a medium of size 1: mean, covariance of the departure, and variance of the
+        departure that repeats of one direction share.
+    expected, by_beta, by_gamma : ndarray, shape (2, n)
+        Alpha of the direction of each run by prior and data, and its slopes over the angles, per degree.
+    transform, log_jacobian : ndarray or None, shape (n, 2, 2), and float
+        Linear transformation of the slopes by which causes were removed, and the logarithm of its Jacobian.
     """
 
     runs: RunSlopes
@@ -183,90 +209,88 @@ class JointModel:
 
     def __post_init__(self) -> None:
         self.weight = np.ones(self.runs.size)
-        self.jacobian = 0.0
+        self.log_jacobian = 0.0
         self.transform: FloatArray | None = None
         angles_deg = self.runs.beta_deg, self.runs.gamma_deg
-        # numbered only here: putting a cause right moves directions, but runs of two directions
-        # stay apart
+        # numbered only here: removing a cause moves directions, but runs of two directions
+        # do not become runs of one
         self.number = number_directions(*angles_deg, tolerance_deg=self.runs.tolerance_deg)
         beta_deg, gamma_deg = angles_of_directions(self.number, *angles_deg)
         off_deg = angles_deg[0] - beta_deg, angles_deg[1] - gamma_deg
         self.runs = replace(self.runs, beta_deg=beta_deg, gamma_deg=gamma_deg)
-        self._locate_runs(self.runs)
+        self.locate_runs()
         count = self.directions.shape[1]
-        mean = self.mean.reshape(2, count)[:, self.cell]
-        size = float((mean * self.runs.alpha).sum() / (mean**2).sum())
-        least = 0.05 * float(np.abs(self.runs.alpha).sum() / np.abs(mean).sum())
-        self.theta = np.array(
-            [
-                math.log(max(size, least)),
-                0.0,
-                math.log(USUAL_BED_SPREAD),
-                math.log(_RUNS.start_rest),
-            ]
-        )
+        prior_mean = self.prior_mean.reshape(2, count)
+        mean_of_runs = prior_mean[:, self.direction_of_run]
+        size = float((mean_of_runs * self.runs.alpha).sum() / (mean_of_runs**2).sum())
+        least = 0.05 * float(np.abs(self.runs.alpha).sum() / np.abs(mean_of_runs).sum())
+        size = max(size, least)
+        self.theta = np.log([size, 1.0, USUAL_BED_SPREAD, _RUNS.start_rest])
         medians = [
-            np.median(self.runs.alpha[:, self.cell == place], axis=1) for place in range(count)
+            np.median(self.runs.alpha[:, self.direction_of_run == direction], axis=1)
+            for direction in range(count)
         ]
-        start = 0.8 * np.stack(medians, axis=1) + 0.2 * math.exp(self.theta[0]) * self.mean.reshape(
-            2, count
-        )
-        self._set_expected(math.exp(self.theta[0]) * self.prior_mean, start)
+        self._set_expected(size * self.mean_around)
+        start = 0.8 * np.stack(medians, axis=1) + 0.2 * size * prior_mean
+        self.expected = start[:, self.direction_of_run]
         # alpha of each run is moved from its own angles to those of its direction
         moved = self.by_beta * off_deg[0] + self.by_gamma * off_deg[1]
         self.runs = replace(self.runs, alpha=self.runs.alpha - moved)
 
     # --- the prior
 
-    def _locate_runs(self, runs: RunSlopes) -> None:
-        """Sort runs into directions, and set the prior there and, for its derivatives by the angles, a few degrees away."""
-        self._sort_into_directions(runs)
-        count = self.directions.shape[1]
-        self.prior_mean, self.prior_rows = _prior_beside(
-            self.without, self.directions.tobytes(), count
-        )
-        places = _places_of_directions(count)
-        self._set_prior(self.prior_mean[places], self.prior_rows[places])
+    def locate_runs(self) -> None:
+        """Sort runs into directions, and set the prior there and, for its slopes over the angles, a few degrees away.
 
-    def _locate_moved_runs(self, runs: RunSlopes) -> None:
-        """Sort runs whose angles were put right into directions, and set the prior there; slopes stay as they are."""
-        self._sort_into_directions(runs)
-        beta_deg, gamma_deg = self.directions
-        self._set_prior(*prior_of_media(beta_deg, gamma_deg, _RUNS.rough_share, self.without))
+        `mean_around`: prior mean of alpha at five points around each direction: itself, a step up and down in beta, and
+        one up and down in gamma; shape (10 m,), in the order of components, points, directions. `covariance_around`: its
+        covariance with alpha of the directions, (10 m, 2 m).
+        """
+        self._sort_into_directions()
+        beta, gamma = self.directions
+        step = _RUNS.difference_deg
+        betas = np.concatenate([beta, beta + step, beta - step, beta, beta])
+        gammas = np.concatenate([gamma, gamma, gamma, gamma + step, gamma - step])
+        self.mean_around, covariance = self._known_shape(betas, gammas)
+        itself = np.arange(10 * beta.size).reshape(2, 5, -1)[:, 0].ravel()
+        self.covariance_around = covariance[:, itself]
+        self._set_prior(self.mean_around[itself], self.covariance_around[itself])
 
-    def _sort_into_directions(self, runs: RunSlopes) -> None:
-        """Set `directions`, angles in degrees (2, m), and `cell`, the direction of each run."""
+    def _known_shape(
+        self, beta_deg: FloatArray, gamma_deg: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return mean and covariance of alpha by the known shape; see `prior_of_media`."""
+        return prior_of_media(beta_deg, gamma_deg, _RUNS.rough_share, self.without)
+
+    def _sort_into_directions(self) -> None:
+        """Set `directions` and `direction_of_run`."""
         # runs of one direction agree to six decimals after all were moved by the same angle
-        angles_deg = np.round([beta_apart(runs.beta_deg, 0.0), runs.gamma_deg], 6)
-        directions, cell = np.unique(
+        angles_deg = np.round([beta_apart(self.runs.beta_deg, 0.0), self.runs.gamma_deg], 6)
+        directions, direction_of_run = np.unique(
             np.stack([*angles_deg, self.number]), axis=1, return_inverse=True
         )
-        self.directions, self.cell = np.ascontiguousarray(directions[:2]), cell.ravel()
+        self.directions, self.direction_of_run = directions[:2], direction_of_run.ravel()
 
     def _set_prior(self, mean: FloatArray, covariance: FloatArray) -> None:
         """Set the prior of alpha in the directions, for a medium of size 1."""
-        self.mean = mean
-        self.prior = covariance + 1e-8 * np.eye(mean.size)
-        self.local = _local_variance(self.mean, np.bincount(self.cell))
+        self.prior_mean = mean
+        self.prior_covariance = covariance + 1e-8 * np.eye(mean.size)
+        self.local_variance = _local_variance(mean, np.bincount(self.direction_of_run))
 
-    def _set_expected(self, full: FloatArray, cells: FloatArray | None = None) -> None:
-        """Set alpha of the directions and its slopes over the angles, per degree, for each run.
-
-        `full`: alpha at directions and beside, as `_prior_beside`. `cells`: alpha of the directions, in place of that
-        in `full`.
-        """
-        blocks = full.reshape(2, 5, -1)
-        self.expected = (blocks[:, 0] if cells is None else cells)[:, self.cell]
-        self.by_beta = ((blocks[:, 1] - blocks[:, 2]) / (2 * _RUNS.difference_deg))[:, self.cell]
-        self.by_gamma = ((blocks[:, 3] - blocks[:, 4]) / (2 * _RUNS.difference_deg))[:, self.cell]
+    def _set_expected(self, alpha_around: FloatArray) -> None:
+        """Set alpha of the directions and its slopes over the angles; `alpha_around`: alpha as in `mean_around`."""
+        points = alpha_around.reshape(2, 5, -1)[:, :, self.direction_of_run]
+        itself, beta_above, beta_below, gamma_above, gamma_below = points.swapaxes(0, 1)
+        self.expected = itself
+        self.by_beta: FloatArray = (beta_above - beta_below) / (2 * _RUNS.difference_deg)
+        self.by_gamma: FloatArray = (gamma_above - gamma_below) / (2 * _RUNS.difference_deg)
 
     # --- the likelihood
 
     def _scatter(self, theta: FloatArray, weight: FloatArray | None = None) -> FloatArray:
         """Return the covariance of alpha of each run about that of its direction, shape (n, 2, 2).
 
-        `theta`: logarithms of the size, of the factor on the variance of the departure, of the spread of beds and of
-        the rest.
+        `theta`: see the class. `weight`: of each run; default: that of the model.
         """
         scatter_of_runs = Scatter(math.exp(theta[2]), math.exp(theta[3]), _RUNS.weak, _RUNS.floor)
         scatter = scatter_of_runs.covariance(self.expected, self.runs.se)
@@ -278,18 +302,23 @@ class JointModel:
         return scatter
 
     def _gaussian(self, theta: FloatArray) -> RunGaussian:
-        """Return the distribution of the runs about the prior mean."""
-        relative = math.exp(theta[1]) * self.prior + np.diag(self.local)
-        return RunGaussian(self._scatter(theta), self.cell, math.exp(2 * theta[0]) * relative)
+        """Return the distribution of the runs about the prior mean; `theta`: see the class."""
+        relative = math.exp(theta[1]) * self.prior_covariance + np.diag(self.local_variance)
+        shared = math.exp(2 * theta[0]) * relative
+        return RunGaussian(self._scatter(theta), self.direction_of_run, shared)
 
     def _mean(self, theta: FloatArray) -> FloatArray:
         """Return the prior mean of the runs, shape (2 n,)."""
-        of_runs = self.mean.reshape(2, -1)[:, self.cell]
+        of_runs = self.prior_mean.reshape(2, -1)[:, self.direction_of_run]
         return math.exp(theta[0]) * of_runs.ravel()
+
+    def _residual(self, theta: FloatArray) -> FloatArray:
+        """Return alpha of the runs less its prior mean, shape (2 n,)."""
+        return self.runs.alpha.ravel() - self._mean(theta)
 
     def cost(self, theta: FloatArray) -> float:
         """Return the negative logarithm of likelihood times prior of `theta`; infinite without a covariance."""
-        residual = self.runs.alpha.ravel() - self._mean(theta)
+        residual = self._residual(theta)
         try:
             gaussian = self._gaussian(theta)
             quadratic, log_det = residual @ gaussian.solve(residual), gaussian.log_det
@@ -298,41 +327,40 @@ class JointModel:
             return math.inf
         half = _RUNS.departure_dof / 2
         of_prior = half * theta[1] + (half + 1) * math.exp(-theta[1])
-        for value, middle in ((theta[2], USUAL_BED_SPREAD), (theta[3], _RUNS.rest)):
-            of_prior += 0.5 * ((value - math.log(middle)) / _RUNS.log_sd) ** 2
-        return float(0.5 * (quadratic + log_det) + of_prior + self.jacobian)
+        usual = np.log([USUAL_BED_SPREAD, _RUNS.rest])
+        of_prior += 0.5 * (((theta[2:] - usual) / _RUNS.log_sd) ** 2).sum()
+        return float(0.5 * (quadratic + log_det) + of_prior + self.log_jacobian)
 
     # --- the fit
 
-    def fit(self, rounds: int = 3, evaluations: int = 90, step: float = 1.0) -> JointModel:
-        """Find size, departure and scatter, in `theta`, and from them weights of runs and alpha of the directions."""
-        first = step * np.array([0.1, 0.5, 0.3, 0.3])
-        for turn in range(rounds):
-            if turn:
-                first = 0.4 * np.array([0.1, 0.5, 0.3, 0.3])
-            most = evaluations if turn == 0 else evaluations // 2
+    def fit(self, rounds: int = 3, evaluations: int = 90, step: float = 1.0) -> None:
+        """Find size, departure and scatter, in `theta`, and from them weights of runs and alpha of the directions.
+
+        `evaluations`: most evaluations of the cost in the first round. `step`: factor of its first steps.
+        """
+        for round_number in range(rounds):
+            # later rounds follow the changes of the weights, which are small
+            first = (0.4 if round_number else step) * np.array([0.1, 0.5, 0.3, 0.3])
+            most = evaluations // 2 if round_number else evaluations
             self.theta = _minimise(self.cost, self.theta, first, most)
             self.update()
-        return self
 
     def update(self) -> None:
         """Set alpha of the directions by the data, and weights by the distance of each run from all others."""
         gaussian = self._gaussian(self.theta)
-        residual = self.runs.alpha.ravel() - self._mean(self.theta)
-        sums = gaussian.sum_by_direction(gaussian.solve(residual))[:, 0]
-        departure = math.exp(self.theta[1]) * (self.prior_rows @ sums)
-        departure[_places_of_directions(self.directions.shape[1])] += self.local * sums
-        self._set_expected(
-            math.exp(self.theta[0]) * self.prior_mean + math.exp(2 * self.theta[0]) * departure
-        )
+        sums = gaussian.sum_by_direction(gaussian.solve(self._residual(self.theta)))[:, 0]
+        departure = math.exp(self.theta[1]) * (self.covariance_around @ sums)
+        # repeats of a direction share a departure from the known shape that its neighbours do not show
+        departure.reshape(2, 5, -1)[:, 0] += (self.local_variance * sums).reshape(2, -1)
+        size = math.exp(self.theta[0])
+        self._set_expected(size * self.mean_around + size**2 * departure)
         self.update_weights()
 
     def update_weights(self) -> None:
         """Set the weight of each run by its distance from alpha by all others (Student's t): far runs count little."""
-        gaussian = self._gaussian(self.theta)
-        residual = self.runs.alpha.ravel() - self._mean(self.theta)
-        predicted, covariance = gaussian.leave_out(residual.reshape(2, -1))
-        off = residual.reshape(2, -1) - predicted
+        residual = self._residual(self.theta).reshape(2, -1)
+        predicted, covariance = self._gaussian(self.theta).leave_out(residual)
+        off = residual - predicted
         covariance = covariance + self._scatter(self.theta, np.ones(self.runs.size))
         distance = np.einsum("in,nij,jn->n", off, np.linalg.inv(covariance), off)
         self.weight = np.clip((_RUNS.t_dof + 2) / (_RUNS.t_dof + distance), 0.02, 1.0)
@@ -340,8 +368,13 @@ class JointModel:
     # --- causes
 
     def _shares(self) -> Iterator[tuple[str, str, FloatArray]]:
-        """Yield groups of runs by the order and by the labels of the sheet: group, place, and share of each run."""
+        """Yield sets of runs by the order and by the labels of the sheet: group and place of `Cause`, and share of each run.
+
+        The share is 1/2 in the runs of the set and -1/2 in the others, so that a cause leaves the size of the medium
+        alone; it grows from the one to the other in a trend.
+        """
         size = self.runs.size
+        # number of each run in the order, from 0
         rank = np.argsort(np.argsort(self.runs.order, kind="stable"), kind="stable")
         yield TREND, "", rank / (size - 1) - 0.5
         edge = least_step(size)
@@ -366,9 +399,10 @@ class JointModel:
     def causes(self) -> list[Cause]:
         """List all candidates."""
         alpha, side, runs = self.expected, self.runs.side, self.runs
+        # change of alpha by a turn of the mount by 1 degree
         turned = math.radians(1) * side * np.stack([alpha[1], -alpha[0]])
         along_x = np.array([[0.0], [1.0]])
-        every = np.ones(runs.size)
+        every_run = np.ones(runs.size)
         candidates: list[Cause] = []
 
         def add(group: str, place: str, kind: str, share: FloatArray, effect: FloatArray) -> None:
@@ -383,25 +417,25 @@ class JointModel:
             if group != TREND:
                 add(group, place, "beta-offset", share, share * side * self.by_beta)
         # paths that are neither level nor vertical, and plates that are not upright
-        slanted = (np.abs(runs.gamma_deg) > 1) & (np.abs(np.abs(runs.gamma_deg) - 90) > 1)
-        tilted = np.where(np.abs(runs.beta_deg) < 89, 1.0, 0.0)
-        add(ALL, "", "turn", every, turned)
-        add(ALL, "", "crosstalk", every, np.stack([0 * alpha[0], side * alpha[0]]))
-        add(ALL, "", "beta-scale", tilted, runs.beta_deg * tilted * self.by_beta)
-        add(ALL, "", "beta-offset", every, side * self.by_beta)
-        add(ALL, "", "gamma-offset", np.where(slanted, 1.0, 0.0), slanted * side * self.by_gamma)
+        is_slanted = (np.abs(runs.gamma_deg) > 1) & (np.abs(np.abs(runs.gamma_deg) - 90) > 1)
+        is_tilted = (np.abs(runs.beta_deg) < 89).astype(float)
+        add(ALL, "", "turn", every_run, turned)
+        add(ALL, "", "crosstalk", every_run, np.stack([0 * alpha[0], side * alpha[0]]))
+        add(ALL, "", "beta-scale", is_tilted, runs.beta_deg * is_tilted * self.by_beta)
+        add(ALL, "", "beta-offset", every_run, side * self.by_beta)
+        add(ALL, "", "gamma-offset", is_slanted.astype(float), is_slanted * side * self.by_gamma)
         # a holder of one angle holds plates at plus and at minus this angle
-        sizes = np.abs(runs.beta_deg)
         for angle in np.unique(np.round(np.abs(self.directions[0]))):
-            share = np.where(np.abs(sizes - angle) < 0.6, np.sign(runs.beta_deg), 0.0)
+            is_held = np.abs(np.abs(runs.beta_deg) - angle) < 0.6
+            share = np.where(is_held, np.sign(runs.beta_deg), 0.0)
             if 0 < angle < 89 and 2 <= np.abs(share).sum() <= runs.size - 4:
                 add(HOLDER, f"{angle:g}", "holder", share, share * self.by_beta)
         return candidates
 
-    def put_right(self, cause: Cause, size: float) -> JointModel:
+    def remove(self, cause: Cause, size: float) -> JointModel:
         """Return the model of the runs as they would be without a cause of this size."""
         runs, share, side = self.runs, cause.share, self.runs.side
-        beta, gamma, alpha = runs.beta_deg, runs.gamma_deg, runs.alpha
+        beta, gamma = runs.beta_deg, runs.gamma_deg
         transform = np.tile(np.eye(2), (runs.size, 1, 1))
         log_jacobian = 0.0
         if cause.kind in ("gain", "gain-x"):
@@ -425,12 +459,14 @@ class JointModel:
         else:
             beta = beta + size * share * (side if cause.kind == "beta-offset" else 1.0)
         model = copy(self)
-        alpha = np.einsum("nij,jn->in", transform, alpha)
+        alpha = np.einsum("nij,jn->in", transform, runs.alpha)
         model.runs = replace(runs, beta_deg=beta, gamma_deg=gamma, alpha=alpha)
-        model.jacobian = self.jacobian + log_jacobian
+        model.log_jacobian = self.log_jacobian + log_jacobian
         model.transform = transform if self.transform is None else transform @ self.transform
         if beta is not runs.beta_deg or gamma is not runs.gamma_deg:
-            model._locate_moved_runs(model.runs)
+            # the slopes over the angles stay: they need five times as many points of the known shape
+            model._sort_into_directions()
+            model._set_prior(*model._known_shape(*model.directions))
         return model
 
     def scan(self) -> Scan:
@@ -439,20 +475,20 @@ class JointModel:
         from scipy.special import ndtri
 
         effects = np.column_stack([cause.effect for cause in causes])
-        mean = self._mean(self.theta)
-        residual = self.runs.alpha.ravel() - mean
-        scores, information = self._gaussian(self.theta).score(residual, mean, effects)
+        scores, information = self._gaussian(self.theta).score(
+            self._residual(self.theta), self._mean(self.theta), effects
+        )
         precision = np.maximum(np.diag(information), 1e-12)
         size = scores / precision
         wider = np.array([_CHOSEN.wider.get(cause.kind, 1.0) for cause in causes])
         se = wider / np.sqrt(precision)
-        tolerated = np.array([KINDS[cause.kind].tolerated for cause in causes])
-        most = np.array([KINDS[cause.kind].most for cause in causes])
+        tolerated, checked_below = np.array([KINDS[cause.kind][:2] for cause in causes]).T
         families = np.array([_FAMILY.get(cause.group, "labels") for cause in causes])
+        # candidates that the directions hardly show would only blur the limit of their family
         is_seen = se < 50 * tolerated
         limit_of_one = -float(ndtri(_CHOSEN.nominal_rate / 2))
         limit = np.array(
-            [limit_of_one if cause.of_media else _CHOSEN.limit_of_all for cause in causes]
+            [limit_of_one if cause.spread_of_media else _CHOSEN.limit_of_all for cause in causes]
         )
         dof = max(self.runs.size - self.directions.shape[1], self.runs.size / 2, 8.0)
         for family in ("order", "labels"):
@@ -463,60 +499,51 @@ class JointModel:
                 normal_limit = _limit_of_largest(correlation, _CHOSEN.nominal_rate)
                 limit[families == family] = student_limit(normal_limit, dof)
         grouped = np.array([cause.group not in (ALL, HOLDER) for cause in causes])
-        mixed_up = grouped & (se > _CHOSEN.mixed_up * self._error_beside_known_shape(effects))
+        mixed_up = grouped & (se > _CHOSEN.mixed_up * self._error_with_exact_shape(effects))
         scan = Scan(causes, size, se, is_seen & ~mixed_up, mixed_up, limit)
-        return scan._replace(checked=scan.checked & (scan.least_seen < most))
+        return scan._replace(checked=scan.checked & (scan.least_seen < checked_below))
 
-    def _error_beside_known_shape(self, effects: FloatArray) -> FloatArray:
-        """Return the standard errors that the causes would have if the shape were known exactly."""
+    def _error_with_exact_shape(self, effects: FloatArray) -> FloatArray:
+        """Return the standard errors that causes would have if no medium departed from the known shape.
+
+        `effects`: `Cause.effect` of k causes, shape (2 n, k).
+        """
         theta = self.theta.copy()
         theta[1] = math.log(1e-4)
         mean = self._mean(theta)
         _, information = self._gaussian(theta).score(mean, mean, effects)
         return 1 / np.sqrt(np.maximum(np.diag(information), 1e-12))
 
-    def _fit_cause(self, cause: Cause, size: float, se: float) -> tuple[float, float, JointModel]:
+    def fit_cause(self, cause: Cause, size: float, se: float) -> tuple[float, float, JointModel]:
         """Find the best size of a cause, the errors by which it exceeds the tolerated size, and the model without it.
 
         The scatter is fitted both with the best and with the tolerated size, so a cause cannot win by making errors
-        small.
+        small. `size`, `se`: first estimate and its standard error.
         """
-        tolerated = cause.tolerated
         step = np.array([0.1, 0.3, 0.3, 0.3, max(0.5 * abs(size), se)])
-
-        def cost(values: FloatArray) -> float:
-            # `model` of the moment: it is replaced below by one with other weights
-            return model.put_right(cause, values[4]).cost(values[:4])
-
-        model = self
-        values = _minimise(cost, np.append(self.theta, size), step, 70, 0.01)
-        without = self.put_right(cause, values[4])
-        without.theta = values[:4]
-        without.update_weights()
-        model = self._with_weight(without.weight)
-        values = _minimise(cost, values, 0.4 * step, 70, 0.01)
-        best, size = cost(values), float(values[4])
-        tolerated_size = math.copysign(min(abs(size), tolerated), size)
-        tolerated_model = model.put_right(cause, tolerated_size)
-        theta = _minimise(tolerated_model.cost, self.theta, step[:4], 70)
-        times = math.sqrt(max(2 * (tolerated_model.cost(theta) - best), 0.0))
-        without = model.put_right(cause, size)
-        without.theta = values[:4]
-        return size, times, without
-
-    def _with_weight(self, weight: FloatArray) -> JointModel:
-        """Return the model with other weights of the runs."""
         model = copy(self)
-        model.weight = weight
-        return model
 
-    def _error_of(self, cause: Cause) -> float:
-        """Return the standard error of a cause in the model from which it was removed; NaN where it is not found."""
-        scan = self.scan()
-        for candidate, se in zip(scan.causes, scan.se, strict=True):
-            if candidate[:3] == cause[:3]:
-                return float(se)
-        return math.nan
+        def cost(theta_and_size: FloatArray) -> float:
+            return model.remove(cause, theta_and_size[4]).cost(theta_and_size[:4])
+
+        def without_cause(theta_and_size: FloatArray) -> JointModel:
+            without = model.remove(cause, theta_and_size[4])
+            without.theta = theta_and_size[:4]
+            return without
+
+        first = _minimise(cost, np.append(self.theta, size), step, 70, 0.01)
+        # a run that lies far from the others because of the cause counts fully without it
+        without = without_cause(first)
+        without.update_weights()
+        model.weight = without.weight
+        best = _minimise(cost, first, 0.4 * step, 70, 0.01)
+        size = float(best[4])
+        tolerated_size = math.copysign(min(abs(size), cause.tolerated), size)
+        tolerated_model = model.remove(cause, tolerated_size)
+        theta = _minimise(tolerated_model.cost, self.theta, step[:4], 70)
+        # twice the logarithm of the likelihood ratio is the square of a standard normal number
+        errors_beyond = math.sqrt(max(2 * (tolerated_model.cost(theta) - cost(best)), 0.0))
+        return size, errors_beyond, without_cause(best)
 
 
 def least_step(size: int) -> int:
@@ -535,55 +562,68 @@ def list_untold(runs: int) -> list[str]:
     ]
 
 
-def find_causes(model: JointModel) -> tuple[list[Found], Scan]:
-    """Find the causes that runs share, the clearest first, and the scores of all causes after these are put right."""
+def find_causes(model: JointModel) -> tuple[list[FoundCause], Scan]:
+    """Find the causes that runs share, the clearest first, and the scores of all candidates after these are removed."""
     model.fit()
     scan = model.scan()
-    told: list[Found] = []
-    while len(told) < _CHOSEN.most_causes:
-        tried = _try_candidates(model, scan)
-        clear = [trial for trial in tried if trial.times >= trial.limit]
+    causes_found: list[FoundCause] = []
+    while len(causes_found) < _CHOSEN.most_causes:
+        trials = _try_candidates(model, scan)
+        clear = [trial for trial in trials if trial.errors_beyond >= trial.limit]
         if not clear:
             break
         # which cause it is depends on the runs alone, not on the spread over sound media
-        trial = max(clear, key=lambda trial: trial.by_runs - trial.limit)
+        trial = max(clear, key=lambda trial: trial.errors_by_runs - trial.limit)
         without = trial.model
-        without._locate_runs(without.runs)
+        without.locate_runs()
         without.update()
         without.fit(2, 50, 0.4)
-        se = without._error_of(trial.cause)
-        error = math.hypot(se, trial.cause.of_media)
+        scan_without = without.scan()
+        se = _error_in(scan_without, trial.cause)
+        error = math.hypot(se, trial.cause.spread_of_media)
         least_seen = trial.cause.tolerated + (trial.limit + _CHOSEN.power_sigmas) * error
-        if not least_seen < KINDS[trial.cause.kind].most:
+        if not least_seen < KINDS[trial.cause.kind].checked_below:
             break
-        told.append(
-            Found(trial.cause, trial.size, se, trial.times, _inseparable_from(trial, tried, scan))
-        )
-        model, scan = without, without.scan()
-    return told, scan
+        rivals = _inseparable_from(trial, trials, scan)
+        causes_found.append(FoundCause(trial.cause, trial.size, se, trial.errors_beyond, rivals))
+        model, scan = without, scan_without
+    return causes_found, scan
 
 
-def _inseparable_from(told: _Trial, tried: list[_Trial], scan: Scan) -> tuple[Cause, ...]:
-    """Find the other causes that explain the runs about as well as one that is told.
+def _error_in(scan: Scan, cause: Cause) -> float:
+    """Return the standard error of a cause among the candidates of another model; NaN where it is none of them."""
+    errors = (
+        se
+        for candidate, se in zip(scan.causes, scan.se, strict=True)
+        if candidate.name == cause.name
+    )
+    return float(next(errors, math.nan))
+
+
+def _inseparable_from(best: _Trial, trials: list[_Trial], scan: Scan) -> tuple[Cause, ...]:
+    """Find the other causes that explain the runs about as well as the best one.
 
     Causes of all runs are seen by the known shape alone, from which each medium departs in its own way. So
-    for such a cause others with a score near its own count, too, though a sound medium might have their size.
+    for such a cause others with a score near its score count, too, though a sound medium might have their size.
     """
     inseparable = {
-        trial.cause[:3]: trial.cause
-        for trial in tried
-        if trial is not told
-        and trial.times > trial.limit
-        and trial.by_runs > told.by_runs - _CHOSEN.inseparable
+        trial.cause.name: trial.cause
+        for trial in trials
+        if trial is not best
+        and trial.errors_beyond > trial.limit
+        and trial.errors_by_runs > best.errors_by_runs - _CHOSEN.inseparable
     }
-    if told.cause.group == ALL:
-        scores = np.abs(scan.size) / scan.se
-        names = [cause[:3] for cause in scan.causes]
-        least_score = scores[names.index(told.cause[:3])] - _CHOSEN.inseparable
+    if best.cause.group == ALL:
+        scores = {
+            cause.name: abs(size) / se
+            for cause, size, se in zip(scan.causes, scan.size, scan.se, strict=True)
+        }
         inseparable |= {
-            name: cause
-            for name, cause, score in zip(names, scan.causes, scores, strict=True)
-            if cause.group == ALL and score > least_score and name != told.cause[:3]
+            cause.name: cause
+            for cause in scan.causes
+            if cause.group == ALL
+            and cause.name != best.cause.name
+            and scores[cause.name] > scores[best.cause.name] - _CHOSEN.inseparable
         }
     return tuple(inseparable.values())
 
@@ -591,14 +631,14 @@ def _inseparable_from(told: _Trial, tried: list[_Trial], scan: Scan) -> tuple[Ca
 class _Trial(NamedTuple):
     """A candidate that the exact transformation decides.
 
-    `times`: errors beyond the tolerated size, `limit`: their limit. `by_runs`: the same by errors without the spread
-    over sound media. `model`: the model without the cause.
+    `errors_beyond`: number of errors by which its size exceeds the tolerated one. `errors_by_runs`: the same by errors
+    without the spread over sound media. `limit`: of `errors_beyond`, see `Scan`. `model`: the model without the cause.
     """
 
     cause: Cause
     size: float
-    times: float
-    by_runs: float
+    errors_beyond: float
+    errors_by_runs: float
     limit: float
     model: JointModel
 
@@ -606,34 +646,39 @@ class _Trial(NamedTuple):
 def _try_candidates(model: JointModel, scan: Scan) -> list[_Trial]:
     """Decide the candidates with the largest scores, one for each kind and group."""
     scores = np.where(scan.checked, np.abs(scan.size) / scan.se, 0.0)
-    beyond = scan.beyond
-    by_shape = np.array([cause.group == ALL and not cause.of_media for cause in scan.causes])
-    of_media = np.array([cause.of_media > 0 for cause in scan.causes])
-    ranked_by = np.where(of_media, beyond, scores)
-    worth = np.where(
-        by_shape, beyond > _CHOSEN.tried_of_all, ranked_by > scan.limit - _CHOSEN.ranked_from
+    beyond = scan.errors_beyond
+    has_spread = np.array([cause.spread_of_media > 0 for cause in scan.causes])
+    # seen by the known shape alone
+    by_shape = np.array([cause.group == ALL for cause in scan.causes]) & ~has_spread
+    is_worth_trying = np.where(
+        by_shape,
+        beyond > _CHOSEN.tried_of_all,
+        np.where(has_spread, beyond, scores) > scan.limit - _CHOSEN.ranked_from,
     )
-    worth &= scan.checked & (beyond > 0)
-    worth &= scores > scores.max() - _CHOSEN.far_behind
-    tried: dict[tuple[str, str], _Trial] = {}
-    for number in np.argsort(-np.where(worth, scores, 0.0)):
+    is_worth_trying &= scan.checked & (beyond > 0) & (scores > scores.max() - _CHOSEN.far_behind)
+    trials: dict[tuple[str, str], _Trial] = {}
+    for number in np.argsort(-np.where(is_worth_trying, scores, 0.0)):
         cause = scan.causes[number]
-        if not worth[number] or len(tried) >= _CHOSEN.most_tried:
+        if not is_worth_trying[number] or len(trials) >= _CHOSEN.most_tried:
             break
-        if (cause.kind, cause.group) in tried:
+        if (cause.kind, cause.group) in trials:
             continue
-        size, times, right = model._fit_cause(cause, scan.size[number], scan.se[number])
-        times = times if abs(size) > cause.tolerated else 0.0
-        by_runs = times / _CHOSEN.wider.get(cause.kind, 1.0)
+        size, errors_beyond, without = model.fit_cause(cause, scan.size[number], scan.se[number])
+        by_runs = errors_beyond / _CHOSEN.wider.get(cause.kind, 1.0)
+        by_runs *= abs(size) > cause.tolerated
         # the error by the runs is size / by_runs; the spread over sound media is added in squares
-        times = by_runs / math.hypot(1.0, cause.of_media * by_runs / (abs(size) or 1.0))
-        trial = _Trial(cause, size, times, by_runs, float(scan.limit[number]), right)
-        tried[cause.kind, cause.group] = trial
-    return list(tried.values())
+        beyond_spread = by_runs / math.hypot(
+            1.0, cause.spread_of_media * by_runs / (abs(size) or 1.0)
+        )
+        limit = float(scan.limit[number])
+        trials[cause.kind, cause.group] = _Trial(
+            cause, size, beyond_spread, by_runs, limit, without
+        )
+    return list(trials.values())
 
 
 def _limit_of_largest(correlation: FloatArray, rate: float) -> float:
-    """Return the size that the largest of standard normal scores with this correlation exceeds at a rate."""
+    """Return the limit that the largest of k standard normal scores with this correlation, (k, k), exceeds at a rate."""
     values, vectors = np.linalg.eigh((correlation + correlation.T) / 2)
     rows = (vectors * np.sqrt(np.maximum(values, 0)))[:, values > 1e-6]
     rows /= np.sqrt((rows**2).sum(axis=1))[:, None]
@@ -665,39 +710,20 @@ def expected_alpha(beta_deg: FloatArray, gamma_deg: FloatArray) -> FloatArray:
 def prior_of_media(
     beta_deg: FloatArray, gamma_deg: FloatArray, rough_share: float, without: tuple[str, ...] = ()
 ) -> tuple[FloatArray, FloatArray]:
-    """Return mean and covariance of alpha for a medium of size 1, free in what differs between sound media."""
+    """Return mean (2 n,) and covariance (2 n, 2 n) of alpha, z first, for a medium of size 1 at n directions.
+
+    The covariance includes what differs between sound media. `rough_share`: share of the rough shape in the mean, see
+    `rftfit.model.maps`. `without`: published media that are left out.
+    """
     return prior_at(beta_deg, gamma_deg, rough_share, _FREEDOM, without)
 
 
-@lru_cache(maxsize=4)
-def _prior_beside(
-    without: tuple[str, ...], directions: bytes, count: int
-) -> tuple[FloatArray, FloatArray]:
-    """Return the prior mean at directions and a step beside in beta and gamma, shape (10 n,).
-
-    Returned with its covariance with the directions, (10 n, 2 n). `directions`: bytes of beta and gamma, degrees, shape
-    (2, n), because the cache needs a key.
-    """
-    beta, gamma = np.frombuffer(directions).reshape(2, count)
-    step = _RUNS.difference_deg
-    betas = np.concatenate([beta, beta + step, beta - step, beta, beta])
-    gammas = np.concatenate([gamma, gamma, gamma, gamma + step, gamma - step])
-    mean, covariance = prior_of_media(betas, gammas, _RUNS.rough_share, without)
-    return mean, covariance[:, _places_of_directions(count)]
-
-
-def _places_of_directions(count: int) -> npt.NDArray[np.intp]:
-    """Return the places of the directions, z then x, in the mean of `_prior_beside`."""
-    return np.concatenate([np.arange(count), 5 * count + np.arange(count)])
-
-
 def _local_variance(mean: FloatArray, runs: npt.NDArray[np.intp]) -> FloatArray:
-    """Return the variance of the departure that the repeats of a direction share, shape (2 n,), for a medium of size 1.
+    """Return the variance of the departure that the repeats of a direction share, shape (2 m,), for a medium of size 1.
 
-    `mean`: of its alpha, (2 n,). `runs`: number in each direction, (n,). A single run shares none: the departure of its
-    direction is a part of its scatter.
+    `mean`: prior mean of alpha in m directions, (2 m,). `runs`: number of runs in each, (m,). A single run shares none:
+    the departure of its direction is a part of its scatter.
     """
     level = np.hypot(*mean.reshape(2, -1))
     variance = (_RUNS.local * level) ** 2 + (_RUNS.local_floor * level.max()) ** 2
-    variance = np.where(runs > 1, variance, 0.0)
-    return np.concatenate([variance, variance])
+    return np.tile(np.where(runs > 1, variance, 0.0), 2)

@@ -41,7 +41,7 @@ class AngleOffset:
 
 
 def offset_of_curve(measured: pd.DataFrame, predicted: pd.DataFrame) -> float:
-    """Angle by which the first part of a measured curve lies behind its prediction, whatever the size of the force.
+    """Return the angle by which the first part of a measured curve lies behind its prediction, whatever the size of the force.
 
     Parameters
     ----------
@@ -69,19 +69,17 @@ def offset_of_curve(measured: pd.DataFrame, predicted: pd.DataFrame) -> float:
     farthest_deg, step_deg = _CHOSEN.farthest_deg, _CHOSEN.step_deg
     offsets = np.arange(-farthest_deg, farthest_deg + step_deg / 2, step_deg)
     shifted_theta = theta[first_part][None] - offsets[:, None]
+    # prediction at each offset, shape (2, offsets, readings)
     moved = np.stack(
         [
             np.interp(shifted_theta, theta_predicted, component, left=0.0, right=0.0)
             for component in force_predicted
         ]
     )
-    measured_force = force[:, None, first_part]
-    power = (moved**2).sum(axis=(0, 2))
-    fitted = (moved * measured_force).sum(axis=(0, 2))
+    squares = (moved**2).sum(axis=(0, 2))
+    products = (moved * force[:, None, first_part]).sum(axis=(0, 2))
     # squares that are explained with the gain that fits best and does not turn the force around
-    explained = np.where(
-        (power > 0) & (fitted > 0), fitted**2 / np.where(power > 0, power, 1.0), 0.0
-    )
+    explained = np.maximum(products, 0.0) ** 2 / np.where(squares > 0, squares, 1.0)
     best = int(explained.argmax())
     is_inside = 0 < best < offsets.size - 1 and explained[best] > 0
     return float(offsets[best]) if is_inside else math.nan

@@ -15,7 +15,7 @@ from rftfit.compare.leg_angle import common_offset, offset_of_curve
 from rftfit.conventions import COMPONENTS, FloatArray
 from rftfit.forces.model_error import has_model_error, larger_model_error, outline_load
 from rftfit.forces.motion import Motion, rotation
-from rftfit.forces.outlines import arc_of, leg_outline
+from rftfit.forces.outlines import Outline, arc_of, leg_outline
 from rftfit.forces.peaks import OTHER_FORM, STEEP, STEEP_DEG, Peak
 from rftfit.forces.plane import force_draws, forces_on
 from rftfit.forces.prediction import predict_with_peaks
@@ -50,25 +50,16 @@ PREDICTED_COLUMNS = [
     "leg",
     "profile",
     "theta_deg",
-    "force_z_N",
-    "force_z_lo_N",
-    "force_z_hi_N",
-    "force_z_model_lo_N",
-    "force_z_model_hi_N",
-    "force_z_next_lo_N",
-    "force_z_next_hi_N",
-    "force_x_N",
-    "force_x_lo_N",
-    "force_x_hi_N",
-    "force_x_model_lo_N",
-    "force_x_model_hi_N",
-    "force_x_next_lo_N",
-    "force_x_next_hi_N",
+    *(
+        f"force_{c}{end}_N"
+        for c in COMPONENTS
+        for end in ("", "_lo", "_hi", "_model_lo", "_model_hi", "_next_lo", "_next_hi")
+    ),
     "moment_N_cm",
     *REASON,
 ]
 WITHIN_PERCENT = 33.0
-"""Largest error of a peak that is within: the paper states it for all its legs and media."""
+"""Largest error of a peak with the verdict `WITHIN`: the paper states it for all its legs and media."""
 
 WITHIN, OFF, FAR_OFF, NOT_TESTED = "within", "off", "far-off", "not-tested"
 """Verdicts on the model, the mildest first."""
@@ -79,11 +70,14 @@ _CHOSEN = chosen("compare", "legs")
 _ZERO_DOF = 2 * COSINES
 """Degrees of freedom of the zeros of a leg's run and of its tare together."""
 
-
 WITH_MODEL_ERROR = ("table", "map")
 """Profiles whose intervals contain the model's own error, which was measured by them."""
 
 Ends = tuple[float, float]
+"""Lower and upper end of an interval."""
+
+_FORCES = {"z": "force_z_N", "x": "force_x_N"}
+"""Column of the force by component."""
 
 
 class PeakEnds(NamedTuple):
@@ -110,45 +104,45 @@ def leg_prediction(
     The intervals include the error of the leg's shape. Returned with the peak of each component, where the profile has
     draws: the top of the curve and its interval.
     """
-    motion = _rotation_of_leg(leg, config.arm)
     level = config.fit.confidence
     # moments are not measured
-    names = {"z": "force_z_N", "x": "force_x_N"}
-    forces, tops = predict_with_peaks(
+    curves, tops = predict_with_peaks(
         profile,
         leg_outline(leg),
-        motion,
+        _rotation_of_leg(leg, config.arm),
         level,
-        quantities=[*names.values()],
+        quantities=[*_FORCES.values()],
         model_error=model_error if has_model_error(profile) else None,
     )
     quantile = float(student_quantile(level, GIVEN_DOF))
-    best = {c: forces[name].to_numpy(float) for c, name in names.items()}
-    moved = shape_errors(profile, leg, config, best)
-    # a leg that is moved a little may reach cells that are missing
-    shape = {}
-    for c, name in names.items():
-        shape[c] = quantile * np.sqrt(
-            sum(np.nan_to_num(change[c]) ** 2 for change in moved.values())
-        )
+    force = {c: curves[name].to_numpy(float) for c, name in _FORCES.items()}
+    changes = shape_errors(profile, leg, config, force)
+    # half width of the interval by the leg's shape; a leg that is moved a little may reach cells
+    # that are missing
+    half_width = {
+        c: quantile * np.sqrt(sum(np.nan_to_num(change[c]) ** 2 for change in changes.values()))
+        for c in COMPONENTS
+    }
+    for c, name in _FORCES.items():
         for lo, hi in (end_names(name), model_end_names(name), next_end_names(name)):
-            if lo in forces:
-                lower, upper = forces[lo].to_numpy(float), forces[hi].to_numpy(float)
-                forces[lo], forces[hi] = widen(best[c], (lower, upper), shape[c])
-    if not np.isfinite([*best.values()]).all():
-        return forces, {}
+            if lo in curves:
+                ends = curves[lo], curves[hi]
+                curves[lo], curves[hi] = widen(force[c], ends, half_width[c])
+    if not np.isfinite([*force.values()]).all():
+        return curves, {}
     peaks: dict[str, PeakEnds] = {}
-    for c, force in best.items():
-        row = extreme(force, c)
-        name = "lift" if c == "z" else "thrust" if force[row] > 0 else "drag"
+    for c in COMPONENTS:
+        pose = extreme(force[c], c)
+        name = "lift" if c == "z" else "thrust" if force[c][pose] > 0 else "drag"
         for top in (peak for peak in tops if peak.name == name):
-            half = shape[c][row]
-            of_alpha = widen(top.value, (top.lo, top.hi), half)
-            of_model = widen(top.value, (top.model_lo, top.model_hi), half)
+            of_alpha, of_model = (
+                widen(top.value, ends_of_top, half_width[c][pose])
+                for ends_of_top in ((top.lo, top.hi), (top.model_lo, top.model_hi))
+            )
             peaks[c] = PeakEnds(
                 top.value, _as_floats(of_alpha), _as_floats(of_model), _why_withheld(top)
             )
-    return forces, peaks
+    return curves, peaks
 
 
 def error_of_legs(media: Sequence[Medium]) -> float:
@@ -158,30 +152,36 @@ def error_of_legs(media: Sequence[Medium]) -> float:
     load, by the measured table, or by the map where the table has holes. It includes errors of alpha and of the
     readings.
     """
-    squares = []
+    relative_errors = [np.zeros(0)]
     for medium in media:
-        table = medium.profile("table", draws=False)
+        profile = medium.profile("table", draws=False)
         curves = medium.legs
         if not len(curves):
             continue
-        profile = medium.profile("map") if table.reason else table
+        if profile.reason:
+            profile = medium.profile("map")
         for name, curve in curves.groupby("leg"):
-            leg = medium.results.config.legs.get(str(name))
+            config = medium.results.config
+            leg = config.legs.get(str(name))
             if leg is None or profile.reason:
                 continue
             theta = curve["theta_deg"].to_numpy(float)
-            motion = rotation(
-                theta, leg.hip_height_cm, medium.results.config.arm.leg_speed_rad_per_s
-            )
-            forces = forces_on(profile, leg_outline(leg), motion.poses)
-            whole = outline_load(profile, leg_outline(leg), motion.poses, with_centre=False)
+            motion = rotation(theta, leg.hip_height_cm, config.arm.leg_speed_rad_per_s)
+            outline = leg_outline(leg)
+            whole = outline_load(profile, outline, motion.poses, with_centre=False)
             load = whole.between(0, theta.size)
             size = np.where(load.loaded > 0, load.size[0], np.nan)
-            for c, predicted in (("z", forces.force_z_N), ("x", forces.force_x_N)):
-                squares.append(((curve[f"force_{c}_N"].to_numpy(float) - predicted) / size) ** 2)
-    relative_squares = np.concatenate([np.zeros(0), *squares])
-    relative_squares = relative_squares[np.isfinite(relative_squares)]
-    return float(np.sqrt(relative_squares.mean())) if relative_squares.size else math.nan
+            for c, predicted in _force_on(profile, outline, motion).items():
+                relative_errors.append((curve[_FORCES[c]].to_numpy(float) - predicted) / size)
+    errors = np.concatenate(relative_errors)
+    errors = errors[np.isfinite(errors)]
+    return float(np.sqrt((errors**2).mean())) if errors.size else math.nan
+
+
+def _force_on(profile: Profile, outline: Outline, motion: Motion) -> dict[str, FloatArray]:
+    """Return the force on a leg in each pose of a motion, N, by component."""
+    forces = forces_on(profile, outline, motion.poses)
+    return {"z": forces.force_z_N, "x": forces.force_x_N}
 
 
 def _why_withheld(peak: Peak) -> tuple[Remark, ...]:
@@ -194,6 +194,7 @@ def _why_withheld(peak: Peak) -> tuple[Remark, ...]:
 
 
 def _as_floats(ends: tuple[Any, Any]) -> Ends:
+    """Return both ends as numbers of Python."""
     return float(ends[0]), float(ends[1])
 
 
@@ -211,18 +212,25 @@ def shape_errors(
     same as for plates.
     """
     errors, arc = config.errors, arc_of(leg)
-    surface = (errors.surface_run_mm or 0.0, errors.surface_session_mm or 0.0)
-    hip_cm = math.hypot(errors.hip_cm, *(error_mm / 10 for error_mm in surface))
-    plain, motion = leg_outline(leg), _rotation_of_leg(leg, config.arm)
-    longer = leg_outline(leg, arc_deg=arc * (1 + errors.arc_percent / 100)) if arc else plain
-    moved = {"hip": (plain, _rotation_of_leg(leg, config.arm, hip_cm)), "arc": (longer, motion)}
-    moved_forces = {
-        name: forces_on(profile, body, way.poses) for name, (body, way) in moved.items()
+    # in cm
+    surface = (errors.surface_run_mm or 0.0) / 10, (errors.surface_session_mm or 0.0) / 10
+    higher = _rotation_of_leg(leg, config.arm, math.hypot(errors.hip_cm, *surface))
+    outline = leg_outline(leg)
+    longer = leg_outline(leg, arc_deg=arc * (1 + errors.arc_percent / 100)) if arc else outline
+    moved = {
+        "hip": _force_on(profile, outline, higher),
+        "arc": _force_on(profile, longer, _rotation_of_leg(leg, config.arm)),
     }
-    return {
-        name: {"z": forces.force_z_N - best["z"], "x": forces.force_x_N - best["x"]}
-        for name, forces in moved_forces.items()
-    }
+    return {error: {c: force[c] - best[c] for c in COMPONENTS} for error, force in moved.items()}
+
+
+class _LegAtPeaks(NamedTuple):
+    """A leg with the pose of the peak of each component, and the change of its force by errors of its shape."""
+
+    outline: Outline
+    motion: Motion
+    peak_pose: dict[str, int]
+    shape_errors: dict[str, dict[str, FloatArray]]
 
 
 def errors_of_peaks(medium: Medium) -> dict[tuple[str, str], tuple[str, float]]:
@@ -235,42 +243,40 @@ def errors_of_peaks(medium: Medium) -> dict[tuple[str, str], tuple[str, float]]:
         return {}
     profile = medium.profile("table", draws=False)
     alpha = np.where(flagged(table), 0.0, alpha_columns(table))
-    sound = TableProfile(alpha[0], alpha[1], *directions(table))
-    legs, flagged_percent = {}, {}
+    without_flagged = TableProfile(alpha[0], alpha[1], *directions(table))
+    legs: dict[str, _LegAtPeaks] = {}
+    flagged_percent = {}
     for name, leg in config.legs.items():
-        motion = _rotation_of_leg(leg, config.arm)
-        best = forces_on(profile, leg_outline(leg), motion.poses)
-        forces = {"z": best.force_z_N, "x": best.force_x_N}
-        if not np.isfinite(forces["z"]).all():
+        outline, motion = leg_outline(leg), _rotation_of_leg(leg, config.arm)
+        force = _force_on(profile, outline, motion)
+        if not np.isfinite(force["z"]).all():
             continue
-        peak_rows = {c: extreme(force, c) for c, force in forces.items()}
-        legs[name] = (
-            leg_outline(leg),
-            motion.poses,
-            peak_rows,
-            shape_errors(profile, leg, config, forces),
-        )
-        without = forces_on(sound, leg_outline(leg), motion.poses)
-        for c, sound_force in (("z", without.force_z_N), ("x", without.force_x_N)):
-            flagged_percent[name, c] = 100 * (
-                1 - float(sound_force[peak_rows[c]] / forces[c][peak_rows[c]])
-            )
+        peak_pose = {c: extreme(force[c], c) for c in COMPONENTS}
+        changes = shape_errors(profile, leg, config, force)
+        legs[name] = _LegAtPeaks(outline, motion, peak_pose, changes)
+        for c, sound_force in _force_on(without_flagged, outline, motion).items():
+            share = float(sound_force[peak_pose[c]] / force[c][peak_pose[c]])
+            flagged_percent[name, c] = 100 * (1 - share)
 
     def peaks(alpha: tuple[FloatArray, FloatArray]) -> FloatArray:
         """Forces of all legs in the poses of their peaks, by each of many alpha, shape (peaks, many)."""
         many = TableProfile(*alpha, *directions(table))
         drawn = []
-        for outline, poses, peak_rows, _ in legs.values():
-            forces = force_draws(many, outline, poses[[peak_rows["z"], peak_rows["x"]]])
+        for leg in legs.values():
+            poses = leg.motion.poses[[leg.peak_pose["z"], leg.peak_pose["x"]]]
+            forces = force_draws(many, leg.outline, poses)
             drawn += [forces.force_z_N[:, 0], forces.force_x_N[:, 1]]
         return np.stack(drawn)
 
-    behind = errors_behind(table, config, peaks) if legs else {}
+    sd_by_error = errors_behind(table, config, peaks) if legs else {}
     peak_errors = {}
-    for place, (name, c) in enumerate((name, c) for name in legs for c in COMPONENTS):
-        _, _, peak_rows, moved = legs[name]
-        parts = {source: float(sd[place]) for source, sd in behind.items()}
-        parts |= {source: float(change[c][peak_rows[c]]) for source, change in moved.items()}
+    for number, (name, c) in enumerate(flagged_percent):
+        leg_at_peaks = legs[name]
+        pose = leg_at_peaks.peak_pose[c]
+        parts = {error: float(sd[number]) for error, sd in sd_by_error.items()}
+        parts |= {
+            error: float(change[c][pose]) for error, change in leg_at_peaks.shape_errors.items()
+        }
         peak_errors[name, c] = (shares(parts), flagged_percent[name, c])
     return peak_errors
 
@@ -330,32 +336,32 @@ def measured_peak(theta_deg: FloatArray, force_N: FloatArray, component: str) ->
 
     Readings are in order, one a degree. Where fewer than 6 lie around the highest one, this is the peak.
     """
-    row = extreme(force_N, component)
+    highest = extreme(force_N, component)
     window = _CHOSEN.smooth
     if force_N.size >= 2 * window:
         # where the curve is highest, not where the noise is
         smooth = np.convolve(force_N, np.full(window, 1 / window), mode="valid")
-        row = extreme(smooth, component) + window // 2
-    fine = np.linspace(-_CHOSEN.half_width_deg, _CHOSEN.half_width_deg, 101)
+        highest = extreme(smooth, component) + window // 2
+    fine_deg = np.linspace(-_CHOSEN.half_width_deg, _CHOSEN.half_width_deg, 101)
     for _ in range(2):
         # a second time, around the peak of the first parabola, where this peak lies near its end
-        centre = theta_deg[row]
-        near = np.abs(theta_deg - centre) <= _CHOSEN.half_width_deg
-        if np.count_nonzero(near) < _CHOSEN.fewest_readings:
-            return MeasuredPeak(float(force_N[row]), math.nan, float(centre))
-        offset = theta_deg[near] - centre
-        design = np.vander(offset, 3)
-        weights = np.linalg.pinv(design)
-        inside = fine[(fine >= offset.min()) & (fine <= offset.max())]
-        values = np.vander(inside, 3) @ weights @ force_N[near]
-        top = extreme(values, component)
-        if abs(inside[top]) <= _CHOSEN.half_width_deg / 2:
+        centre_deg = theta_deg[highest]
+        is_near = np.abs(theta_deg - centre_deg) <= _CHOSEN.half_width_deg
+        if np.count_nonzero(is_near) < _CHOSEN.fewest_readings:
+            return MeasuredPeak(float(force_N[highest]), math.nan, float(centre_deg))
+        offset_deg = theta_deg[is_near] - centre_deg
+        # least squares: coefficients of the parabola by the readings
+        coefficients_by_reading = np.linalg.pinv(np.vander(offset_deg, 3))
+        inside_deg = fine_deg[(fine_deg >= offset_deg.min()) & (fine_deg <= offset_deg.max())]
+        weights = np.vander(inside_deg, 3) @ coefficients_by_reading
+        parabola = weights @ force_N[is_near]
+        top = extreme(parabola, component)
+        top_deg = inside_deg[top]
+        if abs(top_deg) <= _CHOSEN.half_width_deg / 2:
             break
-        row = int(np.argmin(np.abs(theta_deg - centre - inside[top])))
-    share = np.vander(inside[top : top + 1], 3)[0] @ weights
-    scatter = _long_run_variance(force_N)
-    se = math.sqrt(scatter * float(share @ share))
-    return MeasuredPeak(float(values[top]), se, float(centre + inside[top]))
+        highest = int(np.argmin(np.abs(theta_deg - centre_deg - top_deg)))
+    se = math.sqrt(_long_run_variance(force_N) * float(weights[top] @ weights[top]))
+    return MeasuredPeak(float(parabola[top]), se, float(centre_deg + top_deg))
 
 
 def _long_run_variance(force: FloatArray) -> float:
@@ -398,27 +404,36 @@ def leg_errors(
     }
     keys = ["medium", "leg"]
     curves = dict(iter(measured.groupby(keys)))
-    flags_of_legs = {place: _flags_of_leg(curve, flags) for place, curve in curves.items()}
+    flags_of_curves = {key: _flags_of_leg(curve, flags) for key, curve in curves.items()}
     rows = []
     for (medium, leg, profile), predicted_curve in predicted.groupby([*keys, "profile"], sort=True):
-        measured_curve = curves.get((medium, leg))
-        both = (
-            None
-            if measured_curve is None
-            else measured_curve.merge(predicted_curve, on="theta_deg", suffixes=("_measured", ""))
-        )
-        spread = (bed_spread or {}).get(str(medium), 0.0)
+        curve = curves.get((medium, leg))
+        both = None
+        if curve is not None:
+            both = curve.merge(predicted_curve, on="theta_deg", suffixes=("_measured", ""))
         for component in COMPONENTS:
-            drawn_peak = (peaks or {}).get((str(medium), str(leg), str(profile), component))
-            numbers, why = _compare_component(both, component, spread, confidence, drawn_peak)
-            reason = reason_columns([*why, *flags_of_legs.get((medium, leg), ())])
-            name = {"medium": medium, "leg": leg, "profile": profile, "component": component}
-            name["verdict"] = judge(numbers)
-            parts = (behind or {}).get((str(medium), str(leg), component)) or ("", math.nan)
-            parts = parts if profile == "table" else ("", math.nan)
-            of_peak = dict(zip(("peak_errors", "peak_on_flagged_percent"), parts, strict=True))
-            of_model = errors_of_model if profile in WITH_MODEL_ERROR else {}
-            rows.append(name | numbers | of_model | of_peak | reason)
+            numbers, why = _compare_component(
+                both,
+                component,
+                (bed_spread or {}).get(str(medium), 0.0),
+                confidence,
+                (peaks or {}).get((str(medium), str(leg), str(profile), component)),
+            )
+            row: dict[str, Any] = {
+                "medium": medium,
+                "leg": leg,
+                "profile": profile,
+                "component": component,
+            }
+            row |= numbers | {"verdict": judge(numbers)}
+            if profile in WITH_MODEL_ERROR:
+                row |= errors_of_model
+            by_error = (behind or {}).get((str(medium), str(leg), component))
+            if by_error is None or profile != "table":
+                by_error = "", math.nan
+            row["peak_errors"], row["peak_on_flagged_percent"] = by_error
+            reason = reason_columns([*why, *flags_of_curves.get((medium, leg), ())])
+            rows.append(row | reason)
     table = pd.DataFrame(rows, columns=COLUMNS)
     return table.assign(**_errors_of_theta(table, curves, predicted))
 
@@ -426,121 +441,126 @@ def leg_errors(
 def _errors_of_theta(
     errors: pd.DataFrame, curves: Mapping[Any, pd.DataFrame], predicted: pd.DataFrame
 ) -> dict[str, Any]:
-    """Return the columns on theta: its offset in each curve, by the beginning of the curve, and its common error."""
-    maps = dict(iter(predicted[predicted["profile"] == "map"].groupby(["medium", "leg"])))
+    """Return the columns of `errors` on theta: its offset in each curve, by the curve's beginning, and its common error.
+
+    `curves`: measured curves by medium and leg. `predicted`: curves of all profiles, of which the map's are compared.
+    """
+    by_map = dict(iter(predicted[predicted["profile"] == "map"].groupby(["medium", "leg"])))
     offsets = {
-        place: offset_of_curve(curve, maps[place])
-        for place, curve in curves.items()
-        if place in maps
+        key: offset_of_curve(curve, by_map[key]) for key, curve in curves.items() if key in by_map
     }
     common = common_offset(offsets)
-    places = zip(errors["medium"], errors["leg"], strict=True)
+    keys = zip(errors["medium"], errors["leg"], strict=True)
     return {
-        "theta_offset_deg": [offsets.get(place, math.nan) for place in places],
+        "theta_offset_deg": [offsets.get(key, math.nan) for key in keys],
         "theta_error_deg": common.offset_deg,
         "theta_error_lo_deg": common.lo_deg,
         "theta_error_hi_deg": common.hi_deg,
     }
 
 
+_OF_CURVE = ("no-tare", "no-force-x")
+"""Codes of flags that are repeated with each comparison of a curve."""
+
+
 def _flags_of_leg(curve: pd.DataFrame, flags: Mapping[str, Flags] | None) -> Iterable[Remark]:
     """Collect the flags of the runs of a measured curve that every comparison with this curve repeats."""
     if flags is None:
         return ()
-    of_medium = flags[str(curve["medium"].iloc[0])]
-    of_runs = [of_medium.of_run(run_id) for run_id in curve["run_id"].unique()]
-    return dict.fromkeys(flag for of_run in of_runs for flag in of_run if flag.code in _OF_CURVE)
-
-
-_OF_CURVE = ("no-tare", "no-force-x")
-"""Codes of flags that are repeated with each comparison of a curve."""
+    flags_of_medium = flags[str(curve["medium"].iloc[0])]
+    return dict.fromkeys(
+        flag
+        for run_id in curve["run_id"].unique()
+        for flag in flags_of_medium.of_run(run_id)
+        if flag.code in _OF_CURVE
+    )
 
 
 def _compare_component(
     both: pd.DataFrame | None,
     component: str,
-    spread: float,
+    bed_spread: float,
     confidence: float,
-    drawn: PeakEnds | None,
+    peak_by_draws: PeakEnds | None,
 ) -> tuple[dict[str, float], list[Remark]]:
     """Compare one component of a predicted curve with the measured one; returns columns of `leg_errors` and remarks.
 
-    `both`: predicted and measured rows of the same theta, None without a measured curve. `spread`: of beds, relative.
-    `drawn`: peak of the whole predicted curve by its draws.
+    `both`: predicted and measured rows of the same theta, None without a measured curve. `bed_spread`: relative.
+    `peak_by_draws`: peak of the whole predicted curve by its draws.
     """
     if both is None:
         return {}, [remark("not-measured")]
     if both.empty:
         return {}, [remark("no-common-theta")]
-    theta, ours, truth = _curves(both, component)
-    why: list[Remark] = []
+    theta, predicted, measured = _curves(both, component)
     row = {"theta_from_deg": float(theta.min()), "theta_to_deg": float(theta.max())}
-    if not np.isfinite(ours).all():
-        lost = both.drop_duplicates("reason").to_dict("records")
-        return row, [why for lost_row in lost for why in reason_of(lost_row)] or [
-            remark("not-predicted")
-        ]
-    off = ours - truth
+    if not np.isfinite(predicted).all():
+        rows_by_reason = both.drop_duplicates("reason").to_dict("records")
+        why = [reason for row_of_pose in rows_by_reason for reason in reason_of(row_of_pose)]
+        return row, why or [remark("not-predicted")]
+    off = predicted - measured
     rms = float(np.sqrt(np.mean(off**2)))
-    scatter = float(np.sum((truth - truth.mean()) ** 2))
-    row |= {"rms_error_N": rms, "r2": 1 - float(off @ off) / scatter if scatter else math.nan}
+    squares_about_mean = float(np.sum((measured - measured.mean()) ** 2))
+    row["rms_error_N"] = rms
+    row["r2"] = 1 - float(off @ off) / squares_about_mean if squares_about_mean else math.nan
+    why = []
     if np.ptp(theta) < _CHOSEN.full_range_deg:
         ends = {"first": theta.min(), "last": theta.max()}
-        if _is_highest_at_end(theta, ours, component) or _is_highest_at_end(
-            theta, truth, component
-        ):
+        if any(_is_highest_at_end(theta, force, component) for force in (predicted, measured)):
             return row, [remark("short-at-peak", **ends)]
         why = [remark("short-curve", **ends)]
-        drawn = None  # its peak may lie where nothing was measured
-    elif drawn is not None:
-        why = [*drawn.withheld]
-    return row | _peak_errors(both, component, rms, spread, confidence, drawn), why
+        peak_by_draws = None  # it may lie where nothing was measured
+    elif peak_by_draws is not None:
+        why = [*peak_by_draws.withheld]
+    peak_errors = _peak_errors(both, component, bed_spread, confidence, peak_by_draws)
+    peak = abs(peak_errors["peak_measured_N"])
+    return row | peak_errors | {"rms_relative_to_peak": rms / peak if peak else math.nan}, why
 
 
 def _peak_errors(
     both: pd.DataFrame,
     component: str,
-    rms: float,
-    spread: float,
+    bed_spread: float,
     confidence: float,
-    drawn: PeakEnds | None,
+    peak_by_draws: PeakEnds | None,
 ) -> dict[str, float]:
-    """Return the columns of `leg_errors` on the peak; see `_compare_component`. `rms`: error of the curve, N."""
-    theta, ours, truth = _curves(both, component)
-    row, measured = extreme(ours, component), measured_peak(theta, truth, component)
-    peak, best = measured.force_N, float(ours[row])
-    name = f"force_{component}_N"
+    """Return the columns of `leg_errors` on the peak; see `_compare_component`."""
+    theta, predicted, measured = _curves(both, component)
+    pose = extreme(predicted, component)
+    predicted_peak, measured_top = float(predicted[pose]), measured_peak(theta, measured, component)
+    peak = measured_top.force_N
+
+    def number_at_pose(column: str, missing: float) -> float:
+        return float(both[column].iloc[pose]) if column in both else missing
+
+    name = _FORCES[component]
     ends, model_ends = (
-        tuple(float(both[end].iloc[row]) if end in both else math.nan for end in pair)
-        for pair in (end_names(name), model_end_names(name))
+        (number_at_pose(lo, math.nan), number_at_pose(hi, math.nan))
+        for lo, hi in (end_names(name), model_end_names(name))
     )
-    zero = (
-        float(both[f"zero_se_{component}_N"].iloc[row]) if f"zero_se_{component}_N" in both else 0
-    )
+    zero_se = number_at_pose(f"zero_se_{component}_N", 0.0)
     # the prediction has no noise: what the parabola changes there is an error of the measured peak,
     # too
-    smooth = measured_peak(theta, ours, component)
-    shape = (smooth.force_N / best - 1) * peak if best else 0.0
-    if drawn is not None:
-        best, ends, model_ends, _ = drawn
-    error = math.hypot(measured.se_N, zero, spread * peak, shape)
-    lo, hi = _error_interval(best, ends, peak, error, confidence)
-    model_lo, model_hi = _error_interval(best, model_ends, peak, error, confidence)
-    off, relative = (100 * (best / peak - 1), rms / abs(peak)) if peak else (math.nan, math.nan)
+    predicted_top = measured_peak(theta, predicted, component)
+    parabola = (predicted_top.force_N / predicted_peak - 1) * peak if predicted_peak else 0.0
+    if peak_by_draws is not None:
+        predicted_peak, ends, model_ends, _ = peak_by_draws
+    se = math.hypot(measured_top.se_N, zero_se, bed_spread * peak, parabola)
+    lo, hi = _error_interval(predicted_peak, ends, peak, se, confidence)
+    model_lo, model_hi = _error_interval(predicted_peak, model_ends, peak, se, confidence)
     return {
         "peak_measured_N": peak,
-        "peak_predicted_N": best,
+        "peak_predicted_N": predicted_peak,
         "peak_predicted_lo_N": ends[0],
         "peak_predicted_hi_N": ends[1],
         "peak_predicted_model_lo_N": model_ends[0],
         "peak_predicted_model_hi_N": model_ends[1],
-        "peak_error_percent": off,
+        "peak_error_percent": 100 * (predicted_peak / peak - 1) if peak else math.nan,
         "peak_error_lo_percent": lo,
         "peak_error_hi_percent": hi,
         "peak_error_model_lo_percent": model_lo,
         "peak_error_model_hi_percent": model_hi,
-        "peak_late_deg": smooth.theta_deg - measured.theta_deg,
-        "rms_relative_to_peak": relative,
+        "peak_late_deg": predicted_top.theta_deg - measured_top.theta_deg,
     }
 
 
@@ -549,22 +569,26 @@ def judge(numbers: Mapping[str, float]) -> str:
 
     The interval of the error tells whether chance explains it.
     """
-    error = numbers.get("peak_error_percent", math.nan)
-    if not math.isfinite(error):
+    error_percent = numbers.get("peak_error_percent", math.nan)
+    if not math.isfinite(error_percent):
         return NOT_TESTED
-    if abs(error) <= WITHIN_PERCENT:
+    if abs(error_percent) <= WITHIN_PERCENT:
         return WITHIN
     # a factor of two is far off: no usual margin of safety covers it
-    return FAR_OFF if error > 100 or error < -50 else OFF
+    return FAR_OFF if error_percent > 100 or error_percent < -50 else OFF
 
 
 def worst_peak(errors: pd.DataFrame, medium: str, profile: str) -> dict[Any, Any] | None:
     """Find the row of `leg_errors` that decides the verdict on a profile; None where no leg was measured."""
-    errors_of_profile = errors[(errors["medium"] == medium) & (errors["profile"] == profile)]
-    rows = errors_of_profile[errors_of_profile["verdict"] != NOT_TESTED].to_dict("records")
+    is_tested = errors["verdict"] != NOT_TESTED
+    tested = errors[is_tested & (errors["medium"] == medium) & (errors["profile"] == profile)]
+    # by verdict, then by size
     order = (WITHIN, OFF, FAR_OFF)
-    bad = [(order.index(row["verdict"]), abs(row["peak_error_percent"])) for row in rows]
-    return rows[bad.index(max(bad))] if rows else None
+    return max(
+        tested.to_dict("records"),
+        key=lambda row: (order.index(row["verdict"]), abs(row["peak_error_percent"])),
+        default=None,
+    )
 
 
 def _curves(both: pd.DataFrame, component: str) -> list[FloatArray]:
@@ -574,27 +598,25 @@ def _curves(both: pd.DataFrame, component: str) -> list[FloatArray]:
 
 
 def _is_highest_at_end(theta: FloatArray, force: FloatArray, component: str) -> bool:
-    """Tell whether a curve that stopped early is highest near an end, so that the whole curve may be higher."""
+    """Return True if a curve that stopped early is highest near an end, so that the whole curve may be higher."""
     top = theta[extreme(force, component)]
     return bool(min(top - theta.min(), theta.max() - top) <= _CHOSEN.half_width_deg)
 
 
 def _error_interval(
-    predicted: float, ends: Sequence[float], peak: float, error: float, confidence: float
-) -> tuple[float, float]:
-    """Return the interval of 100 (predicted / peak - 1), where the errors of both are independent.
+    predicted: float, ends: Ends, measured: float, se: float, confidence: float
+) -> Ends:
+    """Return the interval of 100 (predicted / measured - 1), where the errors of both are independent.
 
-    `ends`: interval of `predicted`, N. `error`: standard error of the measured `peak`, N.
+    `ends`: interval of `predicted`, N. `se`: standard error of `measured`, N.
     """
-    if not peak or not predicted:
+    if not measured or not predicted:
         return math.nan, math.nan
-    ratio = predicted / peak
+    ratio = predicted / measured
     # errors of the ratio, relative; the lower end of the ratio has the higher measured peak
     below, above = sorted(end / predicted - 1 for end in ends)
-    half_width = float(student_quantile(confidence, _ZERO_DOF)) * abs(error / peak)
-    lo, hi = (
-        ratio * (1 - math.hypot(below, half_width)),
-        ratio * (1 + math.hypot(above, half_width)),
+    half_width = float(student_quantile(confidence, _ZERO_DOF)) * abs(se / measured)
+    lo, hi = sorted(
+        ratio * (1 + sign * math.hypot(end, half_width)) for sign, end in ((-1, below), (1, above))
     )
-    lo, hi = sorted((lo, hi))
     return 100 * (lo - 1), 100 * (hi - 1)

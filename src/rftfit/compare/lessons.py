@@ -1,11 +1,14 @@
-"""Tests of predictions on measured legs: by plates alone, with another leg, and with the same leg in other media."""
+"""Tests of predictions on measured legs: by plates alone, with another leg, and with the same leg in other media.
+
+A *lesson* is a source of the prediction of a leg. Each lesson predicts each measured leg, which it has not used.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -27,8 +30,7 @@ if TYPE_CHECKING:
     from rftfit.results import Results
 
 PLATES, OTHER_LEG, ELSEWHERE = "plates", "other-leg", "same-leg-elsewhere"
-LESSONS = (PLATES, OTHER_LEG, ELSEWHERE)
-"""Lessons: sources of the prediction of a leg, beside the plates of its medium."""
+"""Names of the lessons."""
 
 COLUMNS = columns_of("contacts.csv")
 
@@ -41,62 +43,78 @@ def lesson_rows(results: Results, model_error: float | None = None) -> pd.DataFr
     Another leg is one of ``maps.use_legs``. Returns one row for each medium, leg, component and lesson. A prediction
     never uses the tested leg in the same medium. `model_error`: for plates and another leg; default: that of `results`.
     """
-    media = [results[name] for name in (*results.laboratory, *results.sands)]
-    curves: dict[str, dict[str, Contact]] = {}
-    peaks: dict[tuple[str, str], dict[str, float]] = {}
-    maps: dict[str, Profile] = {}
-    confidence = results.config.fit.confidence
     rows: list[dict[str, Any]] = []
-    for medium in media:
-        curves[medium.name] = {}
-        for leg in results.config.legs:
-            try:
-                contact = medium.contact(leg)
-            except InputError as error:
-                rows += _untested_rows(medium.name, leg, quoted(error, "few-poses"))
-                continue
-            if contact is not None:
-                curves[medium.name][leg] = contact
-        if not curves[medium.name]:
-            continue
-        try:
-            maps[medium.name] = medium.map(teachers=()).profile
-        except InputError as error:
-            for leg in curves[medium.name]:
-                rows += _untested_rows(medium.name, leg, quoted(error, "no-map"))
-            continue
-        for leg, contact in curves[medium.name].items():
-            # before poses are left out: the peaks of whole curves, as in `leg_errors.csv`
-            peaks[medium.name, leg] = _measured_peaks(contact)
-            curves[medium.name][leg] = _thin_out(contact, _peak_poses(contact, maps[medium.name]))
+    measured_legs: list[_MeasuredLegs] = []
+    for name in (*results.laboratory, *results.sands):
+        legs, untested_rows = _measure_legs(results, name)
+        rows += untested_rows
+        if legs is not None:
+            measured_legs.append(legs)
     errors = {
-        (name, leg): error_curve(curves[name][leg], maps[name])
-        for name in results.laboratory
-        if name in maps
-        for leg in curves[name]
+        (legs.medium, leg): error_curve(contact, legs.map_of_plates)
+        for legs in measured_legs
+        if legs.medium in results.laboratory
+        for leg, contact in legs.contacts.items()
     }
-    for medium in media:
-        if medium.name not in maps:
-            continue
-        of_legs = {
-            leg: medium.map(teachers=[leg]).profile
+    confidence = results.config.fit.confidence
+    for legs in measured_legs:
+        maps_with_leg = {
+            leg: results[legs.medium].map(teachers=[leg]).profile
             for leg in results.config.maps.use_legs
-            if leg in curves[medium.name]
+            if leg in legs.contacts
         }
-        for leg, contact in curves[medium.name].items():
-            lessons = [
-                *_lessons_of_plates(maps[medium.name], of_legs, leg),
-                *_lessons_elsewhere(errors, medium.name, maps[medium.name], leg),
-            ]
-            for lesson, learned_from, profile, body_error in lessons:
-                key = {"medium": medium.name, "leg": leg}
-                of_lesson = {"lesson": lesson, "learned_from": learned_from}
-                peaks_of_leg = peaks[medium.name, leg]
-                for scores in _score_prediction(
-                    contact, peaks_of_leg, profile, confidence, model_error, body_error
-                ):
-                    rows.append(key | scores | of_lesson | reason_columns([]))
+        for leg, contact in legs.contacts.items():
+            for lesson in _lessons(legs, maps_with_leg, errors, leg):
+                scores = _score_prediction(
+                    contact, legs.peaks[leg], lesson, confidence, model_error
+                )
+                key = {"medium": legs.medium, "leg": leg, "lesson": lesson.name}
+                key |= {"learned_from": lesson.learned_from} | reason_columns([])
+                rows += [key | numbers for numbers in scores]
     return pd.DataFrame(rows, columns=COLUMNS)
+
+
+class _MeasuredLegs(NamedTuple):
+    """Measured legs of a medium, and the map of its plates.
+
+    `contacts`: outline, motion and measured forces by leg, in about 60 poses. `peaks`: size of the measured peak of each
+    component, N, by leg.
+    """
+
+    medium: str
+    map_of_plates: Profile
+    contacts: dict[str, Contact]
+    peaks: dict[str, dict[str, float]]
+
+
+def _measure_legs(results: Results, name: str) -> tuple[_MeasuredLegs | None, list[dict[str, Any]]]:
+    """Return the measured legs of a medium, None without any, and rows of those that cannot be tested."""
+    medium = results[name]
+    contacts: dict[str, Contact] = {}
+    untested_rows: list[dict[str, Any]] = []
+    for leg in results.config.legs:
+        try:
+            contact = medium.contact(leg)
+        except InputError as error:
+            untested_rows += _untested_rows(name, leg, quoted(error, "few-poses"))
+            continue
+        if contact is not None:
+            contacts[leg] = contact
+    if not contacts:
+        return None, untested_rows
+    try:
+        map_of_plates = medium.map(teachers=()).profile
+    except InputError as error:
+        for leg in contacts:
+            untested_rows += _untested_rows(name, leg, quoted(error, "no-map"))
+        return None, untested_rows
+    # before poses are left out: the peaks of whole curves, as in `leg_errors.csv`
+    peaks = {leg: _measured_peaks(contact) for leg, contact in contacts.items()}
+    thinned = {
+        leg: _thin_out(contact, _peak_poses(contact, map_of_plates))
+        for leg, contact in contacts.items()
+    }
+    return _MeasuredLegs(name, map_of_plates, thinned, peaks), untested_rows
 
 
 def _untested_rows(medium: str, leg: str, why: Remark) -> list[dict[str, Any]]:
@@ -105,29 +123,41 @@ def _untested_rows(medium: str, leg: str, why: Remark) -> list[dict[str, Any]]:
     return [row | {"component": c} for c in "zx"]
 
 
-Lesson = tuple[str, str, Profile, BodyError | None]
-"""Name, the leg or media that were learned from, profile, and error of the model on the leg."""
+class Lesson(NamedTuple):
+    """A source of predictions of a leg.
+
+    `name`: `PLATES`, `OTHER_LEG` or `ELSEWHERE`. `learned_from`: the leg, or the media, besides the plates. `body_error`: error of the model
+    on the leg, where it was learned.
+    """
+
+    name: str
+    learned_from: str
+    profile: Profile
+    body_error: BodyError | None = None
 
 
-def _lessons_of_plates(
-    plates: Profile, of_legs: Mapping[str, Profile], leg: str
+def _lessons(
+    legs: _MeasuredLegs,
+    maps_with_leg: Mapping[str, Profile],
+    errors: Mapping[tuple[str, str], ErrorCurve],
+    leg: str,
 ) -> Iterator[Lesson]:
-    """Yield the lessons of plates alone and of each other leg; `of_legs`: profile learned with a leg, by its name."""
-    yield PLATES, "", plates, None
-    for teacher, profile in of_legs.items():
+    """Yield the lessons of a leg in a medium: of plates alone, of each other leg, and of the same leg elsewhere, if any.
+
+    `maps_with_leg`: map of plates and a leg, by this leg. `errors`: those of the model, by medium and leg.
+    """
+    yield Lesson(PLATES, "", legs.map_of_plates)
+    for teacher, profile in maps_with_leg.items():
         if teacher != leg:
-            yield OTHER_LEG, teacher, profile, None
-
-
-def _lessons_elsewhere(
-    errors: Mapping[tuple[str, str], ErrorCurve], medium: str, plates: Profile, leg: str
-) -> Iterator[Lesson]:
-    """Yield the lesson of the same leg in other media, if any; `errors`: those of the model, by medium and leg."""
+            yield Lesson(OTHER_LEG, teacher, profile)
     elsewhere = {
-        name: curve for (name, of_leg), curve in errors.items() if of_leg == leg and name != medium
+        medium: curve
+        for (medium, measured_leg), curve in errors.items()
+        if measured_leg == leg and medium != legs.medium
     }
     if elsewhere:
-        yield ELSEWHERE, ", ".join(elsewhere), plates, learn_from_curves([*elsewhere.values()])
+        body_error = learn_from_curves([*elsewhere.values()])
+        yield Lesson(ELSEWHERE, ", ".join(elsewhere), legs.map_of_plates, body_error)
 
 
 def _peak_poses(contact: Contact, profile: Profile) -> list[int]:
@@ -139,20 +169,17 @@ def _peak_poses(contact: Contact, profile: Profile) -> list[int]:
 
 
 def _thin_out(contact: Contact, kept: Sequence[int]) -> Contact:
-    """Keep about 60 poses of a contact, evenly chosen, and the poses `kept`."""
+    """Return a contact with about 60 of its poses, evenly chosen, and the poses `kept`."""
     poses = len(contact.frames)
     if poses <= _CHOSEN.most_poses:
         return contact
     even = np.linspace(0, poses - 1, _CHOSEN.most_poses).round().astype(int)
-    places = np.unique(np.append(even, kept))
+    chosen_poses = np.unique(np.append(even, kept))
     motion = contact.motion
     assert isinstance(motion, Motion)
-    fewer = Motion(
-        motion.name,
-        motion.poses[places],
-        {name: values[places] for name, values in motion.columns.items()},
-    )
-    force = dict(zip(contact.components, contact.measured[:, places], strict=True))
+    columns = {name: numbers[chosen_poses] for name, numbers in motion.columns.items()}
+    fewer = Motion(motion.name, motion.poses[chosen_poses], columns)
+    force = dict(zip(contact.components, contact.measured[:, chosen_poses], strict=True))
     return replace(contact, motion=fewer, force=force)
 
 
@@ -163,71 +190,67 @@ def _measured_peaks(contact: Contact) -> dict[str, float]:
     peaks = {}
     for c, force in zip("zx", contact.measured, strict=True):
         finite = np.isfinite(force)
-        is_enough = finite.sum() >= _CHOSEN.fewest_poses
-        peaks[c] = (
-            abs(measured_peak(theta[finite], force[finite], c).force_N) if is_enough else math.nan
-        )
+        peaks[c] = math.nan
+        if finite.sum() >= _CHOSEN.fewest_poses:
+            peaks[c] = abs(measured_peak(theta[finite], force[finite], c).force_N)
     return peaks
 
 
 def _score_prediction(
     contact: Contact,
     peaks: Mapping[str, float],
-    profile: Profile,
+    lesson: Lesson,
     confidence: float,
     model_error: float | None,
-    body_error: BodyError | None,
 ) -> Iterator[dict[str, Any]]:
     """Yield, for each component, the error of the peak, the rms error and the share of poses inside the interval.
 
-    `peaks`: from `_measured_peaks`.
+    `peaks`: from `_measured_peaks`. `model_error`: of a lesson without a body error.
     """
     names = {"z": "force_z_N", "x": "force_x_N"}
     forces, _ = predict_with_peaks(
-        profile,
+        lesson.profile,
         contact.body,
         contact.motion,
         confidence,
         quantities=[*names.values()],
-        model_error=model_error if body_error is None else None,
-        body_error=body_error,
+        model_error=model_error if lesson.body_error is None else None,
+        body_error=lesson.body_error,
     )
-    for row, (c, name) in enumerate(names.items()):
-        measured = contact.measured[row]
+    for measured, (c, name) in zip(contact.measured, names.items(), strict=True):
         predicted = forces[name].to_numpy(float)
         finite = np.isfinite(measured) & np.isfinite(predicted)
         if finite.sum() < _CHOSEN.fewest_poses:
             continue
-        top = peaks[c]
+        peak = peaks[c]
         lo, hi = (forces[f"force_{c}_model_{end}_N"].to_numpy(float) for end in ("lo", "hi"))
         highest = extreme(predicted, c)
+        predicted_peak = abs(predicted[highest])
         # sizes: an end of the interval with the other sign than the peak is negative
-        side = math.copysign(1.0, predicted[highest])
-        least, most = sorted((side * lo[highest], side * hi[highest]))
-        loaded = finite & contact.touches
-        inside = (lo <= measured) & (measured <= hi)
+        sign = math.copysign(1.0, predicted[highest])
+        least, most = sorted((sign * lo[highest], sign * hi[highest]))
+        is_inside = (lo <= measured) & (measured <= hi)
+        rms = float(np.sqrt(np.mean((predicted - measured)[finite] ** 2)))
         yield {
             "component": c,
-            "peak_measured_N": top,
-            "peak_predicted_N": abs(predicted[highest]),
+            "peak_measured_N": peak,
+            "peak_predicted_N": predicted_peak,
             "peak_predicted_model_lo_N": least,
             "peak_predicted_model_hi_N": most,
-            "peak_error_percent": 100 * (abs(predicted[highest]) / top - 1),
-            "rms_relative_to_peak": float(
-                np.sqrt(np.mean((predicted - measured)[finite] ** 2)) / top
-            ),
-            "inside_percent": 100 * float(inside[loaded].mean()),
+            "peak_error_percent": 100 * (predicted_peak / peak - 1),
+            "rms_relative_to_peak": rms / peak,
+            "inside_percent": 100 * float(is_inside[finite & contact.touches].mean()),
         }
 
 
 def summary_of_lessons(table: pd.DataFrame) -> pd.DataFrame:
     """Summarize each lesson in a row: curves, error of the peak, rms, poses inside; media and sands together."""
     tested = table.dropna(subset=["peak_error_percent"])
-    tested = tested.assign(off=tested["peak_error_percent"].abs())
+    tested = tested.assign(size_percent=tested["peak_error_percent"].abs())
     groups = tested.groupby("lesson", sort=False)
     return groups.agg(
-        curves=("off", "size"),
-        peak_error_percent=("off", "median"),
+        curves=("size_percent", "size"),
+        peak_error_percent=("size_percent", "median"),
         rms_relative_to_peak=("rms_relative_to_peak", "median"),
         inside_percent=("inside_percent", "mean"),
     ).reset_index()

@@ -1,4 +1,4 @@
-"""Comparison of two media, sessions or campaigns: finds the runs that words mean, and tests whether they differ."""
+"""Comparison of two media, sessions or campaigns: finds the runs that are asked for, and tests whether they differ."""
 
 from __future__ import annotations
 
@@ -69,33 +69,30 @@ def compare_media(
     >>> print(comparison.sentence)  # doctest: +SKIP
     """
     opened: dict[Path, Results] = {}
-    if any(_is_without_runs(source) for source in (a, b)):
-        drawn = [_find_drawn(source, opened) for source in (a, b)]
-        return _compare_sizes(drawn, confidence, "not both have runs")
-    sides = [_find_side(source, opened) for source in (a, b)]
-    first, second = sides
-    if first.campaign == second.campaign:
-        shared = set(first.fits["run_id"]) & set(second.fits["run_id"])
+    if _is_without_runs(a) or _is_without_runs(b):
+        profiles = [_find_profile(source, opened) for source in (a, b)]
+        return _compare_sizes(profiles, confidence, "not both have runs")
+    side_a, side_b = (_find_side(source, opened) for source in (a, b))
+    if side_a.campaign == side_b.campaign:
+        shared = set(side_a.fits["run_id"]) & set(side_b.fits["run_id"])
         if shared:
             raise InputError(f"A and B share {len(shared)} runs; allowed: two sets of runs")
-    if first.name == second.name:
-        sides = [
-            replace(side, name=f"{Path(side.campaign).name}:{side.name}")
-            for side in (first, second)
-        ]
+    sides = [side_a, side_b]
+    if side_a.name == side_b.name:
+        sides = [replace(side, name=f"{Path(side.campaign).name}:{side.name}") for side in sides]
     try:
         comparison = compare_run_sets(sides[0].make_run_set(), sides[1].make_run_set(), confidence)
     except NoCommonDirection as error:
-        if any(side.label for side in sides):
+        if side_a.label or side_b.label:
             raise
-        drawn = [(side.name, side.medium.map().profile) for side in sides]
-        comparison = _compare_sizes(drawn, confidence, str(error))
-    marks = [
+        profiles = [(side.name, side.medium.map().profile) for side in sides]
+        comparison = _compare_sizes(profiles, confidence, str(error))
+    notes = [
         f"{side.name} is {format_remarks(marks)}"
         for side in sides
         if (marks := side.medium.results.marks.get(side.medium.name, []))
     ]
-    return replace(comparison, notes=(*marks, *comparison.notes))
+    return replace(comparison, notes=(*notes, *comparison.notes))
 
 
 @dataclass(frozen=True)
@@ -125,16 +122,17 @@ class _Side:
         """Return the runs with the errors that all of them share."""
         # errors of all runs of the medium: they show the surface better than those of a session
         # alone
-        errors, surface = errors_of(self.medium.fits, self.medium.results.config)
+        config = self.medium.results.config
+        errors, surface = errors_of(self.medium.fits, config)
         return RunSet(
             self.name,
             self.fits,
-            surface.session,
-            errors.turn_deg,
-            errors.tare_percent,
-            self.campaign,
-            self.medium.name,
-            self.medium.results.config.grid.angle_tolerance_deg,
+            surface_cm=surface.session,
+            turn_deg=errors.turn_deg,
+            rod_percent=errors.tare_percent,
+            campaign=self.campaign,
+            medium=self.medium.name,
+            tolerance_deg=config.grid.angle_tolerance_deg,
         )
 
 
@@ -147,7 +145,7 @@ def with_label(fits: pd.DataFrame, labels: pd.Series[str], label: str) -> pd.Dat
 
 
 PUBLISHED = "published:"
-"""Beginning of a word that means a published medium."""
+"""Prefix of a published medium, as in ``published:poppy_LP``."""
 
 
 def _is_without_runs(source: KnownMedium | str | Path) -> bool:
@@ -158,26 +156,24 @@ def _is_without_runs(source: KnownMedium | str | Path) -> bool:
 
 
 def _is_published(source: KnownMedium | str | Path) -> bool:
-    """Tell whether a word means a published medium; a file of this name comes first."""
-    is_word = isinstance(source, str | Path) and str(source).startswith(PUBLISHED)
-    return is_word and not Path(str(source)).is_file()
+    """Return True for the name of a published medium with `PUBLISHED` before it; a file of this name comes first."""
+    is_name = isinstance(source, str | Path) and str(source).startswith(PUBLISHED)
+    return is_name and not Path(str(source)).is_file()
 
 
-def _find_drawn(
+def _find_profile(
     source: KnownMedium | str | Path, opened: dict[Path, Results]
 ) -> tuple[str, Profile]:
-    """Find name and profile of a medium that is compared by draws of its alpha."""
-    if isinstance(source, str) and source.startswith(PUBLISHED) and not Path(source).is_file():
-        medium = choose(
-            "medium", source.removeprefix(PUBLISHED), reference.MEDIA, "published media"
-        )
-        return source, published_map(medium).profile
+    """Return name and profile of a medium whose size is compared by draws of its alpha; `opened`: see `_open`."""
+    if _is_published(source):
+        published = str(source).removeprefix(PUBLISHED)
+        medium = choose("medium", published, reference.MEDIA, "published media")
+        return str(source), published_map(medium).profile
     if _is_without_runs(source):
         profile = profile_of(source)
-        name = str(source) if isinstance(source, str | Path) else profile.name
-        if isinstance(source, Map) and source.name:
-            name = source.name
-        return name, profile
+        if isinstance(source, str | Path):
+            return str(source), profile
+        return (source.name if isinstance(source, Map) else "") or profile.name, profile
     side = _find_side(source, opened)
     if side.label:
         raise InputError(
@@ -188,43 +184,43 @@ def _find_drawn(
 
 
 def _find_side(source: KnownMedium | str | Path, opened: dict[Path, Results]) -> _Side:
-    """Find the medium, and the session, that a word means."""
+    """Find a medium, or its session after ``@``; `opened`: see `_open`."""
     if isinstance(source, Medium):
         return _Side(source.name, source)
-    word = str(source)
-    place, at_sign, label = word, "", ""
-    if not Path(word).is_dir() and "@" in word:
-        place, at_sign, label = word.rpartition("@")
-    if at_sign and not label:
-        raise InputError(f"found '{word}'; allowed: a label of the run sheet after '@'")
-    return _Side(word, _find_medium(place, opened), label)
+    name = str(source)
+    medium_name, label = name, ""
+    if not Path(name).is_dir() and "@" in name:
+        medium_name, _, label = name.rpartition("@")
+        if not label:
+            raise InputError(f"found '{name}'; allowed: a label of the run sheet after '@'")
+    return _Side(name, _find_medium(medium_name, opened), label)
 
 
-def _find_medium(place: str, opened: dict[Path, Results]) -> Medium:
-    """Find the medium that a word without '@' means: MEDIUM of the current folder, FOLDER:MEDIUM or FOLDER."""
+def _find_medium(name: str, opened: dict[Path, Results]) -> Medium:
+    """Find the medium with a name without '@': MEDIUM of the current folder, FOLDER:MEDIUM or FOLDER."""
     current = _open_current(opened)
-    if current is not None and place in current.media:
-        return current[place]
-    folder, _, name = place.rpartition(":")
+    if current is not None and name in current.media:
+        return current[name]
+    folder, _, medium = name.rpartition(":")
     if folder and Path(folder).is_dir():
         results = _open(Path(folder), opened)
-        return results[choose("medium", name, results.media, f"in {folder}")]
-    if Path(place).is_dir():
-        results = _open(Path(place), opened)
+        return results[choose("medium", medium, results.media, f"in {folder}")]
+    if Path(name).is_dir():
+        results = _open(Path(name), opened)
         if len(results.media) == 1:
             return results[results.media[0]]
-        listed = ", ".join(f"{place}:{medium}" for medium in results.media) or "no medium there"
-        raise InputError(f"{place}: {len(results.media)} media; allowed: {listed}")
+        listed = ", ".join(f"{name}:{medium}" for medium in results.media) or "no medium there"
+        raise InputError(f"{name}: {len(results.media)} media; allowed: {listed}")
     if current is None:
         raise InputError(
-            f"found '{place}', but the current folder is no campaign; allowed: FOLDER:MEDIUM, FOLDER of a campaign "
+            f"found '{name}', but the current folder is no campaign; allowed: FOLDER:MEDIUM, FOLDER of a campaign "
             f"with one medium, a profile file with errors (rftfit export), or {PUBLISHED}MEDIUM"
         )
-    return current[choose("medium", place, current.media, "or FOLDER:MEDIUM of another campaign")]
+    return current[choose("medium", name, current.media, "or FOLDER:MEDIUM of another campaign")]
 
 
 def _open(folder: Path, opened: dict[Path, Results]) -> Results:
-    """Open a campaign, or return it where it was opened before."""
+    """Open a campaign, or return it from `opened`: campaigns that were opened before, by their config."""
     config = config_of(folder).resolve()
     if config not in opened:
         opened[config] = open_results(folder)
@@ -240,28 +236,34 @@ def _open_current(opened: dict[Path, Results]) -> Results | None:
     return _open(Path(), opened)
 
 
-def _compare_sizes(sides: Sequence[tuple[str, Profile]], confidence: float, why: str) -> Comparison:
-    """Compare the sizes of two media by draws of their alpha; `sides`: name and profile of each."""
-    sizes = [_sizes_of_draws(name, profile) for name, profile in sides]
+def _compare_sizes(
+    profiles: Sequence[tuple[str, Profile]], confidence: float, why: str
+) -> Comparison:
+    """Compare the sizes of two media by draws of their alpha.
+
+    `profiles`: name and profile of each. `why`: reason why the runs are not compared.
+    """
+    (name_a, _), (name_b, _) = profiles
+    log_size_a, log_size_b = (_log_sizes_of_draws(*named) for named in profiles)
     # the draws of both come from the same random numbers: differences draw by draw would not be
     # independent
-    error = math.hypot(*(float(size.std(ddof=1)) for size in sizes))
-    middle = float(sizes[1].mean() - sizes[0].mean())
-    half = normal_quantile(confidence) * error
+    se = math.hypot(float(log_size_a.std(ddof=1)), float(log_size_b.std(ddof=1)))
+    log_ratio = float(log_size_b.mean() - log_size_a.mean())
+    half_width = normal_quantile(confidence) * se
     return Comparison(
-        a=sides[0][0],
-        b=sides[1][0],
-        ratio=math.exp(middle),
-        ratio_lo=math.exp(middle - half),
-        ratio_hi=math.exp(middle + half),
-        size_p=float(student_p(middle / error, math.inf)),
-        least_ratio=math.exp(errors_detected(math.inf) * error),
+        a=name_a,
+        b=name_b,
+        ratio=math.exp(log_ratio),
+        ratio_lo=math.exp(log_ratio - half_width),
+        ratio_hi=math.exp(log_ratio + half_width),
+        size_p=float(student_p(log_ratio / se, math.inf)),
+        least_ratio=math.exp(errors_detected(math.inf) * se),
         notes=(f"{why}; the sizes are those of the maps",),
         confidence=confidence,
     )
 
 
-def _sizes_of_draws(name: str, profile: Profile) -> FloatArray:
+def _log_sizes_of_draws(name: str, profile: Profile) -> FloatArray:
     """Return the logarithm of the root mean square of alpha over the published directions, by draw.
 
     Raises `InputError` for a profile that has no draws, or no number in one of these directions.

@@ -56,26 +56,21 @@ def find_misplaced(
         above their logs. `log_bayes_factor`: Of the mistake against the sheet as it is. `run_ids`: Runs that the
         mistake explains better.
     """
-    rows = []
-    if runs.size:
-        direction_of_run = number_directions(
-            runs.beta_deg, runs.gamma_deg, tolerance_deg=runs.tolerance_deg
-        )
-        mistakes = _log_ratios(runs, run_ids, sheet, without)
-        for (mistake, shift), ratio in mistakes.items():
-            explained = (
-                _explain_stretch(ratio, direction_of_run) if shift else _explain_scattered(ratio)
-            )
-            are_several = (
-                np.unique(direction_of_run[explained.runs]).size >= _CHOSEN.fewest_directions
-            )
-            if explained.runs.sum() >= _CHOSEN.fewest_runs and are_several:
-                names = [
-                    name for name, is_one in zip(run_ids, explained.runs, strict=True) if is_one
-                ]
-                rows.append(
-                    (medium, mistake, shift, explained.evidence, len(names), " ".join(names))
-                )
+    rows: list[tuple[object, ...]] = []
+    if not runs.size:
+        return pd.DataFrame(rows, columns=MISPLACED_COLUMNS)
+    direction_of_run = number_directions(
+        runs.beta_deg, runs.gamma_deg, tolerance_deg=runs.tolerance_deg
+    )
+    for (mistake, shift), log_ratio in _log_ratios(runs, run_ids, sheet, without).items():
+        if shift:
+            evidence, is_explained = _explain_stretch(log_ratio, direction_of_run)
+        else:
+            evidence, is_explained = _explain_scattered(log_ratio)
+        n_directions = np.unique(direction_of_run[is_explained]).size
+        names = np.array(run_ids)[is_explained]
+        if names.size >= _CHOSEN.fewest_runs and n_directions >= _CHOSEN.fewest_directions:
+            rows.append((medium, mistake, shift, evidence, names.size, " ".join(names)))
     table = pd.DataFrame(rows, columns=MISPLACED_COLUMNS)
     return table.sort_values("log_bayes_factor", ascending=False, ignore_index=True, kind="stable")
 
@@ -84,35 +79,41 @@ class _Explained(NamedTuple):
     """Logarithm of the Bayes factor of a mistake, and whether it explains each run better, shape (n,)."""
 
     evidence: float
-    runs: npt.NDArray[np.bool_]
+    is_explained: npt.NDArray[np.bool_]
 
 
-def _explain_scattered(ratio: FloatArray) -> _Explained:
-    """Find the evidence that a share of the runs, the one that fits best, has a mistake; `ratio`: of `_log_ratios`."""
+def _explain_scattered(log_ratio: FloatArray) -> _Explained:
+    """Find the evidence that a share of the runs, the one that fits best, has a mistake.
+
+    `log_ratio`: from `_log_ratios`, (n,). A run has the mistake with probability p: its likelihood is 1 - p + p ratio.
+    """
     evidence, best_share = 0.0, 0.0
     for share in _CHOSEN.shares:
-        of_share = float(np.logaddexp(math.log1p(-share), math.log(share) + ratio).sum())
+        of_share = float(np.logaddexp(math.log1p(-share), math.log(share) + log_ratio).sum())
         if of_share > evidence:
             evidence, best_share = of_share, share
     if not evidence:
-        return _Explained(0.0, np.zeros(ratio.size, dtype=bool))
-    return _Explained(evidence, ratio > math.log(1 / best_share - 1))
+        return _Explained(0.0, np.zeros(log_ratio.size, dtype=bool))
+    # runs that have the mistake more probably than not
+    return _Explained(evidence, log_ratio > math.log(1 / best_share - 1))
 
 
-def _explain_stretch(ratio: FloatArray, direction_of_run: npt.NDArray[np.intp]) -> _Explained:
+def _explain_stretch(log_ratio: FloatArray, direction_of_run: npt.NDArray[np.intp]) -> _Explained:
     """Find the evidence that a stretch of the sheet has a mistake: all of it, from a row on, or between two rows.
 
     Repeats share how their direction departs from the known shape, and together count as one run.
     """
-    changed_of_direction = np.bincount(direction_of_run, ratio != 0)
-    weighted = ratio / np.maximum(changed_of_direction, 1)[direction_of_run]
+    # runs of each direction that the mistake changes
+    changed_of_direction = np.bincount(direction_of_run, log_ratio != 0)
+    weighted = log_ratio / np.maximum(changed_of_direction, 1)[direction_of_run]
+    # the stretch of consecutive runs with the largest sum
     sums = np.concatenate([[0.0], np.cumsum(weighted)])
     lowest = np.minimum.accumulate(sums)
     end = int((sums - lowest).argmax())
     first = int(sums[: end + 1].argmin())
-    inside = np.zeros(ratio.size, dtype=bool)
-    inside[first:end] = True
-    return _Explained(float(sums[end] - sums[first]), inside & (ratio != 0))
+    rank = np.arange(log_ratio.size)
+    is_inside = (first <= rank) & (rank < end)
+    return _Explained(float(sums[end] - sums[first]), is_inside & (log_ratio != 0))
 
 
 def _log_ratios(

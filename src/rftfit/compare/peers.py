@@ -60,8 +60,7 @@ def compare_runs(
     difference in units of the spread of such differences. `apart`: whether the difference is more than chance
     explains; one below `seen_from_ratio`, relative to the largest alpha, never is.
     """
-    alpha_z, alpha_x = alpha_columns(fits)
-    runs = fits[np.isfinite(alpha_z) | np.isfinite(alpha_x)].reset_index(drop=True)
+    runs = fits[np.isfinite(alpha_columns(fits)).any(axis=0)].reset_index(drop=True)
     if runs.empty:
         return pd.DataFrame(columns=COLUMNS)
     alpha = np.stack(alpha_columns(runs))
@@ -70,56 +69,67 @@ def compare_runs(
     )
     groups = number_directions(beta_deg, gamma_deg, tolerance_deg, depth_cm)
     compared_alpha = _turn_to_one_side(alpha, gamma_deg, may_switch(runs, tolerance_deg))
-    others_alpha, times, apart, seen = _compare_with_repeats(alpha, groups, compared_alpha)
+    compared = _compare_with_repeats(alpha, groups, compared_alpha)
     run_count = np.bincount(groups)[groups]
-    single = run_count < 3
-    if single.any():
-        map_alpha, map_times, far, least = (
-            values[..., single] for values in _compare_with_map(runs, alpha)
-        )
-        others_alpha[:, single], times[single], apart[single], seen[single] = (
-            map_alpha,
-            map_times,
-            far,
-            least,
-        )
-    beside = np.where(single, MAP, REPEATS)
-    if (run_count == 2).any():
-        of_pair = _compare_pairs(compared_alpha, groups, run_count == 2)
+    is_by_map = run_count < 3
+    if is_by_map.any():
+        compared = _choose(is_by_map, _compare_with_map(runs, alpha), compared)
+    beside = np.where(is_by_map, MAP, REPEATS)
+    is_of_pair = run_count == 2
+    if is_of_pair.any():
+        by_pair = _compare_pairs(compared_alpha, groups, is_of_pair)
         # a run that differs from its pair no more than by chance may still differ from the map of all others
-        is_by_pair = (run_count == 2) & ~(apart.astype(bool) & ~of_pair.apart)
+        is_by_pair = is_of_pair & ~(compared.apart & ~by_pair.apart)
         beside = np.where(is_by_pair, PAIR, beside)
-        times, apart, seen = (
-            np.where(is_by_pair, by_pair, by_others)
-            for by_pair, by_others in zip(of_pair[1:], (times, apart, seen), strict=True)
-        )
         # both differ from one another: the map says from which side, where there is one
-        others_alpha = np.where(is_by_pair & np.isnan(others_alpha), of_pair.other, others_alpha)
+        lacks_map = is_by_pair & np.isnan(compared.others)
+        others = np.where(lacks_map, by_pair.others, compared.others)
+        compared = _choose(is_by_pair, by_pair, compared)._replace(others=others)
     # without any force there is nothing to be relative to
     largest = float(np.nanmax(np.abs(alpha))) or math.nan
-    off = (alpha - others_alpha) / largest
-    rows = {
+    off_z, off_x = (alpha - compared.others) / largest
+    columns = {
         "medium": medium,
         "run_id": runs["run_id"],
         "beta_deg": runs["beta_deg"],
         "gamma_deg": runs["gamma_deg"],
         "n_others": run_count - 1,
         "beside": beside,
-        "off_z_ratio": off[0],
-        "off_x_ratio": off[1],
-        "times_spread": times,
-        "apart": apart,
-        "seen_from_ratio": seen / largest,
+        "off_z_ratio": off_z,
+        "off_x_ratio": off_x,
+        "times_spread": compared.times_spread,
+        "apart": compared.apart,
+        "seen_from_ratio": compared.seen_from / largest,
     }
     smallest = _smallest_published(*directions(runs))
-    for place, c in enumerate("zx"):
-        rows |= {f"known_{c}_ratio": smallest[place]}
-        rows |= {f"alpha_{c}_N_per_cm3": alpha[place], f"others_{c}_N_per_cm3": others_alpha[place]}
-    return pd.DataFrame(rows)[COLUMNS]
+    for component, c in enumerate("zx"):
+        columns[f"known_{c}_ratio"] = smallest[component]
+        columns[f"alpha_{c}_N_per_cm3"] = alpha[component]
+        columns[f"others_{c}_N_per_cm3"] = compared.others[component]
+    return pd.DataFrame(columns)[COLUMNS]
+
+
+class _Compared(NamedTuple):
+    """Runs compared with others of their medium; NaN and False where there is nothing to compare a run with.
+
+    `others`: alpha by the other runs, z and x, shape (2, n), N/cm^3. `times_spread`: difference from it in units of
+    the spread of such differences, (n,). `apart`: whether the difference is more than chance explains. `seen_from`:
+    least difference that would stand apart, N/cm^3.
+    """
+
+    others: FloatArray
+    times_spread: FloatArray
+    apart: npt.NDArray[np.bool_]
+    seen_from: FloatArray
+
+
+def _choose(is_first: npt.NDArray[np.bool_], first: _Compared, second: _Compared) -> _Compared:
+    """Take the comparison of each run from the first where `is_first`, else from the second."""
+    return _Compared(*(np.where(is_first, *pair) for pair in zip(first, second, strict=True)))
 
 
 def _smallest_published(beta: FloatArray, gamma: FloatArray) -> FloatArray:
-    """Return the smallest alpha of all published media, with its sign, shape (2, n).
+    """Return the smallest alpha of all published media, with its sign, shape (2, n); `beta`, `gamma`: rad.
 
     It is relative to their alpha_z(0, 90 deg), and 0 where the signs differ.
     """
@@ -138,17 +148,18 @@ def outlier_differences(peers: pd.DataFrame) -> dict[str, tuple[float, float]]:
 
 
 def may_switch(runs: pd.DataFrame, tolerance_deg: float) -> npt.NDArray[np.bool_]:
-    """Tell for which runs a small error of an angle decides to which side of the plate the grains flow.
+    """Return True for runs of which a small error of an angle decides to which side of the plate the grains flow.
 
     These are plates that move along themselves or along their normal: 3D-RFT (Agarwal et al., PNAS 120, e2214017120,
     2023) has two values of one size there. A level plate that moves straight down or up has one value by symmetry.
 
     `tolerance_deg`: Tolerance of angles of the campaign's grid.
     """
-    beta, gamma = (runs[f"{name}_deg"].to_numpy(float) for name in ("beta", "gamma"))
-    from_plate = np.abs((beta + gamma + 45) % 90 - 45)
-    is_level = is_straight_down(beta, np.abs(gamma), tolerance_deg)
-    return np.asarray((from_plate <= _CHOSEN.switches_within_deg) & ~is_level)
+    beta_deg, gamma_deg = (runs[name].to_numpy(float) for name in ("beta_deg", "gamma_deg"))
+    # the plate moves along itself where beta + gamma is 0, along its normal where it is 90 degrees
+    off_deg = np.abs((beta_deg + gamma_deg + 45) % 90 - 45)
+    is_level = is_straight_down(beta_deg, np.abs(gamma_deg), tolerance_deg)
+    return np.asarray((off_deg <= _CHOSEN.switches_within_deg) & ~is_level)
 
 
 def _turn_to_one_side(
@@ -159,6 +170,7 @@ def _turn_to_one_side(
     The force along the motion stays: grains resist on either side.
     """
     gamma = np.radians(gamma_deg)
+    # unit vectors, z and x: of the motion and at right angles to it
     along = np.stack([-np.sin(gamma), -np.cos(gamma)])
     across = np.stack([along[1], -along[0]])
     turned = (alpha * along).sum(axis=0) * along + np.abs((alpha * across).sum(axis=0)) * across
@@ -167,11 +179,10 @@ def _turn_to_one_side(
 
 def _compare_with_repeats(
     alpha: FloatArray, groups: npt.NDArray[np.intp], compared_alpha: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Compare runs with the others of their direction, where it has three or more.
+) -> _Compared:
+    """Compare runs with the median of the others of their direction, where it has three or more.
 
-    Returns the median of the other runs, (2, n); the distance of each run from it in units; whether the run is an
-    outlier; the smallest distance that is detected, N/cm^3. `compared_alpha`: alpha whose distances count, (2, n).
+    `groups`: number of the direction of each run. `compared_alpha`: alpha whose distances count, (2, n).
     """
     # a component that nobody measured makes no difference
     filled_alpha, compared_alpha = (
@@ -193,18 +204,22 @@ def _compare_with_repeats(
         distance = np.hypot(*(compared_alpha[:, members] - compared_median))
         return median, distance / level, level
 
-    others_alpha, (off, level) = np.full(alpha.shape, math.nan), np.full((2, groups.size), math.nan)
+    others = np.full(alpha.shape, math.nan)
+    off, level = np.full(alpha.shape, math.nan)
     all_members = (np.flatnonzero(groups == group) for group in np.unique(groups))
     large_groups = [members for members in all_members if members.size > 2]
     for members in large_groups:
-        others_alpha[:, members], off[members], level[members] = compare_group(members)
+        others[:, members], off[members], level[members] = compare_group(members)
     finite_off = off[np.isfinite(off)]
     unit = (
         max(float(np.median(finite_off)), 0.01)
         if finite_off.size >= _CHOSEN.few_runs
         else _CHOSEN.ordinary
     )
-    far = np.zeros(groups.size, dtype=bool)
+    # distances, relative to the size of alpha, of which one has to be exceeded: a smaller one has to be
+    # clearer in units of the spread
+    limits = [max(clear * unit, least) for clear, least in _CHOSEN.apart]
+    apart = np.zeros(groups.size, dtype=bool)
     for members in large_groups:
         # a wrong run moves the median of the others, which then seem wrong: only the farthest is
         # left out at a time
@@ -212,44 +227,33 @@ def _compare_with_repeats(
         while 2 * (members.size - remaining.size + 1) < members.size:
             distances = compare_group(remaining)[1]
             farthest = int(distances.argmax())
-            if not any(
-                distances[farthest] > max(clear * unit, least) for clear, least in _CHOSEN.apart
-            ):
+            if not distances[farthest] > min(limits):
                 break
-            far[remaining[farthest]] = True
+            apart[remaining[farthest]] = True
             remaining = np.delete(remaining, farthest)
-    seen = level * min(max(clear * unit, least) for clear, least in _CHOSEN.apart)
-    others_alpha[np.isnan(alpha)] = math.nan
-    return others_alpha, np.nan_to_num(off / unit), far, seen
-
-
-class _PairComparison(NamedTuple):
-    """Comparison of the two runs of a direction; NaN and False for all other runs.
-
-    `other`: alpha of the other run, shape (2, n). `times`: difference in standard errors, (n,). `apart`: whether the
-    difference is more than chance explains. `seen`: least difference that would stand apart, N/cm^3.
-    """
-
-    other: FloatArray
-    times: FloatArray
-    apart: npt.NDArray[np.bool_]
-    seen: FloatArray
+    others[np.isnan(alpha)] = math.nan
+    return _Compared(others, np.nan_to_num(off / unit), apart, level * min(limits))
 
 
 def _compare_pairs(
     compared_alpha: FloatArray, groups: npt.NDArray[np.intp], is_of_pair: npt.NDArray[np.bool_]
-) -> _PairComparison:
-    """Judge the two runs of each direction by how all such pairs differ; which of the two is wrong stays open."""
+) -> _Compared:
+    """Compare the two runs of each direction, in standard errors by how all such pairs differ.
+
+    Which of the two is wrong stays open. `compared_alpha`, `groups`: see `_compare_with_repeats`.
+    """
     filled_alpha = np.nan_to_num(compared_alpha)
     runs = np.flatnonzero(is_of_pair)
     first, second = runs[np.argsort(groups[runs], kind="stable")].reshape(-1, 2).T
     sizes = (np.hypot(*filled_alpha[:, first]) + np.hypot(*filled_alpha[:, second])) / 2
     level = np.hypot(sizes, _CHOSEN.least_repeats * np.hypot(*filled_alpha).max())
     # a component that one of the two runs lacks makes no difference
-    apart_by = np.nan_to_num(compared_alpha[:, first] - compared_alpha[:, second]) / level
+    relative_difference = (
+        np.nan_to_num(compared_alpha[:, first] - compared_alpha[:, second]) / level
+    )
     # beds differ along the force more than across it
     along_and_across = unit_vectors(filled_alpha[:, first] + filled_alpha[:, second])
-    differences = np.abs((along_and_across * apart_by).sum(axis=1))
+    differences = np.abs((along_and_across * relative_difference).sum(axis=1))
     usual = np.array([[USUAL_BED_SPREAD], [_CHOSEN.pair_across]])
     unit = _unit_of_pairs(differences, usual)
     # noise and small errors of an angle are a larger part of alpha in the weakest directions
@@ -264,16 +268,15 @@ def _compare_pairs(
     least = np.array(_CHOSEN.pair_least)[:, None]
     is_apart = ((differences > limit * unit) & (differences > least)).any(axis=0)
     seen_from = np.maximum(_CHOSEN.pair_largest * unit, least).max(axis=0)
-    other, times, seen = (
-        np.full(shape, math.nan) for shape in (compared_alpha.shape, groups.shape, groups.shape)
-    )
-    apart = np.zeros(groups.size, dtype=bool)
+    n = groups.size
+    others, apart = np.full((2, n), math.nan), np.zeros(n, dtype=bool)
+    times_spread, seen = np.full((2, n), math.nan)
     for runs_of_pairs, partners in ((first, second), (second, first)):
-        other[:, runs_of_pairs] = compared_alpha[:, partners]
-        times[runs_of_pairs] = of_pair
+        others[:, runs_of_pairs] = compared_alpha[:, partners]
+        times_spread[runs_of_pairs] = of_pair
         apart[runs_of_pairs] = is_apart
         seen[runs_of_pairs] = level * seen_from
-    return _PairComparison(other, times, apart, seen)
+    return _Compared(others, times_spread, apart, seen)
 
 
 def _unit_of_pairs(differences: FloatArray, usual: FloatArray) -> FloatArray:
@@ -300,17 +303,12 @@ def _unit_of_pairs(differences: FloatArray, usual: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(variance / (_CHOSEN.pair_dof + other_pairs)))
 
 
-def _compare_with_map(
-    runs: pd.DataFrame, alpha: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Compare each run with alpha by a map of all others.
-
-    Returns the same as `_compare_with_repeats`; a distance is NaN where too few runs are left to find outliers.
-    """
+def _compare_with_map(runs: pd.DataFrame, alpha: FloatArray) -> _Compared:
+    """Compare each run with alpha by a map of all others; NaN and False where too few are left to find outliers."""
     beta, gamma = directions(runs)
     se = np.stack(alpha_columns(runs, "_se"))
     largest = float(np.nanmax(np.abs(alpha)))
-    far = np.zeros(beta.size, dtype=bool)
+    apart = np.zeros(beta.size, dtype=bool)
 
     def predict_from(is_used: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Alpha of each run by the used ones but itself, its difference in errors, and the error."""
@@ -319,12 +317,12 @@ def _compare_with_map(
         )
         return predicted, np.nan_to_num(np.abs(alpha - predicted) / error), error
 
-    predicted, times, error = predict_from(~far)
+    predicted, times, error = predict_from(~apart)
     while True:
         # the farthest run that is no outlier yet is tried next
-        farthest = int(np.where(far, 0, times.max(axis=0)).argmax())
-        remaining = ~far & (np.arange(beta.size) != farthest)
-        if remaining.sum() < max(_CHOSEN.fewest, 2 * far.sum()):
+        farthest = int(np.where(apart, 0, times.max(axis=0)).argmax())
+        remaining = ~apart & (np.arange(beta.size) != farthest)
+        if remaining.sum() < max(_CHOSEN.fewest, 2 * apart.sum()):
             break
         # a wrong run distorts the map near itself, so the limit is estimated without this run
         new_predicted, new_times, new_error = predict_from(remaining)
@@ -333,31 +331,34 @@ def _compare_with_map(
         is_usual = new_times[:, farthest].max() < _CHOSEN.times_map * unit
         if is_usual or off < _CHOSEN.least_map * largest:
             seen = np.fmax(_CHOSEN.least_map * largest, np.fmax(*error) * _CHOSEN.times_map * unit)
-            return predicted, times.max(axis=0) / unit, far, seen
-        far[farthest] = True
+            return _Compared(predicted, times.max(axis=0) / unit, apart, seen)
+        apart[farthest] = True
         predicted, times, error = new_predicted, new_times, new_error
     # too few runs, or too many outliers, to estimate a limit
     unknown = np.full(beta.size, math.nan)
-    return predicted, unknown, np.zeros(beta.size, dtype=bool), unknown
+    return _Compared(predicted, unknown, np.zeros_like(apart), unknown)
 
 
 def _predict_from_others(
     beta: FloatArray, gamma: FloatArray, used_alpha: FloatArray, alpha: FloatArray, se: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Predict alpha of each run and its error, (2, n), N/cm^3, by all others that have a number in `used_alpha`."""
+    """Predict alpha of each run and its error, (2, n), N/cm^3, by all others that have a number in `used_alpha`.
+
+    The prior is the shape of known media, scaled to the size of this one. `beta`, `gamma`: rad, (n,). `alpha`, `se`: (2, n).
+    """
     count = beta.size
     mean, prior = published_shapes().moments(beta, gamma)
     used = np.flatnonzero(np.isfinite(used_alpha.ravel()))
-    values, noise = alpha.ravel()[used], np.nan_to_num(se.ravel()[used])
-    size = float(np.abs(values).sum() / np.abs(mean[used]).sum())
+    data, noise = alpha.ravel()[used], np.nan_to_num(se.ravel()[used])
+    size = float(np.abs(data).sum() / np.abs(mean[used]).sum())
     for _ in range(3):
         scatter = np.hypot(USUAL_BED_SPREAD * mean, _CHOSEN.least * np.abs(mean).max()) * size
         covariance = size**2 * prior + np.diag(scatter**2)
         within = covariance[np.ix_(used, used)] + np.diag(noise**2)
         inverse = np.linalg.inv(within)
         weight = mean[used] @ inverse
-        size = max(float(weight @ values) / float(weight @ mean[used]), 1e-9)
-    off = inverse @ (values - size * mean[used])
+        size = max(float(weight @ data) / float(weight @ mean[used]), 1e-9)
+    off = inverse @ (data - size * mean[used])
     predicted, error = np.full((2, 2 * count), math.nan)
     for run in range(count):
         # both components of a run are left out together; a block of the inverse does this without a
@@ -365,7 +366,7 @@ def _predict_from_others(
         components = np.flatnonzero(used % count == run)
         if components.size:
             block = np.linalg.inv(inverse[np.ix_(components, components)])
-            predicted[used[components]] = values[components] - block @ off[components]
+            predicted[used[components]] = data[components] - block @ off[components]
             error[used[components]] = np.sqrt(np.diag(block))
             continue
         both = np.array([run, count + run])

@@ -17,10 +17,11 @@ from rftfit.compare.published import (
     Item,
     Tolerance,
     compare_numbers,
-    stated,
+    make_item,
+    same_if,
 )
 from rftfit.conventions import FloatArray
-from rftfit.measure.flags import reason_cells, remark
+from rftfit.measure.flags import reason_columns, remark
 from rftfit.model.draws import DRAWS
 from rftfit.outputs.dictionary import columns_of
 from rftfit.robot.intervals import BEST, half_widths
@@ -64,7 +65,7 @@ def robot_claims(errors: pd.DataFrame, optimum: pd.DataFrame, speed: pd.DataFram
         + _compare_overturning(speed)
         + _compare_phases(speed)
         + [
-            stated(
+            make_item(
                 "robot: seconds of computing for one of motion",
                 "text",
                 10,
@@ -84,12 +85,12 @@ def _compare_overturning(speed: pd.DataFrame) -> list[Item]:
         return []
     over = int((near["outcome"] == "tipped").sum())
     return [
-        stated(
+        make_item(
             f"robot, depth-only: runs at R'/r of {_NEAR_ONE} and more that turn over",
             "Fig. S13",
             "it turns over near R'/r = 1",
             over,
-            over > 0,
+            same_if(over > 0),
             TEXT,
             f"{over} of {len(near)} runs",
         )
@@ -104,10 +105,10 @@ def _compare_phases(speed: pd.DataFrame) -> list[Item]:
     item, says = "robot: change of speed by the starting phase, largest, cm/s", "far below 1"
     if spread.empty:
         why = "one starting phase in this run; `rftfit sweep` has three"
-        return [stated(item, "text", says, "not varied", UNJUDGED, TEXT, why)]
+        return [make_item(item, "text", says, "not varied", UNJUDGED, TEXT, why)]
     most = float(spread.max())
     why = f"median {spread.median():.2g} over {len(spread)} conditions"
-    return [stated(item, "text", says, most, most < _PHASE.value, TEXT, why, _PHASE)]
+    return [make_item(item, "text", says, most, same_if(most < _PHASE.value), TEXT, why, _PHASE)]
 
 
 def _compare_shares(errors: pd.DataFrame, profile: str) -> list[Item]:
@@ -128,12 +129,14 @@ def _compare_shares(errors: pd.DataFrame, profile: str) -> list[Item]:
             why += f"; {_describe_outside(predicted, percent, profile)}"
         name = f"robot, {title}: speeds within {percent} %, % of conditions"
         if profile == "table":
-            items.append(stated(name, _WHERE, paper, ours, ours >= paper, MEASURED, why, _SHARE))
+            items.append(
+                make_item(name, _WHERE, paper, ours, same_if(ours >= paper), MEASURED, why, _SHARE)
+            )
         elif percent < max(PAPER_SHARES):
             continue
         elif profile == "generic":
             says = "reasonable accuracy"
-            items.append(stated(name, "text, Fig. S13", says, ours, UNJUDGED, MEASURED, why))
+            items.append(make_item(name, "text, Fig. S13", says, ours, UNJUDGED, MEASURED, why))
         else:
             most = float(predicted["error_percent"].abs().max())
             name = f"robot, {title}: largest error of speed, %"
@@ -150,17 +153,15 @@ def _describe_outside(errors: pd.DataFrame, percent: float, profile: str) -> str
     order = rows["error_percent"].abs().sort_values(ascending=False, na_position="first").index
     worst = []
     for row in rows.loc[order[:3]].to_dict("records"):
-        value = float(row["error_percent"])
-        error_text = f"{value:+.0f} %" if math.isfinite(value) else str(row["reason"])
-        worst.append(
-            f"R'/r {row['curvature_times_R']:g} at {row['frequency_Hz']:.3g} Hz {error_text}"
-        )
-    count_text = f" and {len(rows) - 3} more" if len(rows) > 3 else ""
+        percent_off = float(row["error_percent"])
+        error = f"{percent_off:+.0f} %" if math.isfinite(percent_off) else row["reason"]
+        worst.append(f"R'/r {row['curvature_times_R']:g} at {row['frequency_Hz']:.3g} Hz {error}")
+    rest = f" and {len(rows) - 3} more" if len(rows) > 3 else ""
     fast = rows[(rows["curvature_times_R"] < 0) & (rows["error_percent"] > 0)]
     cause = ""
     if profile in _CAUSES and 2 * len(fast) >= len(rows):
         cause = f"; {len(fast)} are reversed legs that run too fast: {_CAUSES[profile]}"
-    return f"outside: {', '.join(worst)}{count_text}{cause}"
+    return f"outside: {', '.join(worst)}{rest}{cause}"
 
 
 def _compare_best(row: dict[Any, Any]) -> list[Item]:
@@ -208,41 +209,56 @@ def optima(
     itself, the range reaches to the neighbouring points. `calibrated`: frequencies (Hz) whose optimum, on the
     profile ``table``, the robot was calibrated on.
     """
-    half = half_widths(widths, BEST)
+    half_width_of = half_widths(widths, BEST)
     rows = []
-    for (medium, profile), whole in speed.groupby(["medium", "profile"], sort=False):
-        for frequency in sorted(set(whole["frequency_Hz"].tolist())):
-            runs = whole[whole["frequency_Hz"] == frequency]
+    groups = speed.groupby(["medium", "profile"], sort=False)
+    for (medium, profile), runs_of_profile in groups:
+        by_frequency: dict[Any, pd.DataFrame] = dict(iter(runs_of_profile.groupby("frequency_Hz")))
+        for frequency, runs in by_frequency.items():
             if runs["curvature_times_R"].nunique() < FEWEST_CURVATURES or frequency == 0:
                 continue
-            is_near = any(abs(frequency - calibrated_hz) < 1e-6 for calibrated_hz in calibrated)
-            fitted_cell = "yes" if is_near and profile == "table" else "no"
-            width = half.get((profile, frequency), math.nan)
-            rows.append(
-                (medium, profile, frequency, *_optimum_cells(runs, confidence, fitted_cell, width))
+            is_calibrated = profile == "table" and bool(
+                np.isclose([*calibrated], frequency, rtol=0, atol=1e-6).any()
             )
+            row: dict[str, object] = {
+                "medium": medium,
+                "profile": profile,
+                "frequency_Hz": frequency,
+            }
+            row["calibrated"] = "yes" if is_calibrated else "no"
+            half_width = half_width_of.get((profile, frequency), math.nan)
+            rows.append(row | _optimum(runs, confidence, half_width))
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def _optimum_cells(
-    runs: pd.DataFrame, confidence: float, calibrated: str, half: float
-) -> tuple[object, ...]:
-    """Cells of a row of optima after its frequency; `half`: half width of the interval of the best curvature."""
+def _optimum(runs: pd.DataFrame, confidence: float, half_width: float) -> dict[str, object]:
+    """Return the columns of `optima` on the best curvature of the runs of one frequency.
+
+    `half_width`: of the interval of the best curvature by the errors of alpha.
+    """
     steady = runs[runs["outcome"] == "steady"].astype({"speed_cm_per_s": float})
     groups = dict(iter(steady.groupby("curvature_times_R")["speed_cm_per_s"]))
     lost = runs["curvature_times_R"].nunique() - len(groups)
-    reason = reason_cells([remark("no-steady-run", count=lost)] if lost else [])
+    row: dict[str, object] = {"curvatures": len(groups)}
+    row |= reason_columns([remark("no-steady-run", count=lost)] if lost else [])
     if not groups:
-        return (*(math.nan,) * 8, 0, calibrated, *reason)
+        return row
     curvature = np.array([*groups], dtype=float)
-    speeds = [values.to_numpy() for values in groups.values()]
-    mean = np.array([values.mean() for values in speeds])
+    speeds = [speeds_of_phases.to_numpy() for speeds_of_phases in groups.values()]
+    mean = np.array([speeds_of_phases.mean() for speeds_of_phases in speeds])
     best, top_speed = best_curvature(curvature, mean)
-    top = int(np.argmax(mean))
+    fastest = int(np.argmax(mean))
     lo, hi = optimum_interval(curvature, speeds, best, confidence)
-    fastest = (float(curvature[top]), float(mean[top]))
-    measured = (best, best - half, best + half)
-    return (*measured, lo, hi, top_speed, *fastest, len(groups), calibrated, *reason)
+    return row | {
+        "best_curvature_times_R": best,
+        "best_curvature_from_alpha_lo": best - half_width,
+        "best_curvature_from_alpha_hi": best + half_width,
+        "reading_lo": lo,
+        "reading_hi": hi,
+        "speed_cm_per_s": top_speed,
+        "fastest_curvature_times_R": curvature[fastest],
+        "fastest_speed_cm_per_s": mean[fastest],
+    }
 
 
 def optimum_interval(
@@ -252,32 +268,30 @@ def optimum_interval(
 
     `curvature`: increasing, shape (n,). `speeds`: at each curvature, those of the starting phases.
     """
-    mean = np.array([values.mean() for values in speeds])
-    top = int(np.argmax(mean))
-    near = np.flatnonzero(np.abs(curvature - curvature[top]) <= WINDOW + 1e-9)
-    neighbours = curvature[max(top - 1, 0)], curvature[min(top + 1, len(curvature) - 1)]
-    if near.size < 4 or best == curvature[top]:
-        return float(min(neighbours[0], best)), float(max(neighbours[1], best))
+    mean = np.array([speeds_of_phases.mean() for speeds_of_phases in speeds])
+    fastest = int(np.argmax(mean))
+    near = np.flatnonzero(np.abs(curvature - curvature[fastest]) <= WINDOW + 1e-9)
+    if near.size < 4 or best == curvature[fastest]:
+        # the neighbours of the fastest point
+        below, above = curvature[max(fastest - 1, 0)], curvature[fastest : fastest + 2][-1]
+        return float(min(below, best)), float(max(above, best))
     rng = np.random.default_rng(_SEED)
-    phases = [speeds[point] for point in near]
-    # shape (points, draws)
+    # mean speed by starting phases that are drawn anew, shape (points, draws)
     draws = np.stack(
-        [
-            rng.choice(phase_speeds, (DRAWS, phase_speeds.size)).mean(axis=1)
-            for phase_speeds in phases
-        ]
+        [rng.choice(speeds[point], (DRAWS, speeds[point].size)).mean(axis=1) for point in near]
     )
-    x = curvature[near] - curvature[top]
+    x = curvature[near] - curvature[fastest]
     design = np.vander(x, 3)
-    solve = np.linalg.pinv(design)
-    off = mean[near] - design @ (solve @ mean[near])
+    coefficients_by_speed = np.linalg.pinv(design)
+    residual = mean[near] - design @ (coefficients_by_speed @ mean[near])
     # residuals of a fit with three parameters are smaller than the errors that they stand for
-    off *= math.sqrt(near.size / (near.size - 3))
-    draws += off[:, None] * rng.choice([-1.0, 1.0], draws.shape)
-    square, slope, _ = solve @ draws
+    residual *= math.sqrt(near.size / (near.size - 3))
+    draws += residual[:, None] * rng.choice([-1.0, 1.0], draws.shape)
+    # top of each parabola square x^2 + slope x + constant; the fastest point where it opens upward
+    square, slope, _ = coefficients_by_speed @ draws
     has_top, highest = square < 0, x[mean[near].argmax()]
     tops = np.where(has_top, -slope / (2 * np.where(has_top, square, 1.0)), highest)
-    tops = np.clip(tops, x[0], x[-1]) + curvature[top]
+    tops = np.clip(tops, x[0], x[-1]) + curvature[fastest]
     lo, hi = np.quantile(tops, [(1 - confidence) / 2, (1 + confidence) / 2])
-    half = float(np.median(np.diff(curvature[near]))) / 2
-    return float(min(lo, best - half)), float(max(hi, best + half))
+    half_step = float(np.median(np.diff(curvature[near]))) / 2
+    return float(min(lo, best - half_step)), float(max(hi, best + half_step))

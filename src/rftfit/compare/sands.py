@@ -33,12 +33,11 @@ def bend_of(depth: FloatArray, stress: FloatArray) -> float:
     Positive where the curve steepens; NaN where there are not two depths.
     """
     if depth.size < 2 or not np.ptp(depth) > 0:
-        return float("nan")
-    design = np.stack([depth, depth**2], axis=1)
-    (slope, curve), *_ = np.linalg.lstsq(design, stress, rcond=None)
+        return math.nan
+    (slope, curvature), *_ = np.linalg.lstsq(np.stack([depth, depth**2], axis=1), stress, None)
     end = float(depth.max())
     line = float(zero_intercept(depth, stress[None])[0][0]) * end
-    return float(slope * end + curve * end**2 - line) / line if line else float("nan")
+    return float(slope * end + curvature * end**2 - line) / line if line else math.nan
 
 
 def linear_end(depth: FloatArray, stress: FloatArray) -> float:
@@ -49,7 +48,7 @@ def linear_end(depth: FloatArray, stress: FloatArray) -> float:
     """
     good = np.isfinite(stress) & (depth > 0)
     depth, stress = depth[good], stress[good]
-    linear_cm = float("nan")
+    linear_cm = math.nan
     step_cm = _CHOSEN.step_cm
     deepest = float(depth.max(initial=0.0))
     for end in np.arange(_CHOSEN.shallowest_cm, deepest + step_cm / 2, step_cm):
@@ -64,64 +63,66 @@ def linear_end(depth: FloatArray, stress: FloatArray) -> float:
 def penetration_rows(
     campaign: Campaign, medium: str, tables: Mapping[str, pd.DataFrame], chi: FloatArray
 ) -> list[dict[str, object]]:
-    """Slope and zeta of every penetration test of a natural sand over its linear regime.
+    """Make rows of `SAND_COLUMNS`: slope and zeta of every penetration test of a natural sand over its linear regime.
 
     A test has a row for the detected regime, and one for the stated regime where the config states one. A test without
     a tared stroke has one row with the reason. `tables`: ``runs``, ``tares``, ``fits``, ``alpha`` and ``tared`` of the
     sand. `chi`: those of the reference media.
     """
     config, tared = campaign.config, tables["tared"]
-    facts = {str(row["run_id"]): row for row in tables["runs"].to_dict("records")}
+    tolerance_deg = config.grid.angle_tolerance_deg
+    row_of_run = {str(row["run_id"]): row for row in tables["runs"].to_dict("records")}
     tests = [
         run
-        for run in map(campaign.by_id.__getitem__, sorted(facts))
+        for run in map(campaign.by_id.__getitem__, sorted(row_of_run))
         if (run.kind, run.direction) == ("plate", "intrusion")
-        and is_straight_down(run.beta_deg, run.gamma_deg, config.grid.angle_tolerance_deg)
+        and is_straight_down(run.beta_deg, run.gamma_deg, tolerance_deg)
     ]
-    where = split_runs(tared)
-    depth, force = (tared[name].to_numpy(float) for name in ("depth_cm", "force_z_N"))
-    samples_of_run = {run.run_id: where[run.run_id] for run in tests if run.run_id in where}
-    ends = {
-        name: linear_end(depth[samples], force[samples]) for name, samples in samples_of_run.items()
+    samples = split_runs(tared)
+    depth_cm, force_N = (tared[name].to_numpy(float) for name in ("depth_cm", "force_z_N"))
+    detected_cm = {
+        run.run_id: linear_end(depth_cm[samples[run.run_id]], force_N[samples[run.run_id]])
+        for run in tests
+        if run.run_id in samples
     }
-    detected = tables["fits"]
-    if ends:
-        detected = fit_medium(campaign, medium, tables["runs"], tared, tables["tares"], ends)[0]
-    windows = {"detected": (ends, detected)}
-    if stated := config.media[medium].linear_to_cm:
-        windows = {"stated": (dict.fromkeys(ends, stated), tables["fits"])} | windows
-    fits = {key: table.set_index("run_id").to_dict("index") for key, (_, table) in windows.items()}
-    surface, bed_and_rod = (
-        errors_of(tables["fits"], config)[1],
-        _bed_and_rod_error(tables["alpha"], config.grid.angle_tolerance_deg),
-    )
+    fits = tables["fits"]
+    if detected_cm:
+        fits = fit_medium(campaign, medium, tables["runs"], tared, tables["tares"], detected_cm)[0]
+    # ends of the regimes by run, and fits over them, by the name of the window
+    windows = {"detected": (detected_cm, fits)}
+    if stated_cm := config.media[medium].linear_to_cm:
+        stated = dict.fromkeys(detected_cm, stated_cm), tables["fits"]
+        windows = {"stated": stated} | windows
+    fit_of_run = {
+        window: table.set_index("run_id").to_dict("index") for window, (_, table) in windows.items()
+    }
+    surface = errors_of(tables["fits"], config)[1]
+    bed_and_rod = _bed_and_rod_error(tables["alpha"], tolerance_deg)
     rows: list[dict[str, object]] = []
-    lost: list[dict[str, object]] = []
+    untested_rows: list[dict[str, object]] = []
     for run in tests:
-        place: dict[str, object] = {"medium": medium, "run_id": run.run_id}
-        if run.run_id not in ends:
+        key: dict[str, object] = {"medium": medium, "run_id": run.run_id}
+        if run.run_id not in detected_cm:
             code = "no-curve" if campaign.numbers else "no-tared-stroke"
-            why = reason_of(facts[run.run_id]) or [remark(code, tare=run.tare_run)]
-            lost.append({**place, "window": next(iter(windows)), **reason_columns(why)})
+            why = reason_of(row_of_run[run.run_id]) or [remark(code, tare=run.tare_run)]
+            untested_rows.append(key | {"window": next(iter(windows))} | reason_columns(why))
             continue
-        for window, (to_cm, _) in windows.items():
-            end, fit = to_cm[run.run_id], fits[window][run.run_id]
-            slope: dict[str, float] = {}
+        deepest_cm = np.nanmax(depth_cm[samples[run.run_id]])
+        for window, (ends_cm, _) in windows.items():
+            end_cm, fit = ends_cm[run.run_id], fit_of_run[window][run.run_id]
+            numbers: dict[str, float] = {}
             reason: tuple[Remark, ...] = (remark("no-linear-regime"),)
-            if end > 0:
-                slope, reason = _slope_and_zeta(
+            if end_cm > 0:
+                numbers, reason = _slope_and_zeta(
                     fit, config.fit.confidence, chi, surface, bed_and_rod
                 )
-            if (
-                window == "detected"
-                and end > np.nanmax(depth[samples_of_run[run.run_id]]) - _CHOSEN.step_cm
-            ):
+            if window == "detected" and end_cm > deepest_cm - _CHOSEN.step_cm:
                 reason += (remark("no-linear-end"),)
             if campaign.holds_tare(run):
                 reason += (remark("no-tare"),)
-            row = {**place, "window": window, "linear_to_cm": end, **slope}
+            row = key | {"window": window, "linear_to_cm": end_cm} | numbers
             rows.append(row | reason_columns(reason))
-    return rows + lost
+    return rows + untested_rows
 
 
 def _bed_and_rod_error(alpha: pd.DataFrame, tolerance_deg: float) -> float:
@@ -138,14 +139,16 @@ def _slope_and_zeta(
 ) -> tuple[dict[str, float], tuple[Remark, ...]]:
     """Return the slope over one linear regime with the errors of a single test, and zeta from it, or why there is none.
 
-    `fit`: row of the table of fits. `bed_and_rod`: from `_bed_and_rod_error`.
+    `fit`: row of the table of fits. `chi`: those of the reference media. `surface`: error of its height.
+    `bed_and_rod`: from `_bed_and_rod_error`.
     """
     if why := reason_of(fit):
         return {}, why
     alpha, se = float(fit[column("z")]), float(fit[column("z", "_se")])
-    moved = alpha * float(fit["lever_per_cm"])
-    parts = [ErrorTerm(se, float(fit["alpha_z_dof"])), ErrorTerm(moved * surface.run, surface.dof)]
-    parts += [ErrorTerm(moved * surface.session), ErrorTerm(alpha * bed_and_rod)]
+    # change of alpha by 1 cm of the surface
+    by_surface = alpha * float(fit["lever_per_cm"])
+    parts = [ErrorTerm(se, float(fit["alpha_z_dof"])), ErrorTerm(by_surface * surface.run, surface.dof)]
+    parts += [ErrorTerm(by_surface * surface.session), ErrorTerm(alpha * bed_and_rod)]
     half = combined_half_width(parts, confidence) if math.isfinite(se) else math.nan
     row = {column("z"): alpha, column("z", "_lo"): alpha - half, column("z", "_hi"): alpha + half}
     row["nonlinear_z_ratio"] = float(fit["nonlinear_z_ratio"])
@@ -159,6 +162,8 @@ def _slope_and_zeta(
 
 
 MODELS = ("none", "one factor", "factors for z and x")
+"""Models of a correction of the generic profile in a sand."""
+
 WORTH: float = _CHOSEN.worth
 """Least part by which factors must reduce the error in cross-validation to be worth using."""
 
@@ -178,44 +183,58 @@ def fit_corrections(measured: pd.DataFrame, predicted: pd.DataFrame) -> pd.DataF
     for medium, rows_of_medium in both.groupby("medium"):
         legs = [_forces_of_leg(leg) for _, leg in rows_of_medium.groupby("leg")]
         unchanged = _rms(legs, [np.ones(2)] * len(legs))
+        is_cross_validated = len(legs) >= 3
+        reason = [] if is_cross_validated else [remark("few-legs", found=len(legs))]
         for model in MODELS:
             factors = _fit_factors(legs, model)
-            crossed = math.nan
-            if len(legs) >= 3:
-                held_out = [_fit_factors(legs[:i] + legs[i + 1 :], model) for i in range(len(legs))]
-                crossed = _rms(legs, held_out)
-            gain = 1 - crossed / unchanged if unchanged else math.nan
-            worth = bool(model != "none" and gain >= WORTH)
-            rms = _rms(legs, [factors] * len(legs))
-            reasons = reason_columns(
-                [] if len(legs) >= 3 else [remark("few-legs", found=len(legs))]
+            rms_cv = math.nan
+            if is_cross_validated:
+                # each leg by the factors of the others
+                factors_of_others = [
+                    _fit_factors(legs[:i] + legs[i + 1 :], model) for i in range(len(legs))
+                ]
+                rms_cv = _rms(legs, factors_of_others)
+            gain = 1 - rms_cv / unchanged if unchanged else math.nan
+            rows.append(
+                {
+                    "medium": medium,
+                    "model": model,
+                    "factor_z": factors[0],
+                    "factor_x": factors[1],
+                    "rms_fit_N": _rms(legs, [factors] * len(legs)),
+                    "rms_cv_N": rms_cv,
+                    "gain_cv_percent": 100 * gain,
+                    "earns_its_place": bool(model != "none" and gain >= WORTH),
+                    **reason_columns(reason),
+                }
             )
-            numbers = (*factors, rms, crossed, 100 * gain, worth)
-            rows.append((medium, model, *numbers, *reasons.values()))
     return pd.DataFrame(rows, columns=CORRECTION_COLUMNS)
 
 
 def _forces_of_leg(leg: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
     """Return measured and predicted force of one leg, each of shape (2, n), z and x."""
-    true = leg[["force_z_N_measured", "force_x_N_measured"]].to_numpy(float).T
-    return true, leg[["force_z_N", "force_x_N"]].to_numpy(float).T
+    measured = leg[["force_z_N_measured", "force_x_N_measured"]].to_numpy(float).T
+    return measured, leg[["force_z_N", "force_x_N"]].to_numpy(float).T
 
 
 def _fit_factors(legs: list[tuple[FloatArray, FloatArray]], model: str) -> FloatArray:
-    """Fit factors of the predicted forces z and x by least squares."""
+    """Fit factors of the predicted forces z and x by least squares: sum of measured times predicted over squares.
+
+    `legs`: measured and predicted force of each. `model`: one of `MODELS`.
+    """
     if model == "none":
         return np.ones(2)
-    across = np.sum([(true * ours).sum(axis=1) for true, ours in legs], axis=0)
-    squares = np.sum([(ours**2).sum(axis=1) for _, ours in legs], axis=0)
+    products = np.sum([(measured * predicted).sum(axis=1) for measured, predicted in legs], axis=0)
+    squares = np.sum([(predicted**2).sum(axis=1) for _, predicted in legs], axis=0)
     if model == "one factor":
-        across, squares = np.full(2, across.sum()), np.full(2, squares.sum())
-    return np.asarray(np.divide(across, squares, out=np.ones(2), where=squares > 0))
+        products, squares = np.full(2, products.sum()), np.full(2, squares.sum())
+    return np.asarray(np.divide(products, squares, out=np.ones(2), where=squares > 0))
 
 
 def _rms(legs: list[tuple[FloatArray, FloatArray]], factors: list[FloatArray]) -> float:
-    """Root mean square of factor times predicted less measured force, over all legs and both components."""
+    """Return the root mean square of factor times predicted less measured force, over all legs and both components."""
     squares = [
-        ((factor[:, None] * ours - true) ** 2).ravel()
-        for (true, ours), factor in zip(legs, factors, strict=True)
+        ((factor[:, None] * predicted - measured) ** 2).ravel()
+        for (measured, predicted), factor in zip(legs, factors, strict=True)
     ]
     return float(np.sqrt(np.mean(np.concatenate(squares))))

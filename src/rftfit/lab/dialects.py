@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from rftfit.campaign.config import Config
 from rftfit.errors import InputError
-from rftfit.lab.write import LogColumn, fixed
+from rftfit.lab.write import LogColumn, format_numbers
 
 
 def _format_labels(columns: Sequence[LogColumn]) -> list[str]:
@@ -23,14 +24,14 @@ def _format_labels(columns: Sequence[LogColumn]) -> list[str]:
 
 
 def _rounded_arrays(columns: Sequence[LogColumn]) -> dict[str, Any]:
-    """Values of each column by its label, rounded as in a text file."""
+    """Return the numbers of each column by its label, rounded as in a text file."""
     arrays = [np.round(column.values, column.decimals) for column in columns]
     return dict(zip(_format_labels(columns), arrays, strict=True))
 
 
 def _format_rows(columns: Sequence[LogColumn]) -> str:
     """Format the values of columns as lines of comma-separated numbers."""
-    return fixed([c.values for c in columns], [c.decimals for c in columns])
+    return format_numbers([c.values for c in columns], [c.decimals for c in columns])
 
 
 def _encode_rig(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
@@ -92,13 +93,11 @@ def _encode_xlsx(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
 
     file = io.BytesIO()
     with xlsxwriter.Workbook(file, {"in_memory": True}) as book:
-        from datetime import UTC, datetime
-
         book.set_properties({"created": datetime(2013, 3, 22, tzinfo=UTC), "comments": head[0]})
         sheet = book.add_worksheet("log")
         sheet.write_row(0, 0, _format_labels(columns))
-        for place, values in enumerate(_rounded_arrays(columns).values()):
-            sheet.write_column(1, place, values.tolist())
+        for column, numbers in enumerate(_rounded_arrays(columns).values()):
+            sheet.write_column(1, column, numbers.tolist())
     return file.getvalue()
 
 
@@ -142,7 +141,7 @@ class Writer(NamedTuple):
     """Ending of the names of files in a dialect, and the function that makes their bytes from columns and head."""
 
     suffix: str
-    content: Callable[[Sequence[LogColumn], Sequence[str]], bytes]
+    encode: Callable[[Sequence[LogColumn], Sequence[str]], bytes]
 
 
 WRITERS = {

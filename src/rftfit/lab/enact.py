@@ -7,7 +7,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -64,9 +63,8 @@ class Reenactment:
     def write(self, raw: Path, sheet: Path) -> list[int]:
         """Write logs, run sheet and marker; return the number of bytes of each file except the marker."""
         raw = raw.resolve()
-        paths = set[str]().union(*(run.logs for run in self.runs))
-        tracks = track_files(self.config, self.seed) if self.trials else {}
-        files = [*(raw / name for name in (*paths, *tracks)), sheet]
+        tracks = self._tracks()
+        files = self._list_files(raw, sheet, tracks)
         write_marker(raw, files, self.made_by, complete=False)
         n_bytes = []
         for run in self.runs:
@@ -84,6 +82,15 @@ class Reenactment:
             n_bytes.append(len(text.encode()))
         write_marker(raw, files, self.made_by, complete=True)
         return n_bytes
+
+    def _tracks(self) -> dict[str, str]:
+        """Make the texts of the robot's tracks and of their sheet, by path relative to raw; empty without a robot."""
+        return track_files(self.config, self.seed) if self.trials else {}
+
+    def _list_files(self, raw: Path, sheet: Path, tracks: Iterable[str]) -> list[Path]:
+        """List all files of the campaign; `tracks`: paths relative to raw."""
+        logs = set[str]().union(*(run.logs for run in self.runs))
+        return [*(raw / name for name in (*logs, *tracks)), sheet]
 
     def logs(self, run: PlannedRun, *extra_faults: str) -> dict[str, bytes | None]:
         """Make the logs of a run (see `run_logs`), with its planned faults and with `extra_faults`."""
@@ -109,25 +116,25 @@ class Reenactment:
         random, raw = np.random.default_rng(self.seed), raw.resolve()
         tares = {run.tare_run for run in self.runs}
         # a tare is recorded before the first run that names it
-        plates = "plate", "leg"
-        order = sorted(self.runs, key=lambda run: (run.tare_run or run.run_id, run.kind in plates))
-        robot = self.config.robot
-        tracks = track_files(self.config, self.seed) if robot and robot.medium in self.media else {}
-        names = set[str]().union(*(run.logs for run in order))
-        files = [*(raw / name for name in (*names, *tracks)), sheet]
+        has_tare = "plate", "leg"
+        order = sorted(
+            self.runs, key=lambda run: (run.tare_run or run.run_id, run.kind in has_tare)
+        )
+        tracks = self._tracks()
+        files = self._list_files(raw, sheet, tracks)
         write_marker(raw, files, self.made_by, complete=False)
         for name, text in tracks.items():
             write_text(raw / name, text)
-        for place, run in enumerate(order, start=1):
-            bad = run.run_id not in tares and random.random() < bad_share
-            fault = (str(random.choice(_LIVE_FAULTS)),) if bad and run.kind == "plate" else ()
-            write_text(sheet, self.sheet(order[:place]))
+        for n_written, run in enumerate(order, start=1):
+            is_bad = run.run_id not in tares and random.random() < bad_share
+            fault = (str(random.choice(_LIVE_FAULTS)),) if is_bad and run.kind == "plate" else ()
+            write_text(sheet, self.sheet(order[:n_written]))
             logs = {raw / name: log for name, log in self.logs(run, *fault).items() if log}
             with ExitStack() as stack:
                 files_of_run = {path: stack.enter_context(open_growing(path)) for path in logs}
-                for piece in range(_PARTS):
+                for part in range(_PARTS):
                     for path, log in logs.items():
-                        begin, end = (k * len(log) // _PARTS for k in (piece, piece + 1))
+                        begin, end = (k * len(log) // _PARTS for k in (part, part + 1))
                         files_of_run[path].write(log[begin:end])
                     time.sleep(pace_s / 2 / _PARTS)
             yield f"{run.run_id} recorded" + (f", with the fault {fault[0]}" if fault else "")
@@ -193,11 +200,6 @@ def prepare(
     )
 
 
-def reenact(config: Config, raw: Path, sheet: Path, **options: Any) -> list[int]:
-    """Prepare and write a re-enactment; `options`: those of `prepare`."""
-    return prepare(config, **options).write(raw, sheet)
-
-
 def run_logs(
     run: PlannedRun,
     config: Config,
@@ -209,21 +211,21 @@ def run_logs(
     """Make the logs of a run: bytes by path relative to raw, None for a file that a fault removes."""
     raised, pause = "never_touches" in faults, protocol != "no-pause"
 
-    def recorded(cycle: int) -> tuple[Recording, Recording | None]:
+    def record_cycle(cycle: int) -> tuple[Recording, Recording | None]:
         """Record one stroke of the run, and the log without load before it if the protocol has one."""
         stroke = LabStroke(run, config, seed, cycle)
         return as_recorded(record(stroke, raised, pause, lab), protocol)
 
-    recording, unloaded = recorded(0)
+    recording, unloaded = record_cycle(0)
     if run.cycles > 1:
-        recording = in_one_log([recording, *(recorded(k)[0] for k in range(1, run.cycles))])
+        recording = in_one_log([recording, *(record_cycle(k)[0] for k in range(1, run.cycles))])
     if faults:
         recording = damage_recording(faults, recording, config.transducer)
     unit, length = config.transducer.force_unit, config.arm.position_unit
     if "wrong_unit" in faults:
         unit = "N" if unit == "lbf" else "lbf"
     dialect = dialect_of(config)
-    written = WRITERS[dialect].content
+    encode = WRITERS[dialect].encode
     forces, motions = force_log_columns(recording, unit), motion_columns(recording, length)
     head = log_header(
         run, "force log", "100 samples/s, clock of the force logger: s since midnight"
@@ -233,11 +235,11 @@ def run_logs(
         head = log_header(run, "log", "100 samples/s: s since midnight")
         forces += [] if protocol == "constant-speed" else motions[1:]
     else:
-        what = "50 samples/s, clock of the arm controller: s since midnight"
-        logs[run.motion_log] = written(motions, log_header(run, "motion log", what))
+        rate = "50 samples/s, clock of the arm controller: s since midnight"
+        logs[run.motion_log] = encode(motions, log_header(run, "motion log", rate))
     if unloaded:
-        logs[run.zero_log] = written(force_log_columns(unloaded, unit), head)
-    logs[run.force_log] = damage_bytes(faults, written(forces, head), dialect)
+        logs[run.zero_log] = encode(force_log_columns(unloaded, unit), head)
+    logs[run.force_log] = damage_bytes(faults, encode(forces, head), dialect)
     return logs | ({run.motion_log: None} if "missing_tare" in faults else {})
 
 

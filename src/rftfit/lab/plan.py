@@ -274,10 +274,10 @@ def plan_runs(
     legs = legs_of(config.legs).items() if chosen else ()
     air = [replace(in_air, run_id=f"{AIR}_{name}", intruder=name, leg=leg) for name, leg in legs]
     # each medium takes a day of its own, so that the clock of a run does not depend on the other media
-    numbered_runs = (numbered_run for group in (*groups, air) for numbered_run in enumerate(group))
     runs = [
         replace(run, clock_s=_CHOSEN.day_starts_s + _CHOSEN.run_every_s * number)
-        for number, run in numbered_runs
+        for runs_of_day in (*groups, air)
+        for number, run in enumerate(runs_of_day)
     ]
     return sorted(runs, key=lambda run: run.run_id)
 
@@ -286,8 +286,8 @@ CLEARANCE_CM: float = _CHOSEN.clearance_cm
 """Distance from walls and bottom below which the force is no longer in proportion to depth times area (paper)."""
 
 
-Place = tuple[float, float, float]
-"""x (cm), z (cm), angle (deg)."""
+Pose = tuple[float, float, float]
+"""x and z of the intruder's reference point (cm), and its angle (deg): beta of a plate, theta of a leg."""
 
 
 @dataclass(frozen=True)
@@ -299,8 +299,8 @@ class Segment:
     """
 
     phase: str
-    start: Place
-    end: Place
+    start: Pose
+    end: Pose
     duration_s: float
     distance: float = 0.0
     speed: float = 0.0
@@ -313,7 +313,7 @@ class Segment:
 
 @dataclass(frozen=True)
 class ArmMotion:
-    """Place of the intruder's reference point in the lab frame; every array has shape (n,).
+    """Path of the intruder's reference point in the lab frame at n times; every array has shape (n,).
 
     `angle_deg`: Beta of a plate, theta of a leg.
     `travel`: Distance since the start of the segment in which the sample lies, cm, for a leg rad.
@@ -330,24 +330,27 @@ class ArmMotion:
 
 
 def half_extents(plate: AnyPlate, beta_deg: float) -> tuple[float, float]:
-    """Half the size of a tilted plate along x and along z, cm, thickness included."""
+    """Return half the size of a tilted plate along x and along z, cm, thickness included."""
     c, s = abs(math.cos(math.radians(beta_deg))), abs(math.sin(math.radians(beta_deg)))
     length, thickness = plate.length_cm / 2, plate.thickness_cm / 2
     return length * c + thickness * s, length * s + thickness * c
 
 
 def submerged_depths(run: PlannedRun, config: Config) -> tuple[float, float]:
-    """Depths, cm, between which the plate of a push or pull is wholly submerged and clear of the bottom."""
+    """Return the depths, cm, of its centre between which the plate of a push or pull is wholly submerged and clear of the bottom."""
     _, half_z = half_extents(plate_of(config.intruders)[1], run.beta_deg or 0.0)
     _, (_, z_end) = _path_ends(run, config)
     return half_z, min(-z_end, config.container.depth_cm - CLEARANCE_CM - half_z)
 
 
 def _path_ends(run: PlannedRun, config: Config) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Upper and lower end (x, z) of the path of a plate run, cm; for a horizontal run its right and left end."""
+    """Return the upper and lower end (x, z) of the path of a plate run, cm; of a horizontal run its right and left end.
+
+    The path lies in the middle of the box, is as deep as walls and bottom allow, and is the same for every beta.
+    """
     box, (_, plate) = config.container, plate_of(config.intruders)
     diagonal = math.hypot(plate.length_cm, plate.thickness_cm) / 2
-    # whole millimetres, and the same path for every beta
+    # in whole millimetres
     half_span = math.floor(10 * (box.length_cm / 2 - CLEARANCE_CM - diagonal)) / 10
     deepest = math.floor(10 * (box.depth_cm - CLEARANCE_CM - plate.thickness_cm / 2)) / 10
     _, half_z = half_extents(plate, run.beta_deg or 0.0)
@@ -358,9 +361,10 @@ def _path_ends(run: PlannedRun, config: Config) -> tuple[tuple[float, float], tu
         reach, depth = 0.8 * half_span, run.depth_cm or 0.0
         return (reach, -depth), (-reach, -depth)
     gamma = math.radians(run.gamma_deg or 0.0)
-    steep = math.isclose(gamma, math.pi / 2)
-    depth = deepest if steep else min(deepest, 2 * half_span * math.tan(gamma))
-    reach = 0.0 if steep else depth / math.tan(gamma) / 2
+    if math.isclose(gamma, math.pi / 2):
+        return (0.0, 0.0), (0.0, -deepest)
+    depth = min(deepest, 2 * half_span * math.tan(gamma))
+    reach = depth / math.tan(gamma) / 2
     return (reach, 0.0), (-reach, -depth)
 
 
@@ -379,8 +383,8 @@ def _check_room(run: PlannedRun, config: Config) -> None:
         )
 
 
-def _make_move(phase: str, start: Place, end: Place, speed: float) -> Segment:
-    """Make a straight move, or a turn if the place does not change; `speed`: cm/s, or rad/s for a turn."""
+def _make_move(phase: str, start: Pose, end: Pose, speed: float) -> Segment:
+    """Make a straight move, or a turn if x and z do not change; `speed`: cm/s, or rad/s for a turn."""
     distance = math.hypot(end[0] - start[0], end[1] - start[1])
     distance = distance or math.radians(abs(end[2] - start[2]))
     return Segment(phase, start, end, distance / speed + _CHOSEN.ramp_s, distance, speed)
@@ -445,14 +449,18 @@ def duration(parts: tuple[Segment, ...]) -> float:
 
 
 def _travelled(segment: Segment, time_s: FloatArray) -> FloatArray:
-    """Distance since the start of a segment, at times since its start: trapezoidal speed with ramps of `ramp_s`."""
+    """Return the distance since the start of a segment, at times since its start.
+
+    The speed rises and falls linearly, in ramps of `ramp_s`.
+    """
     if not segment.moving:
         return np.zeros_like(time_s)
     ramp_s: float = _CHOSEN.ramp_s
-    gain = segment.speed / ramp_s
+    acceleration = segment.speed / ramp_s
     left = segment.duration_s - time_s
     cruise = segment.speed * (time_s - ramp_s / 2)
-    speeding, braking = gain * time_s**2 / 2, segment.distance - gain * left**2 / 2
+    speeding = acceleration * time_s**2 / 2
+    braking = segment.distance - acceleration * left**2 / 2
     return np.where(time_s < ramp_s, speeding, np.where(left < ramp_s, braking, cruise))
 
 
@@ -461,7 +469,7 @@ def motion_at(parts: tuple[Segment, ...], elapsed_s: FloatArray) -> ArmMotion:
     ends = np.cumsum([segment.duration_s for segment in parts])
     clipped = np.clip(elapsed_s, 0.0, ends[-1])
     index = np.minimum(np.searchsorted(ends, clipped, side="right"), len(parts) - 1)
-    place = np.empty((3, clipped.size))
+    pose = np.empty((3, clipped.size))
     travel = np.zeros(clipped.size)
     for number, segment in enumerate(parts):
         in_segment = index == number
@@ -470,6 +478,7 @@ def motion_at(parts: tuple[Segment, ...], elapsed_s: FloatArray) -> ArmMotion:
         )
         share = travel[in_segment] / segment.distance if segment.moving else 0.0
         for row, (first, last) in enumerate(zip(segment.start, segment.end, strict=True)):
-            place[row, in_segment] = first + (last - first) * share
+            pose[row, in_segment] = first + (last - first) * share
     moving = np.array([segment.moving for segment in parts])[index]
-    return ArmMotion(clipped, place[0], place[1], place[2], travel, index, moving)
+    x_cm, z_cm, angle_deg = pose
+    return ArmMotion(clipped, x_cm, z_cm, angle_deg, travel, index, moving)

@@ -100,8 +100,14 @@ def in_one_log(cycles: Sequence[Recording]) -> Recording:
 def with_files(runs: Sequence[PlannedRun], protocol: str) -> list[PlannedRun]:
     """Set in each run which files a protocol writes, and how many strokes a log has."""
     one_file = protocol in ("one-file", "cyclic", "constant-speed")
-    own_zero, cyclic = protocol == "separate-zero", protocol == "cyclic"
-    kinds = ("plate", "rod") if cyclic else ()
-    cycles = (_CYCLES if run.kind in kinds else 1 for run in runs)
-    kept = [replace(run, one_file=one_file, own_zero=own_zero) for run in runs]
-    return [replace(run, cycles=count) for run, count in zip(kept, cycles, strict=True)]
+    own_zero = protocol == "separate-zero"
+    repeated_kinds = ("plate", "rod") if protocol == "cyclic" else ()
+    return [
+        replace(
+            run,
+            one_file=one_file,
+            own_zero=own_zero,
+            cycles=_CYCLES if run.kind in repeated_kinds else 1,
+        )
+        for run in runs
+    ]

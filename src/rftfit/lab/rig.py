@@ -108,8 +108,11 @@ class Recording:
     def rows(self, force: npt.ArrayLike, motion: npt.ArrayLike | slice = slice(None)) -> Recording:
         """Select rows of the force log and of the motion log, by indices or by a mask."""
         of_force = ("force_time_s", "arm_moving", "channels_N", "stroke", "in_air")
-        parts = {n: v[force if n in of_force else motion] for n, v in vars(self).items()}
-        return Recording(**parts)
+        columns = {
+            name: column[force if name in of_force else motion]
+            for name, column in vars(self).items()
+        }
+        return Recording(**columns)
 
 
 def random_numbers(seed: int, run_id: str, purpose: int) -> np.random.Generator:
@@ -154,7 +157,7 @@ def nuisance(run: PlannedRun, seed: int) -> Nuisance:
 
 
 def cable(run: PlannedRun, angle_deg: FloatArray) -> Forces:
-    """Force (z, x) of a leg's cable and gears at angles theta, N, the same in air and in a medium."""
+    """Return the force (z, x) of a leg's cable and gears at angles theta, N, the same in air and in a medium."""
     theta = np.radians(angle_deg)
     size = {"c_leg": 1.0, "flat_leg": 0.8}.get(run.leg, 1.15)
     force_z = size * (0.15 * np.sin(theta + 0.4) + 0.06 * np.sin(2 * theta))
@@ -380,16 +383,18 @@ def resolve(asked: Sequence[str], runs: Mapping[str, PlannedRun], first_medium: 
     `runs`: All runs by run_id. `first_medium`: Medium of faults without a run.
     """
     faults = []
-    for text in asked:
-        name, _, run_id = text.partition(":")
+    for fault in asked:
+        name, _, run_id = fault.partition(":")
         choose("fault", name, list(FAULTS))
         if not run_id:
             run_id = f"{first_medium}_{FAULTS[name][0]}"
             if run_id not in runs:
-                plate_runs = (
-                    r for r in runs.values() if r.medium == first_medium and r.kind == "plate"
+                plate_run_ids = (
+                    run.run_id
+                    for run in runs.values()
+                    if run.medium == first_medium and run.kind == "plate"
                 )
-                run_id = next((run.run_id for run in plate_runs), run_id)
+                run_id = next(plate_run_ids, run_id)
         choose(f"run for the fault {name}", run_id, list(runs))
         run = runs[run_id]
         if name == "flipped_beta" and run.beta_deg in (None, 0.0, 90.0):
@@ -405,14 +410,16 @@ def resolve(asked: Sequence[str], runs: Mapping[str, PlannedRun], first_medium: 
 def damage_recording(names: Sequence[str], whole: Recording, transducer: Transducer) -> Recording:
     """Apply the faults of a run that change its recording; other faults in `names` do nothing here."""
     first, last = np.flatnonzero(whole.stroke)[[0, -1]]
-    middle = int(first + last) // 2
+    middle, second = int(first + last) // 2, FORCE_HZ
     channels = whole.channels_N.copy()
     rows = np.arange(len(channels))
     block = slice(middle, middle + _CHOSEN.rows)
     if "saturated" in names:
         column = int(transducer.axes.z[2]) - 1
         sign = -1 if transducer.axes.z[0] == "-" else 1
-        channels[middle - 50 : middle + 50, column] = sign * transducer.range_N[column]
+        channels[middle - second // 2 : middle + second // 2, column] = (
+            sign * transducer.range_N[column]
+        )
     if "nan_cells" in names:
         channels[block][::2] = np.nan
     if "time_reversed" in names:
@@ -420,7 +427,7 @@ def damage_recording(names: Sequence[str], whole: Recording, transducer: Transdu
     if "duplicated_rows" in names:
         rows = np.repeat(rows, np.where(np.isin(rows, rows[block]), 2, 1))
     if "gap" in names:
-        rows = rows[(rows < middle - 75) | (rows >= middle + 75)]
+        rows = rows[(rows < middle - 3 * second // 4) | (rows >= middle + 3 * second // 4)]
     angle = -whole.angle_deg if "flipped_beta" in names else whole.angle_deg
     return replace(whole, channels_N=channels, angle_deg=angle).rows(rows)
 

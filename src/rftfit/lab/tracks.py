@@ -15,7 +15,7 @@ from rftfit import reference
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import Campaign
 from rftfit.lab.plan import FloatArray
-from rftfit.lab.write import fixed
+from rftfit.lab.write import format_numbers
 from rftfit.store.chosen import chosen
 
 _CHOSEN = chosen("lab", "tracks")
@@ -69,7 +69,7 @@ def plan_trials(config: Config, seed: int) -> list[RobotTrial]:
     return trials
 
 
-def track(trial: RobotTrial, seed: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _draw_track(trial: RobotTrial, seed: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Make time (s), x and z (cm) of a marker on the running robot, which bobs twice a stride, and surges."""
     rng = _make_random(seed, trial.run_id)
     duration = max(_CHOSEN.strides / trial.frequency_Hz, _CHOSEN.shortest_s)
@@ -101,8 +101,8 @@ def track_files(config: Config, seed: int) -> dict[str, str]:
             f"# marker track of trial {trial.run_id}, re-enacted from Fig. 4C\n"
             "# centre of the body, 60 frames/s; x forward, z up\ntime_s,x_cm,z_cm\n"
         )
-        text = head + fixed(list(track(trial, seed)), [4, 3, 3])
-        files[(folder / trial.track).as_posix()] = text
+        rows = format_numbers(list(_draw_track(trial, seed)), [4, 3, 3])
+        files[(folder / trial.track).as_posix()] = head + rows
         facts = trial.run_id, trial.condition, trial.medium, f"{trial.curvature_times_R:g}"
         sheet.writerow([*facts, "", trial.track, "re-enacted from Fig. 4C"])
     return files | {config.robot.runs: buffer.getvalue()}
@@ -114,9 +114,9 @@ def _make_random(seed: int, name: str) -> np.random.Generator:
     return np.random.default_rng(int.from_bytes(digest[:8], "little"))
 
 
-def lacks_tracks(places: Campaign) -> bool:
+def lacks_tracks(campaign: Campaign) -> bool:
     """Return True if logs of the robot's medium exist but no tracks: older versions wrote none."""
-    robot = places.config.robot
-    if robot is None or robot.runs is None or not (places.raw / robot.medium).is_dir():
+    robot = campaign.config.robot
+    if robot is None or robot.runs is None or not (campaign.raw / robot.medium).is_dir():
         return False
-    return not (places.raw / robot.runs).is_file()
+    return not (campaign.raw / robot.runs).is_file()

@@ -27,7 +27,7 @@ Forces = tuple[FloatArray, FloatArray]
 """Force on the intruder, N: z (upward) and x (toward +x)."""
 
 Law = Callable[[Segment, FloatArray, FloatArray, FloatArray], Forces]
-"""Function of a segment and of n places in it (x cm, z cm, angle deg) that returns the fully developed force."""
+"""Function of a segment and of n poses in it (x cm, z cm, angle deg) that returns the fully developed force."""
 
 Alpha = Callable[[PlannedRun, str], tuple[float, float]]
 """Function of a plate run and its phase (approach, stroke or lift) that returns stress per depth (z, x), N/cm^3."""
@@ -42,42 +42,37 @@ def force_over_run(
     """Calculate the force over a whole run: by the law while moving; at rest the last force, which relaxes a little.
 
     A medium that was prepared around a resting intruder exerts no force before the first move. The force of a
-    horizontal stroke (`level`) builds up over `start_up_cm`.
+    horizontal stroke (`level`) builds up over `start_up_cm`. `parts`: rests and moves of the run.
     """
     force = np.zeros((2, motion.elapsed_s.size))
+    # force at the end of the segment before
     last = np.zeros(2)
-    began = 0.0
+    segment_start_s = 0.0
     for number, segment in enumerate(parts):
         in_segment = motion.segment == number
         if segment.moving:
             travel = motion.travel[in_segment]
+            # share of the force of this move, and share of the last force that is released
             grown = released = _grow_to_one(travel, BUILD_UP)
             if level and segment.phase == "stroke":
-                grown, released = (
-                    1 - np.exp(-travel / _CHOSEN.start_up_cm),
-                    _grow_to_one(travel, _CHOSEN.release_cm),
-                )
-            places = (
-                motion.x_cm[in_segment],
-                motion.z_cm[in_segment],
-                motion.angle_deg[in_segment],
-            )
-            developed = np.array(law(segment, *places))
+                grown = 1 - np.exp(-travel / _CHOSEN.start_up_cm)
+                released = _grow_to_one(travel, _CHOSEN.release_cm)
+            poses = np.stack([motion.x_cm, motion.z_cm, motion.angle_deg])[:, in_segment]
+            developed = np.array(law(segment, *poses))
             force[:, in_segment] = grown * developed + (1 - released) * last[:, None]
-            x, z, angle = (np.array([value]) for value in segment.end)
-            last = np.array(law(segment, x, z, angle))[:, 0]
+            last = np.array(law(segment, *np.array(segment.end)[:, None]))[:, 0]
         else:
-            age = motion.elapsed_s[in_segment] - began
+            rest_s = motion.elapsed_s[in_segment] - segment_start_s
             force[:, in_segment] = last[:, None] * (
-                _CHOSEN.kept + (1 - _CHOSEN.kept) * np.exp(-age / _CHOSEN.relax_s)
+                _CHOSEN.kept + (1 - _CHOSEN.kept) * np.exp(-rest_s / _CHOSEN.relax_s)
             )
             last = _CHOSEN.kept * last
-        began += segment.duration_s
+        segment_start_s += segment.duration_s
     return force[0], force[1]
 
 
 def _grow_to_one(travel: FloatArray, length: float) -> FloatArray:
-    """Factor that grows smoothly from 0 to exactly 1 over `length`."""
+    """Return a factor that grows smoothly from 0 to exactly 1 over `length`."""
     return 1 - np.clip(1 - travel / length, 0.0, 1.0) ** 2
 
 
@@ -104,7 +99,7 @@ def _find_interval(lines: FloatArray, angle: float) -> tuple[int, float]:
 
 
 def pull_alpha(medium: str, beta_deg: float, path_gamma_deg: float) -> tuple[float, float]:
-    """Stress per depth (z, x), N/cm^3, on a plate that is pulled back along a path.
+    """Return the stress per depth (z, x), N/cm^3, on a plate that is pulled back along a path.
 
     The plate keeps its tangent (cos beta, -sin beta) and moves along (cos gamma, sin gamma), gamma
     being the path's angle on the way down. Seen in a mirror (x into -x) the tangent is that of
@@ -128,7 +123,7 @@ def published_alpha(run: PlannedRun, phase: str) -> tuple[float, float]:
 
 
 def submerged_depth(depth_cm: FloatArray, half_z_cm: float) -> FloatArray:
-    """Mean depth of the submerged part of a plate, times the submerged share, cm.
+    """Return the mean depth of the submerged part of a plate, times the submerged share, cm.
 
     This is the depth of its centre if the plate is wholly submerged, and 0 if it is wholly in air. Near the surface the
     bed can heave, so a partly submerged plate has a somewhat smaller value still.
@@ -141,9 +136,9 @@ def submerged_depth(depth_cm: FloatArray, half_z_cm: float) -> FloatArray:
 def wall_factor(
     config: Config, x_cm: FloatArray, depth_cm: FloatArray, beta_deg: float
 ) -> FloatArray:
-    """Factor by which walls and bottom raise the force on a plate; 1 where all are `CLEARANCE_CM` away.
+    """Return the factor by which walls and bottom raise the force on a plate; 1 where all are `CLEARANCE_CM` away.
 
-    `x_cm`, `depth_cm`: Place of the centre of the plate.
+    `x_cm`, `depth_cm`: of the centre of the plate.
     """
     _, plate = plate_of(config.intruders)
     half_x, half_z = half_extents(plate, beta_deg)
@@ -196,7 +191,7 @@ def _load_penetration(sand: str) -> tuple[FloatArray, FloatArray]:
 
 
 def sand_stress(sand: str, depth_cm: FloatArray) -> FloatArray:
-    """Vertical stress on a level plate pushed into a natural sand (Fig. S11, 0 to 6 cm), N/cm^2."""
+    """Return the vertical stress on a level plate pushed into a natural sand (Fig. S11, 0 to 6 cm), N/cm^2."""
     return np.interp(depth_cm, *_load_penetration(sand))
 
 
@@ -240,7 +235,7 @@ def leg_law(run: PlannedRun) -> Law:
 
 
 def strength(run: PlannedRun) -> float:
-    """Strength of a medium relative to loose poppy seeds, by alpha_z of a level plate pushed straight down."""
+    """Return the strength of a medium relative to loose poppy seeds, by alpha_z of a level plate pushed straight down."""
     if run.natural:
         alpha = float(sand_stress(run.published, np.array([2.0]))[0]) / 2.0
     else:

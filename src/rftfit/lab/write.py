@@ -20,7 +20,7 @@ _LENGTH_UNITS = {"mm": (1.0, 2), "cm": (10.0, 3), "m": (1000.0, 5), "in": (25.4,
 SHEET_COLUMNS = tuple(column.name for column in COLUMNS)
 
 
-def fixed(columns: list[FloatArray], decimals: list[int]) -> str:
+def format_numbers(columns: list[FloatArray], decimals: list[int]) -> str:
     """Format columns of equal length as lines of comma-separated numbers; zero has no minus sign."""
     # + 0.0 turns -0.0, which rounding may make, into 0.0
     pairs = zip(columns, decimals, strict=True)

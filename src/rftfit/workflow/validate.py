@@ -28,7 +28,6 @@ from rftfit.compare.published import (
     compare_penetration,
     discrepancies,
     leg_claims,
-    name_sources,
 )
 from rftfit.compare.robot import robot_claims
 from rftfit.compare.sands import SAND_COLUMNS, fit_corrections, penetration_rows
@@ -183,7 +182,7 @@ def validate(results: Results) -> pd.DataFrame:
         # measured speeds are the published ones or from tracks: without any, the robot is not the paper's
         if errors["measured_cm_per_s"].notna().any():
             claims = robot_claims(errors, *sweep_tables)
-            items += name_sources([results.campaign.robot_medium], claims)
+            items += [claim._replace(media=(results.campaign.robot_medium,)) for claim in claims]
     if items:
         items += discrepancies()
     # logs that were simulated from the published numbers prove nothing about sand
