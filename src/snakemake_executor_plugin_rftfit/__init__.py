@@ -85,7 +85,7 @@ class BatchExecutor(Executor):
         self.forks = sys.platform == "linux" and len(targets) > 1
         if self.forks:
             self.campaign_file = TemporaryFile(buffering=0)  # noqa: SIM115
-            os.environ[HANDED] = hand_over(self.states, 0, self.campaign_file)
+            os.environ[HANDED] = hand_over(self.states, self.campaign_file)
             os.environ[RULES_TO_COME] = " ".join(dict.fromkeys(job.rulename for job in targets))
             ExecutorSettings()
 

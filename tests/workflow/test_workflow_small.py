@@ -89,7 +89,7 @@ def second_run(small, tmp_path_factory):
     # the order of its rows is that of the runs, by which a drift over the campaign is looked for
     rows = sheet.read_text("utf-8").splitlines()
     sheet.write_bytes(("\r\n".join(rows) + "\r\n").encode())
-    campaign = read_states(second_folder.config)[0].campaign
+    campaign = read_states(second_folder.config).campaign
     lists = {name: getattr(campaign, name) for name in ("media_with_runs", "robot_medium")}
     assert all(lists.values())
     sections_by_stage: dict[str, set[str]] = {}

@@ -5,7 +5,7 @@ from rftfit.robot import PROFILES
 from rftfit.workflow.state import LEAST_MB, guard_written, read_states
 
 CONFIG = config.get("campaign", "config/config.yaml")
-STATES, _ = read_states(Path(CONFIG))
+STATES = read_states(Path(CONFIG))
 CAMPAIGN = STATES.campaign
 MEDIA = CAMPAIGN.media_with_runs
 LABORATORY = CAMPAIGN.of_role("laboratory")

@@ -61,7 +61,7 @@ use rule stage as quality_pdf with:
 rule printed:
     # Every figure of a whole run for a paper: `rftfit run --print` makes them beside all else.
     input:
-        STATES.printed,
+        STATES.paper_files,
 
 
 use rule stage as workbooks with:

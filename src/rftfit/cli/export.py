@@ -33,7 +33,9 @@ def export(
     pushes: options.PushesFile = None,
     profile_file: Annotated[
         Path | None,
-        options.file("A profile that was handed on, written again with another title or notes."),
+        options.file_option(
+            "A profile that was handed on, written again with another title or notes."
+        ),
     ] = None,
     profile: Annotated[
         str | None,
@@ -55,7 +57,7 @@ def export(
         ),
     ] = False,
     output: Annotated[
-        Path | None, options.file("The file. Default: profile.json, or bekker.json.")
+        Path | None, options.file_option("The file. Default: profile.json, or bekker.json.")
     ] = None,
     force: options.Overwrite = False,
 ) -> None:
@@ -90,7 +92,7 @@ def export(
     if profile_file is not None:
         source, facts = rftfit.read_profile(profile_file).export_source()
     elif medium is None:
-        options.check_test(alpha, se or 0.0)
+        options.check_penetration_test(alpha, se or 0.0)
         source, facts = _source_of_pushes(medium_options, se)
     elif results is not None:
         source, facts = _source_in_campaign(results, medium, profile)

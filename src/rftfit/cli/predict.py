@@ -50,7 +50,7 @@ class MeshOptions:
 
     mesh: Annotated[
         Path | None,
-        options.file(
+        options.file_option(
             "Any body in space instead: stl, obj or ply, moved by --press, --roll or along --path."
         ),
     ] = None
@@ -89,18 +89,18 @@ class MeshOptions:
                 "--rim": self.rim,
                 "--no-track": self.no_track,
             }
-            if options_given := options.name_given(of_mesh):
+            if options_given := options.list_given(of_mesh):
                 raise InputError(
                     f"found {options_given[0]} without --mesh FILE, to which it belongs"
                 )
             return
         of_outline = {"--width": body.width, "--hip": body.hip}
-        if options_given := [*body.named, *options.name_given(of_outline)]:
+        if options_given := [*body.outlines_given, *options.list_given(of_outline)]:
             raise InputError(
                 f"found {' and '.join(options_given)} with --mesh; allowed: a mesh alone"
             )
         motions = {"--press": self.press, "--roll": self.roll, "--path": body.path}
-        motions_given = options.name_given(motions)
+        motions_given = options.list_given(motions)
         if len(motions_given) > 1:
             raise InputError(f"found {' and '.join(motions_given)}; allowed: one of them")
         missing = []
@@ -146,9 +146,9 @@ def predict(
     model_error: options.ModelError = None,
     body_of: options.BodyOf = None,
     figure: Annotated[
-        Path | None, options.file("Also a figure of the forces on a mesh: png, svg or pdf.")
+        Path | None, options.file_option("Also a figure of the forces on a mesh: png, svg or pdf.")
     ] = None,
-    output: Annotated[Path, options.file("File of the forces.")] = Path("forces.csv"),
+    output: Annotated[Path, options.file_option("File of the forces.")] = Path("forces.csv"),
     as_json: options.AsJson = False,
     force: options.Overwrite = False,
 ) -> None:
@@ -189,7 +189,7 @@ def predict(
         options.check_confidence(confidence)
         options.check_friction(mesh_options.friction)
         options.check_model_error(model_error)
-        source = medium_options.find(se, partial(_has_all_directions, shape, motion))
+        source = medium_options.find_profile(se, partial(_has_all_directions, shape, motion))
         _check_error_of(source, model_error)
     inputs.check()
     read = (body.outline, body.path, medium_options.profile_file, medium_options.pushes, mesh)

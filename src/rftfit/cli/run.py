@@ -79,9 +79,11 @@ def run(
     targets, extra = _split_words(words or [])
     workflow = Workflow(config, targets, extra, cores, cluster, snakefile, results_at, say=warn)
     if printed:
-        workflow.add_printed()
-    if workflow.warnings:
-        warn(f"{count(workflow.warnings, 'warning')} on the campaign; `rftfit check` shows them.")
+        workflow.add_paper_files()
+    if workflow.states.warnings:
+        warn(
+            f"{count(workflow.states.warnings, 'warning')} on the campaign; `rftfit check` shows them."
+        )
     if unlock:
         workflow.unlock()
         print_line("No lock is left. `rftfit run` goes on from what is finished.")

@@ -49,7 +49,7 @@ def scale(
         ),
     ] = None,
     method: options.MethodName = None,
-    output: Annotated[Path, options.file("File of the alpha table.")] = Path("alpha.csv"),
+    output: Annotated[Path, options.file_option("File of the alpha table.")] = Path("alpha.csv"),
     as_json: options.AsJson = False,
     force: options.Overwrite = False,
 ) -> None:
@@ -59,7 +59,7 @@ def scale(
     generic by the paper's scaling routine: prints zeta, chi and the nine coefficients M = zeta M0. Both write
     alpha(beta, gamma) as csv.
     """
-    options.look_for_campaign(results)
+    options.need_results_folder(results)
     # scipy.special copies every name of numpy, and would so load these parts of it
     for library in ("pandas", "numpy.f2py", "numpy.ma", "numpy.polynomial", "numpy.testing"):
         load_late(library)
@@ -78,10 +78,10 @@ def scale(
     check_target(output, MARK, "alpha table", force, read_files)
     if push_options and se is not None:
         raise InputError("--se is the standard error of --alpha; a table has columns se_z, se_x")
-    options.check_test(alpha, se or 0.0)
+    options.check_penetration_test(alpha, se or 0.0)
     options.check_confidence(confidence)
     if profile is not None:
-        choose("--profile", profile, options.OF_PUSHES, "pushes give no other profile")
+        choose("--profile", profile, options.PROFILES_OF_PUSHES, "pushes give no other profile")
     if profile == "generic" and file is not None:
         raise InputError("--profile generic takes one push straight down; --contacts needs the map")
     reference = options.reference_in(results, method)

@@ -65,7 +65,7 @@ def simulate(
     ],
     medium_options: options.MediumOptions,
     se: options.ErrorOfTest = None,
-    robot: Annotated[Path | None, options.file("Robot; default: the paper's.")] = None,
+    robot: Annotated[Path | None, options.file_option("Robot; default: the paper's.")] = None,
     phase: Annotated[float, options.number_option("TURNS", "Turn of the legs at the start.")] = 0.0,
     output: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the results.")] = Path(
         "simulation"
@@ -92,7 +92,7 @@ def simulate(
     from rftfit.robot.motion import SAMPLES
 
     body = paper_robot() if robot is None else read_robot(robot)
-    source = medium_options.find(se)
+    source = medium_options.find_profile(se)
     check_folder(output, force)
     try:
         run = rftfit.simulate(

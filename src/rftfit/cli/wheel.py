@@ -42,7 +42,7 @@ def wheel(
     *,
     mesh: Annotated[
         Path | None,
-        options.file("The wheel: stl, obj or ply; its axle lies along y through (0, 0, 0)."),
+        options.file_option("The wheel: stl, obj or ply; its axle lies along y through (0, 0, 0)."),
     ] = None,
     unit: options.MeshUnit = None,
     drawing: Annotated[
@@ -97,15 +97,19 @@ def wheel(
     ] = None,
     measured: Annotated[
         Path | None,
-        options.file(
+        options.file_option(
             "Measured points for the figure: a table with slip and any of drawbar_N, torque_N_cm, sinkage_cm, load_N."
         ),
     ] = None,
     figure: Annotated[
         Path | None,
-        options.file("Also a figure of drawbar, torque and sinkage over slip: png, svg or pdf."),
+        options.file_option(
+            "Also a figure of drawbar, torque and sinkage over slip: png, svg or pdf."
+        ),
     ] = None,
-    output: Annotated[Path, options.file("File of the table, one row a slip.")] = Path("wheel.csv"),
+    output: Annotated[Path, options.file_option("File of the table, one row a slip.")] = Path(
+        "wheel.csv"
+    ),
     as_json: options.AsJson = False,
     force: options.Overwrite = False,
 ) -> None:
@@ -140,7 +144,7 @@ def wheel(
         options.check_friction(friction)
         options.check_model_error(model_error)
     with inputs.collect():
-        source = medium_options.find(se, partial(_has_numbers, shape, friction))
+        source = medium_options.find_profile(se, partial(_has_numbers, shape, friction))
     with inputs.collect():
         if measured is not None:
             points = read_measured_runs(measured)

@@ -37,7 +37,7 @@ def hold_lock(folder: Path) -> None:
 
 @contextlib.contextmanager
 def stale_lock(folder: Path) -> Iterator[bool]:
-    """Tell whether the lock in ``.snakemake`` is certainly left by a process that no longer lives.
+    """Yield True if the lock in ``.snakemake`` is certainly left by a process that no longer lives.
 
     No other process gets True until the block is left, so that two do not clear the lock one after the other.
     """
@@ -77,10 +77,10 @@ def _name_computer() -> str:
 # --- A process that ends when the one that started it has ended, so that no orphan goes on writing.
 
 
-VARIABLE = "RFTFIT_PARENT"
+PARENT_VARIABLE = "RFTFIT_PARENT"
 """Process id of the process to watch, in the environment of its child."""
 
-SHELL_PREFIX = f"{VARIABLE}=$PPID exec " if os.name == "posix" else ""
+SHELL_PREFIX = f"{PARENT_VARIABLE}=$PPID exec " if os.name == "posix" else ""
 """Words before the command of a job: `exec` lets the stage replace the shell, and the stage watches the shell's parent."""
 
 _POLL_S = 0.5
@@ -91,22 +91,21 @@ _ORPHANED = 143
 
 
 def end_with_parent(end: Callable[[], None] | None = None) -> bool:
-    """Watch the process that `VARIABLE` names, and call `end` soon after that process has ended.
+    """Watch the process that `PARENT_VARIABLE` names, and call `end` soon after that process has ended.
 
     `end`: Function that ends this process; default: `end_now`. The variable is removed from the environment, so that
     processes started from here do not watch, too. Returns True where a process is watched: only on POSIX systems, and
     where the environment asks for it.
     """
-    process_id = os.environ.pop(VARIABLE, "")
+    process_id = os.environ.pop(PARENT_VARIABLE, "")
     if os.name != "posix" or not process_id.isdecimal():
         return False
     import psutil
 
-    end = end or end_now
     parent, starter = os.getppid(), int(process_id)
     # where another program stands between the named process and this one, that program is watched
     if parent != starter and (parent == _INIT or not psutil.pid_exists(starter)):
-        end()
+        (end or end_now)()
         return False
     end_with(parent, end)
     return True

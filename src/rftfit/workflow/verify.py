@@ -21,7 +21,7 @@ from rftfit.workflow.provenance import (
     present_provenance,
     read_provenance,
 )
-from rftfit.workflow.records import OutdatedResult, Record, Recorded
+from rftfit.workflow.records import OutdatedResult, Recorded
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Verified:
         of_whole_run = [
             path for record in self.now.collect_records().values() for path in record.writes
         ]
-        return [*of_whole_run, *self.now.records_beside]
+        return [*of_whole_run, *self.now.extra_records]
 
     @property
     def paths(self) -> Sequence[str]:
@@ -77,7 +77,7 @@ class Verified:
         results = count(len(self.paths), "result")
         if self.why or self.differ:
             lines += first_of(self.why, most)
-            by_name = self.asked or any(path in self.now.records_beside for path in self.differ)
+            by_name = self.asked or any(path in self.now.extra_records for path in self.differ)
             with_names = " with their names" if by_name else ""
             lines.append(
                 f"{len(self.differ)} of {results} not as recorded; `rftfit run`{with_names} makes "
@@ -130,9 +130,13 @@ _OF_RESULTS = ("edited", "missing", "new")
 
 def _find_outdated(now: Recorded) -> list[OutdatedResult]:
     """Find what differs from the records of all jobs; without results, what they lack."""
-    findings_of_jobs = [*now.stale.values()] if now.collect_records() else [now.findings_of()]
-    jobs_beside = dict.fromkeys(record.name for record in now.records_beside.values())
-    findings_of_jobs += [now.findings(name) for name in jobs_beside if name in now.outdated]
+    findings_of_jobs = (
+        [*now.findings_of_whole_run.values()]
+        if now.collect_records()
+        else [now.findings_of_targets()]
+    )
+    jobs_beside = dict.fromkeys(record.name for record in now.extra_records.values())
+    findings_of_jobs += [now.findings_of_job(name) for name in jobs_beside if name in now.outdated]
     return [finding for findings in findings_of_jobs for finding in findings]
 
 
@@ -191,13 +195,9 @@ def _describe_chain(now: Recorded, name: str, most: int | None) -> list[str]:
         f"    {rule}{' of ' + join_words(keys, most) if keys else ''}"
         for rule, keys in rules.items()
     ]
-    media = [
-        medium
-        for job in jobs.values()
-        if "logs" in job.state
-        if (medium := _medium_of_job(now, job))
-    ]
-    logs = list(dict.fromkeys(log for medium in media for log in now.states.logs(medium)))
+    jobs_with_logs = (job for job in jobs.values() if "logs" in job.state)
+    media = [*filter(None, (now.states.medium_of(job.rule, job.key) for job in jobs_with_logs))]
+    logs = list(dict.fromkeys(log for medium in media for log in now.states.log_digests(medium)))
     runs = {run.run_id for medium in media for run in now.states.campaign.runs_of(medium)}
     depends = dict.fromkeys(what for job in jobs.values() for what in job.state)
     lines += [
@@ -205,11 +205,5 @@ def _describe_chain(now: Recorded, name: str, most: int | None) -> list[str]:
         f"  {count(len(runs), 'row')} of the run sheet: {join_words(sorted(runs), most)}",
         f"  depends on: {', '.join(depends)}",
     ]
-    findings_of_chain = [finding for job in jobs for finding in now.findings(job)]
+    findings_of_chain = [finding for job in jobs for finding in now.findings_of_job(job)]
     return lines + [f"  {_format_finding(finding)}" for finding in findings_of_chain[:most]]
-
-
-def _medium_of_job(now: Recorded, job: Record) -> str:
-    """Return the medium that a job works on; empty where it works on none or on all."""
-    word = now.states.stage(job.rule, job.key)[1]
-    return word if word in now.states.campaign.config.media else ""
