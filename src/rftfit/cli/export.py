@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rftfit.model.profiles import KnownMedium
 
 KINDS = ("table", "map")
-"""Profiles with a number in each direction, which a file can hold."""
+"""Values of --profile: those with a number in each direction, which a file can hold."""
 
 
 def export(
@@ -98,7 +98,7 @@ def export(
         source, facts = _source_in_campaign(results, medium, profile)
     else:
         source, facts = _published_source(medium, profile)
-    facts |= {name: text for name, text in (("title", title), ("notes", notes)) if text}
+    facts |= {name: sentence for name, sentence in (("title", title), ("notes", notes)) if sentence}
     rftfit.write_profile(output, source, **facts)
     print_line(describe_profile(output))
     if marks := facts.get("marks"):
@@ -129,7 +129,7 @@ def _export_bekker(folder: Path, name: str, output: Path, force: bool) -> None:
 def _source_of_pushes(
     medium_options: options.MediumOptions, se: float | None
 ) -> tuple[KnownMedium, dict[str, Any]]:
-    """Estimate the map from pushes; returned with what `rftfit.write_profile` writes about it."""
+    """Estimate the map from pushes; return it with the keyword arguments of `rftfit.write_profile`."""
     from rftfit.store.digests import sha256_of
 
     estimated, path = medium_options.make_map(se), medium_options.pushes
@@ -140,7 +140,7 @@ def _source_of_pushes(
 def _source_in_campaign(
     folder: Path, name: str, kind: str | None
 ) -> tuple[KnownMedium, dict[str, Any]]:
-    """Find a medium of a campaign; returned with what `rftfit.write_profile` writes about it."""
+    """Find a medium of a campaign; return it with the keyword arguments of `rftfit.write_profile`."""
     from rftfit.store.digests import sha256_of
     from rftfit.workflow.provenance import RECORD, SUMS
 
@@ -156,13 +156,11 @@ def _source_in_campaign(
 
 
 def _published_source(name: str, kind: str | None) -> tuple[KnownMedium, dict[str, Any]]:
-    """Find a published medium; returned with what `rftfit.write_profile` writes about it."""
+    """Find a published medium; return it with the keyword arguments of `rftfit.write_profile`."""
     from rftfit.model.maps import published_map
     from rftfit.model.profiles import PAPER_WINDOW
     from rftfit.reference import MEDIA
 
     choose("--medium", name, MEDIA, "published media; --results DIR for those of a campaign")
-    facts = {"name": name, "window": PAPER_WINDOW}
-    if kind != "map":
-        return rftfit.published_medium(name), facts
-    return published_map(name), facts
+    source = published_map(name) if kind == "map" else rftfit.published_medium(name)
+    return source, {"name": name, "window": PAPER_WINDOW}

@@ -38,10 +38,10 @@ _LEFT_OUT = {
     "table": "how alpha runs between the directions of the table",
     "fourier": "what nine terms miss of alpha",
 }
-"""Error of a force that the errors of alpha do not contain, by profile."""
+"""Errors of a force that its interval leaves out, by profile."""
 
 _TRIANGLE_S = 5e-8
-"""Time for one triangle in one pose by one draw."""
+"""Time for the force on one triangle in one pose by one draw, s."""
 
 
 @dataclass(frozen=True)
@@ -169,7 +169,7 @@ def predict(
     leg: options.MeasuredLeg | None = None
     with inputs.collect():
         if body_of is not None:
-            medium_options = _beside_measured_leg(medium_options, model_error)
+            medium_options = _choose_map(medium_options, model_error)
             leg = options.find_measured_leg(body_of, body)
             shape = leg.outline
             if body.path is None:
@@ -190,7 +190,7 @@ def predict(
         options.check_friction(mesh_options.friction)
         options.check_model_error(model_error)
         source = medium_options.find_profile(se, partial(_has_all_directions, shape, motion))
-        _check_error_of(source, model_error)
+        _refuse_unmeasured_error(source, model_error)
     inputs.check()
     read = (body.outline, body.path, medium_options.profile_file, medium_options.pushes, mesh)
     check_target(output, MARK, "forces", force, read)
@@ -240,10 +240,10 @@ def _find_left_out(medium_options: options.MediumOptions, source: Profile) -> st
     return _LEFT_OUT.get(form, "")
 
 
-def _beside_measured_leg(
+def _choose_map(
     medium_options: options.MediumOptions, model_error: float | None
 ) -> options.MediumOptions:
-    """Choose the map of a medium, because the error on a measured leg was learned beside maps."""
+    """Return the options with the map of the medium, because the error on a leg of --body-of was learned with maps."""
     if model_error is not None:
         raise InputError("found --model-error and --body-of; allowed: one of them")
     if medium_options.profile not in (None, "map"):
@@ -262,8 +262,8 @@ def _has_all_directions(
     return body is None or motion is None or set_in_motion(body, motion).knows(table)
 
 
-def _check_error_of(profile: Profile, model_error: float | None) -> None:
-    """Refuse an error of the model for a profile on which none was measured."""
+def _refuse_unmeasured_error(profile: Profile, model_error: float | None) -> None:
+    """Refuse a --model-error above 0 with a profile whose own error was never measured."""
     from rftfit.forces.model_error import eps_of
 
     try:
@@ -273,7 +273,7 @@ def _check_error_of(profile: Profile, model_error: float | None) -> None:
 
 
 def _warn_of_time(source: Any, mesh: Mesh, poses: int) -> None:
-    """Say beforehand that all draws through a fine mesh on a long path take minutes."""
+    """Warn where the forces by all draws of alpha, on all triangles in all poses, take more than a minute."""
     from rftfit.model.profiles import Profile
 
     draws = len(source.spread.parameters[0]) if isinstance(source.spread, Profile) else 1

@@ -116,7 +116,7 @@ def run(
 
 
 def _split_words(words: list[str]) -> tuple[list[str], list[str]]:
-    """Split words into targets and, from the first word with a dash on, options of Snakemake."""
+    """Split the words of the command line into targets and, from the first with a dash on, options of Snakemake."""
     first = next((i for i, word in enumerate(words) if word.startswith("-")), len(words))
     for word in words[first:]:
         if word.partition("=")[0] in _RESERVED:
@@ -129,7 +129,7 @@ def _split_words(words: list[str]) -> tuple[list[str], list[str]]:
 
 @contextmanager
 def shown_jobs() -> Iterator[Callable[[Progress, Job | None], None]]:
-    """Show jobs as they finish: a bar in a terminal, one line for each in a pipe or file."""
+    """Yield a function for `Workflow.on_job` that shows jobs as they finish: a bar in a terminal, else one line for each."""
     if not sys.stdout.isatty():
 
         def print_job(progress: Progress, finished: Job | None) -> None:

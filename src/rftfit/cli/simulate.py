@@ -24,8 +24,8 @@ MARK = "# motion written by rftfit simulate"
 """Beginning of the first line of a table of motion: only tables with it are overwritten unasked."""
 
 FIGURE = "motion.png"
-OTHERS = (FIGURE, "animation.gif", "animation.mp4")
-"""Files beside the table of motion."""
+PICTURES = (FIGURE, "animation.gif", "animation.mp4")
+"""Files that a run writes beside the table of motion."""
 
 
 def check_folder(folder: Path, force: bool) -> None:
@@ -33,10 +33,10 @@ def check_folder(folder: Path, force: bool) -> None:
     if folder.exists() and not folder.is_dir():
         raise OutputError(f"{folder}: this is a file; name a folder for the results")
     check_target(folder / MOTION, MARK, "motion", force)
-    for name in OTHERS:
+    for name in PICTURES:
         refuse_target_by_link(folder / name)
-    existing = [name for name in OTHERS if (folder / name).exists()]
-    # beside a table of motion by this command, they are by this command, too
+    existing = [name for name in PICTURES if (folder / name).exists()]
+    # pictures beside a table of motion by this command are by this command, too
     if existing and not force and not (folder / MOTION).exists():
         raise InputError(
             f"{folder}: {', '.join(existing)} would be overwritten and no {MOTION} of rftfit simulate "

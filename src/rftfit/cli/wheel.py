@@ -129,11 +129,11 @@ def wheel(
     with inputs.collect():
         shape = _read_wheel(mesh, unit, drawing)
     with inputs.collect():
-        words = {"--slip": slip, "--load": load, "--sinkage": sinkage}
+        given = {"--slip": slip, "--load": load, "--sinkage": sinkage}
         numbers = {
-            name: options.parse_numbers(name, word)
-            for name, word in words.items()
-            if word is not None
+            option: options.parse_numbers(option, value)
+            for option, value in given.items()
+            if value is not None
         }
         if load is None and sinkage is None:
             raise InputError(
@@ -190,6 +190,7 @@ def _read_wheel(mesh: Path | None, unit: str | None, drawing: str | None) -> Mes
         if unit is not None:
             raise InputError("found --unit without --mesh FILE, to which it belongs")
         sizes = options.parse_numbers("--drawing", drawing)
+        # radius and width are needed: what the drawing lacks comes from the end of the defaults
         numbers = [*sizes, *_WITHOUT_LUGS[len(sizes) - 2 :]]
         if len(sizes) not in (2, 4, 5) or numbers[3] != int(numbers[3]):
             raise InputError(
@@ -208,12 +209,12 @@ def _read_wheel(mesh: Path | None, unit: str | None, drawing: str | None) -> Mes
 
 
 def _has_numbers(shape: Mesh | None, friction: float | None, table: Profile) -> bool:
-    """Tell whether a table has a number in every direction of the wheel."""
+    """Tell whether a table has a number in every direction of the wheel; True where the wheel could not be read."""
     from rftfit.forces.wheel import has_number
 
     return shape is None or has_number(table, shape, friction)
 
 
 def _one_or_all(numbers: list[float] | None) -> Any:
-    """Return a single number as such: it is for all slips."""
+    """Return a number that is for all slips as a float, and one for each slip as a list."""
     return numbers[0] if numbers is not None and len(numbers) == 1 else numbers
