@@ -147,21 +147,20 @@ def compare_folders(first: Path, second: Path) -> ResultsDiff:
             -_sort_size(difference),
         )
     )
-    records = [read_provenance(folder) for folder in folders]
+    provenances = [read_provenance(folder) for folder in folders]
     unrecorded = []
     since = {}
-    for folder, (_, record), tables in zip(folders, records, keys_by_table, strict=True):
-        jobs = record["jobs"].values()
+    for folder, provenance, tables in zip(folders, provenances, keys_by_table, strict=True):
+        jobs = provenance.jobs.values()
         written = {path: digest for job in jobs for path, digest in job["writes"].items()}
-        if changed_since := _list_changed_since(folder, record["jobs"]):
+        if changed_since := _list_changed_since(folder, provenance.jobs):
             since[folder] = changed_since
         unrecorded += [
             folder / name
             for name in sorted(tables)
             if written.get(f"{RESULTS}/{name}") != sha256_of(folder / name)
         ]
-    changes = changes_between(*(state for state, _ in records))
-    return ResultsDiff(differences, changes, alone, unrecorded, since)
+    return ResultsDiff(differences, changes_between(*provenances), alone, unrecorded, since)
 
 
 def _list_compared_tables(folder: Path) -> dict[str, tuple[str, ...]]:

@@ -19,17 +19,17 @@ from rftfit.store.files import lock, open_note, open_unshared
 
 
 _NOTE = Path("rftfit") / "holder"
+"""Path of the note, from ``.snakemake``."""
 _BOOT = Path("/proc/sys/kernel/random/boot_id")
-_held: list[int] = []
-"""Handles of notes: open until this process ends, which ends the lock on them."""
+"""File with an identifier that is new at each start of the computer (Linux)."""
 
 
 def hold_lock(folder: Path) -> None:
     """Note in ``.snakemake`` that this process holds the lock, for as long as it lives; failing is no error."""
     note = folder / _NOTE
     with contextlib.suppress(OSError, OutputError):
+        # the handle is never closed: its lock ends with this process
         handle = open_note(note)
-        _held.append(handle)
         if lock(handle):
             os.ftruncate(handle, 0)
             os.write(handle, _name_computer().encode())

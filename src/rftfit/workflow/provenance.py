@@ -6,7 +6,7 @@ import json
 import subprocess
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from hashlib import sha256
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -33,7 +33,8 @@ class Provenance:
 
     `logs`: SHA-256 of logs and of the robot's files, by path from the campaign's folder. `rows`: Rows of the
     run sheet, by run_id. `settings`: The configuration. `modules`: Digests of source files. `versions`: Versions of
-    Python and packages, also of those whose dialects are used.
+    Python and packages, also of those whose dialects are used. `commit`: Commit of the program, empty without one.
+    `jobs`: Records of all jobs by name, as dictionaries; of recorded provenance alone.
     """
 
     logs: dict[str, str]
@@ -41,6 +42,8 @@ class Provenance:
     settings: dict[str, Any]
     modules: dict[str, str]
     versions: dict[str, str]
+    commit: str = ""
+    jobs: dict[str, dict[str, Any]] = field(default_factory=dict)
 
 
 def present_provenance(states: States) -> Provenance:
@@ -135,8 +138,8 @@ def data_package(results: Results, digests: Mapping[str, str], sheet: bytes) -> 
     return package_text(results.config.title, description, files, results.config.publish, origin)
 
 
-def read_provenance(folder: Path) -> tuple[Provenance, dict[str, Any]]:
-    """Read from a folder of results what they depended on, and the whole content of the record that `provenance` wrote."""
+def read_provenance(folder: Path) -> Provenance:
+    """Read from a folder of results what they depended on, as the stage `provenance` has recorded it."""
     path, sums, sheet = (folder / PurePosixPath(name).name for name in (RECORD, SUMS, SHEET))
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
@@ -148,8 +151,8 @@ def read_provenance(folder: Path) -> tuple[Provenance, dict[str, Any]]:
         header, *table = read_cells(sheet.read_bytes())
         sheet_rows = [dict(zip(header, map(unguarded, texts), strict=True)) for texts in table]
         rows = {row["run_id"]: row for row in sheet_rows}
-        settings, modules, versions = (data[name] for name in ("settings", "modules", "versions"))
-        state = Provenance(read_sums(sums), rows, settings, modules, versions)
+        names = ("settings", "modules", "versions", "commit", "jobs")
+        return Provenance(read_sums(sums), rows, *(data[name] for name in names))
     except FileNotFoundError:
         raise InputError(
             f"{path}: there is no record of what the results were made from; a whole `rftfit run` "
@@ -159,8 +162,6 @@ def read_provenance(folder: Path) -> tuple[Provenance, dict[str, Any]]:
         raise InputError(
             f"{path}: the record is damaged ({type(error).__name__}: {error}); `rftfit run` makes it again"
         ) from error
-    else:
-        return state, data
 
 
 # --- what has changed since

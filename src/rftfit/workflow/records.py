@@ -107,7 +107,7 @@ def maker_of(root: Path, path: str) -> Record | None:
 
 @dataclass(frozen=True)
 class OutdatedResult:
-    """One thing about a job that is not as recorded.
+    """A finding: one thing about a job that is not as recorded.
 
     `job`: Name of the job. `sort`: ``new`` (never finished), ``edited`` or ``missing`` (a result that it wrote), ``input``
     (a result that it read) or ``changed`` (its state). `what`: Path of the result, or name of the changed part of the
@@ -261,15 +261,6 @@ class Recorded:
             if self.findings_of_job(name) or makers & names:
                 names.add(name)
         return names
-
-    @cached_property
-    def findings_of_whole_run(self) -> dict[str, list[OutdatedResult]]:
-        """Findings about each outdated job of a whole run, by its name; an empty list if it is outdated by an earlier job alone."""
-        return {
-            name: self.findings_of_job(name)
-            for name in self.collect_records()
-            if name in self.outdated
-        }
 
     def is_current(self, path: str) -> bool:
         """Tell whether a result is there, and it and all that it is made from are as recorded."""

@@ -107,17 +107,24 @@ class States:
         return STAGES[rule], key
 
     def has_job(self, rule: str, key: str) -> bool:
-        """Tell whether the campaign has this job, by the same conditions as ``workflow/rules``."""
+        """Tell whether the campaign has a job of this rule and key."""
         if rule in FOLDER_BY_RULE:
             return f"{FOLDER_BY_RULE[rule]}/{key}" in self.figures
+        if not self.has_rule(rule):
+            return False
+        keys = {
+            "medium": self.campaign.media_with_runs,
+            "runs": [f"runs_{name}" for name in PROFILES],
+            "": [""],
+        }
+        return key in keys[STAGES[rule].wildcard]
+
+    def has_rule(self, rule: str) -> bool:
+        """Tell whether a rule exists that is no figure's, and the campaign has what it works on: a robot, clocks to estimate."""
         stage = STAGES.get(rule)
         if not stage or (stage.robot and rule != LAST and not self.campaign.robot_medium):
             return False
-        if stage.estimated and self.campaign.config.clock.method != "estimate":
-            return False
-        if stage.wildcard == "runs":
-            return key.removeprefix("runs_") in PROFILES
-        return key in (self.campaign.media_with_runs if stage.wildcard else ("",))
+        return not stage.estimated or self.campaign.config.clock.method == "estimate"
 
     @cached_property
     def paper_files(self) -> list[str]:
