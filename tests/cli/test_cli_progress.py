@@ -33,7 +33,7 @@ def ended(number, rule, status="returned non-zero exit status 2."):
 def watch(*lines):
     progress = Progress()
     for line in lines:
-        progress.feed(line)
+        progress.update_by(line)
     return progress
 
 
@@ -52,7 +52,7 @@ def test_jobs_are_counted():
         event(event="progress", done=1, total=3),
         "a line",
     ]
-    finished = [job.rule for line in lines if (job := progress.feed(line))]
+    finished = [job.rule for line in lines if (job := progress.update_by(line))]
     assert finished == ["ingest"]
     assert (progress.done, progress.total, progress.plain) == (1, 3, ["a line"])
     assert not progress.nothing_to_do

@@ -87,7 +87,7 @@ def planned_jobs(config, targets=()):
     if plan_key not in _PLANS:
         _PLANS[plan_key] = _plan(config, campaign.root, targets)
     for job in _PLANS[plan_key]:
-        states.input_of(job.rule)({"": job.key})
+        states.write_state(job.rule, {"": job.key})
     return _PLANS[plan_key]
 
 

@@ -100,11 +100,11 @@ def second_run(small, tmp_path_factory):
             # nothing is at hand from another job
             fresh = States(replace(campaign))
             fresh.campaign.__dict__.update(lists)
-            job_state, plain = fresh.of(rule, key), States.of
+            job_state, plain = fresh.state_of(rule, key), States._make_state
             name = states.stage(rule, key)[0].run if rule in FIGURE_RULES else rule
             patch.setattr(
                 States,
-                "of",
+                "_make_state",
                 lambda any_states, *job: (
                     job_state if job == (rule, key) else plain(any_states, *job)
                 ),
@@ -112,7 +112,7 @@ def second_run(small, tmp_path_factory):
             read.clear()
             do_job(fresh, reads, writes)
             sections_by_stage.setdefault(name, set()).update(read)
-            patch.setattr(States, "of", plain)
+            patch.setattr(States, "_make_state", plain)
 
         patch.setattr("campaigns.do_job", do_alone)
         second_folder.run_here(drawn=None, real_run=small)

@@ -1,5 +1,6 @@
 # The campaign, and lists of files.
 import re
+from functools import partial
 
 from rftfit.robot import PROFILES
 from rftfit.workflow.state import LEAST_MB, guard_written, read_states
@@ -14,8 +15,10 @@ ROBOT = bool(CAMPAIGN.robot_medium)
 ESTIMATED = CAMPAIGN.config.clock.method == "estimate"
 FIGURES = STATES.figures
 
-# A job's state: a file that is written anew only when code, settings, rows or logs change.
-state_of = STATES.input_of
+
+def state_of(rule):
+    """Return an input function: it writes a job's state, a file that changes with code, settings, rows or logs alone."""
+    return partial(STATES.write_state, rule)
 
 
 def memory_of(wildcards):

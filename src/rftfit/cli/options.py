@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import math
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import wraps
 from pathlib import Path
@@ -184,9 +184,17 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
     return run
 
 
-def list_given(values: Mapping[str, object]) -> list[str]:
-    """List the names of the options that were given: those with a value other than None and False."""
-    return [option for option, value in values.items() if value is not None and value is not False]
+def list_given(options: object, *names: str) -> list[str]:
+    """List the options that were given, as the command line names them: fields with a value other than None and False.
+
+    `options`: dataclass with a field for each option. `names`: the fields to look at.
+    """
+    values = {name: getattr(options, name) for name in names}
+    return [
+        f"--{name.replace('_', '-')}"
+        for name, value in values.items()
+        if value is not None and value is not False
+    ]
 
 
 def check_confidence(confidence: float) -> None:
@@ -293,22 +301,14 @@ class MediumOptions:
 
     def check(self, se: float | None = None) -> None:
         """Refuse options that do not go together; `se`: standard error of --alpha."""
-        sources_given = list_given(
-            {
-                "--medium": self.medium,
-                "--alpha": self.alpha,
-                "--pushes": self.pushes,
-                "--profile-file": self.profile_file,
-            }
-        )
+        sources_given = list_given(self, "medium", "alpha", "pushes", "profile_file")
         if len(sources_given) != 1:
             raise InputError(
                 f"found {' and '.join(sources_given) or 'no medium'}; allowed: one of --medium NAME (published, or "
                 "with --results DIR of a campaign), --alpha N/cm^3 (one penetration test), --pushes FILE (a table of "
                 "pushes) and --profile-file FILE (written by rftfit export)"
             )
-        choices = {"--profile": self.profile, "--results": self.results, "--method": self.method}
-        choices_given = list_given(choices)
+        choices_given = list_given(self, "profile", "results", "method")
         if self.profile_file is not None and choices_given:
             raise InputError(
                 f"found {choices_given[0]} with --profile-file; allowed: that file alone"
@@ -447,9 +447,13 @@ class ContactOptions:
 
     def read(self, body: BodyOptions) -> list[Contact]:
         """Read the contacts of the file; none without a file."""
-        further = {"--mesh": self.mesh, "--hip": body.hip, "--width": body.width}
-        options_given = [*body.outlines_given, *list_given(further | {"--body-of": self.body_of})]
         if self.contacts is None:
+            options_given = [
+                *body.outlines_given,
+                *list_given(self, "mesh"),
+                *list_given(body, "hip", "width"),
+                *list_given(self, "body_of"),
+            ]
             if options_given:
                 raise InputError(
                     f"found {options_given[0]} without --contacts FILE, to which it belongs"
@@ -579,8 +583,7 @@ class BodyOptions:
     @property
     def outlines_given(self) -> list[str]:
         """Options given that name an outline."""
-        options = {"--leg": self.leg, "--curvature": self.curvature, "--outline": self.outline}
-        return list_given(options)
+        return list_given(self, "leg", "curvature", "outline")
 
     def make_outline(self) -> Outline:
         """Make the outline: a model leg, a leg of a curvature R/r, or a csv of points."""

@@ -79,28 +79,24 @@ class MeshOptions:
     def check(self, body: options.BodyOptions, has_figure: bool) -> None:
         """Refuse options of a mesh without one, and those of an outline with one."""
         if self.mesh is None:
-            of_mesh = {
-                "--unit": self.unit,
-                "--sheet": self.sheet,
-                "--friction": self.friction,
-                "--figure": has_figure,
-                "--press": self.press,
-                "--roll": self.roll,
-                "--rim": self.rim,
-                "--no-track": self.no_track,
-            }
-            if options_given := options.list_given(of_mesh):
+            options_given = [
+                *options.list_given(self, "unit", "sheet", "friction"),
+                *(["--figure"] if has_figure else []),
+                *options.list_given(self, "press", "roll", "rim", "no_track"),
+            ]
+            if options_given:
                 raise InputError(
                     f"found {options_given[0]} without --mesh FILE, to which it belongs"
                 )
             return
-        of_outline = {"--width": body.width, "--hip": body.hip}
-        if options_given := [*body.outlines_given, *options.list_given(of_outline)]:
+        if options_given := [*body.outlines_given, *options.list_given(body, "width", "hip")]:
             raise InputError(
                 f"found {' and '.join(options_given)} with --mesh; allowed: a mesh alone"
             )
-        motions = {"--press": self.press, "--roll": self.roll, "--path": body.path}
-        motions_given = options.list_given(motions)
+        motions_given = [
+            *options.list_given(self, "press", "roll"),
+            *options.list_given(body, "path"),
+        ]
         if len(motions_given) > 1:
             raise InputError(f"found {' and '.join(motions_given)}; allowed: one of them")
         missing = []

@@ -90,12 +90,21 @@ _ORPHANED = 143
 """Exit status of a process that ended with the one it watched: as of SIGTERM."""
 
 
-def end_with_parent(end: Callable[[], None] | None = None) -> bool:
+def end_now() -> None:
+    """End this process at once, without clearing up."""
+    try:
+        sys.stderr.write("rftfit: ended, since the workflow that started this has ended\n")
+        sys.stderr.flush()
+    finally:
+        os._exit(_ORPHANED)
+
+
+def end_with_parent(end: Callable[[], None] = end_now) -> bool:
     """Watch the process that `PARENT_VARIABLE` names, and call `end` soon after that process has ended.
 
-    `end`: Function that ends this process; default: `end_now`. The variable is removed from the environment, so that
-    processes started from here do not watch, too. Returns True where a process is watched: only on POSIX systems, and
-    where the environment asks for it.
+    `end`: Function that ends this process. The variable is removed from the environment, so that processes started from
+    here do not watch, too. Returns True where a process is watched: only on POSIX systems, and where the environment asks
+    for it.
     """
     process_id = os.environ.pop(PARENT_VARIABLE, "")
     if os.name != "posix" or not process_id.isdecimal():
@@ -105,14 +114,14 @@ def end_with_parent(end: Callable[[], None] | None = None) -> bool:
     parent, starter = os.getppid(), int(process_id)
     # where another program stands between the named process and this one, that program is watched
     if parent != starter and (parent == _INIT or not psutil.pid_exists(starter)):
-        (end or end_now)()
+        end()
         return False
     end_with(parent, end)
     return True
 
 
-def end_with(process_id: int, end: Callable[[], None] | None = None) -> None:
-    """Watch a process from a thread, and call `end` (default: `end_now`) soon after that process has ended."""
+def end_with(process_id: int, end: Callable[[], None] = end_now) -> None:
+    """Watch a process from a thread, and call `end` soon after that process has ended."""
     import psutil
 
     def watch() -> None:
@@ -121,18 +130,9 @@ def end_with(process_id: int, end: Callable[[], None] | None = None) -> None:
             # an ended process that nobody has waited for still has its id
             while process.is_running() and process.status() != psutil.STATUS_ZOMBIE:
                 time.sleep(_POLL_S)
-        (end or end_now)()
+        end()
 
     threading.Thread(target=watch, name="end with parent", daemon=True).start()
-
-
-def end_now() -> None:
-    """End this process at once, without clearing up."""
-    try:
-        sys.stderr.write("rftfit: ended, since the workflow that started this has ended\n")
-        sys.stderr.flush()
-    finally:
-        os._exit(_ORPHANED)
 
 
 def end_group() -> None:

@@ -151,8 +151,11 @@ def read_provenance(folder: Path) -> Provenance:
         header, *table = read_cells(sheet.read_bytes())
         sheet_rows = [dict(zip(header, map(unguarded, texts), strict=True)) for texts in table]
         rows = {row["run_id"]: row for row in sheet_rows}
-        names = ("settings", "modules", "versions", "commit", "jobs")
-        return Provenance(read_sums(sums), rows, *(data[name] for name in names))
+        settings, modules, versions, jobs = (
+            data[name] for name in ("settings", "modules", "versions", "jobs")
+        )
+        commit = data.get("commit", "")
+        return Provenance(read_sums(sums), rows, settings, modules, versions, commit, jobs)
     except FileNotFoundError:
         raise InputError(
             f"{path}: there is no record of what the results were made from; a whole `rftfit run` "

@@ -205,7 +205,7 @@ class Workflow:
         progress = Progress()
 
         def on_line(line: str) -> None:
-            self.on_job(progress, progress.feed(line))
+            self.on_job(progress, progress.update_by(line))
 
         try:
             # a dry run has no jobs; those of a cluster or of another workflow are not forked from here

@@ -50,9 +50,9 @@ _SUMMARY_OF_END = "At least one job did not complete successfully."
 class Job:
     """One job, as Snakemake reports it.
 
-    `logs`: Log files that its rule declares. `wildcards`: Values by name. `status`: Exit status, name of the signal that
-    ended it, or the word of Slurm; empty where unknown. `grouped`: True where the job went to a cluster in a group, of
-    which Snakemake knows only that one job failed.
+    `logs`: Log files that its rule declares. `wildcards`: Values by name. `reason`: Why it is done, in Snakemake's words.
+    `status`: Exit status, name of the signal that ended it, or what Slurm says of it; empty where unknown. `grouped`: True
+    where the job went to a cluster in a group, of which Snakemake knows only that one job failed.
     """
 
     rule: str
@@ -93,8 +93,8 @@ class Progress:
     locked: bool = False
     _command_errors: list[tuple[str, str]] = field(default_factory=list)
 
-    def feed(self, line: str) -> Job | None:
-        """Update the state by one line of output. Returns the job that the line says is finished, if any."""
+    def update_by(self, line: str) -> Job | None:
+        """Update the progress by one line of Snakemake's output; return the job that has finished by it, or None."""
         try:
             event = json.loads(line) if line.startswith('{"snakemake"') else None
         except ValueError:

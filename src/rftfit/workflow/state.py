@@ -164,20 +164,16 @@ class States:
             state["robot files"] = digest_of(sorted(self.robot_digests.items()))
         return state
 
-    def input_of(self, rule: str) -> Callable[[Mapping[str, str]], str]:
-        """Return the input function of a rule: it writes the state of a job where it differs, and returns the file's path."""
-
-        def write_state(wildcards: Mapping[str, str]) -> str:
-            key = next(iter(dict(wildcards).values()), "")
-            data = (json.dumps(self.state_of(rule, key), indent=1, sort_keys=True) + "\n").encode()
-            name = state_file(job_name(rule, key))
-            path = self.campaign.root / name
-            # bytes: a damaged file may be no text
-            if not path.is_file() or path.read_bytes() != data:
-                write_bytes(path, data)
-            return name
-
-        return write_state
+    def write_state(self, rule: str, wildcards: Mapping[str, str]) -> str:
+        """Write the state of a job where its file holds another one; return the path of the file, an input of the job."""
+        key = next(iter(dict(wildcards).values()), "")
+        data = (json.dumps(self.state_of(rule, key), indent=1, sort_keys=True) + "\n").encode()
+        name = state_file(job_name(rule, key))
+        path = self.campaign.root / name
+        # bytes: a damaged file may be no text
+        if not path.is_file() or path.read_bytes() != data:
+            write_bytes(path, data)
+        return name
 
     def code_digest_of(self, stage: Stage) -> str:
         """Compute the digest of the code that a stage uses; dialects of other packages count where it reads logs."""
@@ -255,9 +251,9 @@ def take_over(config: Path | None = None) -> States | None:
 
     It fits where it is of this config (default: any), and config, run sheet and code are still the same.
     """
-    name, _, digest = os.environ.get(HANDED, "").rpartition(" ")
+    file, _, seal_of_file = os.environ.get(HANDED, "").rpartition(" ")
     with suppress(OSError):
-        if Path(name).is_file() and seal(data := Path(name).read_bytes()) == digest:
+        if Path(file).is_file() and seal(data := Path(file).read_bytes()) == seal_of_file:
             # the seal proves that these bytes are from this process's parent: they are safe to unpickle
             campaign, warnings = pickle.loads(data)  # noqa: S301
             config_path = Path(campaign.root, next(iter(campaign.read_from)))

@@ -109,19 +109,16 @@ def estimated_map_rows(results: Results, medium: str) -> pd.DataFrame:
 
     A direction that was pushed keeps its measured alpha. Where no map can be estimated, one row says why.
     """
-    about_medium: dict[str, Any] = {"medium": medium} | mark_columns(results.marks.get(medium, ()))
+    columns: dict[str, Any] = {"medium": medium} | mark_columns(results.marks.get(medium, ()))
     try:
         estimated = results[medium].map()
         table = estimated.table()
     except InputError as error:
-        row = about_medium | reason_columns([quoted(error, "no-map")])
+        row = columns | reason_columns([quoted(error, "no-map")])
         return pd.DataFrame([row], columns=MAP_COLUMNS)
-    about_map = {
-        "known_media": estimated.known_media,
-        "chance_if_it_belongs": estimated.belongs,
-        "horizontal": estimated.horizontal,
-    }
-    return table.assign(**about_medium, **about_map, **reason_columns([]))[MAP_COLUMNS]
+    columns |= {"known_media": estimated.known_media, "chance_if_it_belongs": estimated.belongs}
+    columns |= {"horizontal": estimated.horizontal} | reason_columns([])
+    return table.assign(**columns)[MAP_COLUMNS]
 
 
 def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
