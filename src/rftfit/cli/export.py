@@ -12,6 +12,7 @@ from rftfit.campaign.problems import choose
 from rftfit.cli import options
 from rftfit.cli.output import check_target, json_text, print_line, warn
 from rftfit.errors import InputError
+from rftfit.store.digests import sha256_of
 
 if TYPE_CHECKING:
     from rftfit.model.profiles import KnownMedium
@@ -89,11 +90,13 @@ def export(
     output = output or Path("profile.json")
     check_target(output, MARK, "profile", force, (pushes, profile_file))
     source: KnownMedium
+    facts: dict[str, Any]
     if profile_file is not None:
         source, facts = rftfit.read_profile(profile_file).export_source()
     elif medium is None:
         options.check_penetration_test(alpha, se or 0.0)
-        source, facts = _source_of_pushes(medium_options, se)
+        source = medium_options.make_map(se)
+        facts = {"made_from": {} if pushes is None else {pushes.name: sha256_of(pushes)}}
     elif results is not None:
         source, facts = _source_in_campaign(results, medium, profile)
     else:
@@ -126,22 +129,10 @@ def _export_bekker(folder: Path, name: str, output: Path, force: bool) -> None:
         warn(f"warning: {name} is {campaign[name].doubt}")
 
 
-def _source_of_pushes(
-    medium_options: options.MediumOptions, se: float | None
-) -> tuple[KnownMedium, dict[str, Any]]:
-    """Estimate the map from pushes; return it with the keyword arguments of `rftfit.write_profile`."""
-    from rftfit.store.digests import sha256_of
-
-    estimated, path = medium_options.make_map(se), medium_options.pushes
-    made_from = {} if path is None else {path.name: sha256_of(path)}
-    return estimated, {"made_from": made_from}
-
-
 def _source_in_campaign(
     folder: Path, name: str, kind: str | None
 ) -> tuple[KnownMedium, dict[str, Any]]:
     """Find a medium of a campaign; return it with the keyword arguments of `rftfit.write_profile`."""
-    from rftfit.store.digests import sha256_of
     from rftfit.workflow.provenance import RECORD, SUMS
 
     campaign = rftfit.open(folder)

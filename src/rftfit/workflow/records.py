@@ -19,7 +19,7 @@ from rftfit.store import files, write_text
 from rftfit.store.digests import digests_of_files
 from rftfit.store.links import RESULTS
 from rftfit.workflow.stages import LAST, RULES
-from rftfit.workflow.state import STATES, States, job_name, job_of
+from rftfit.workflow.state import STATES, FileDigests, States, job_name, job_of
 
 RECORDS = f"{RESULTS}/records"
 _NO_RESULTS = tuple(f"{RESULTS}/{name}/" for name in ("records", "state", "logs"))
@@ -143,7 +143,7 @@ class Recorded:
     def __init__(self, states: States) -> None:
         self.states = states
         self.root = states.campaign.root
-        self._digests: dict[str, str] = {}
+        self.digests = FileDigests(self.root).digests_of
 
     @cached_property
     def records(self) -> dict[str, Record | None]:
@@ -186,13 +186,6 @@ class Recorded:
             for path, record in self.maker.items()
             if record.name not in of_whole_run and (self.root / path).is_file()
         }
-
-    def digests(self, paths: Iterable[str]) -> dict[str, str]:
-        """Compute SHA-256 of results as they are now, each once; empty for a file that is not there."""
-        paths = [*paths]
-        unread = [path for path in paths if path not in self._digests]
-        self._digests |= digests_of_files(self.root, unread)
-        return {path: self._digests[path] for path in paths}
 
     def findings_of_job(self, name: str) -> list[OutdatedResult]:
         """List what is not as recorded about one job, by its name; nothing where its results are up to date."""

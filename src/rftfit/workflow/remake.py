@@ -7,7 +7,7 @@ records cannot tell, since whoever changes a result can renew its record.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -24,7 +24,7 @@ from rftfit.store.tables import read_cells, read_parquet
 from rftfit.store.text import count, first_of
 from rftfit.workflow.changed_cells import find_changed_cells
 from rftfit.workflow.closing import MOST_NAMED, list_others
-from rftfit.workflow.records import Record, Recorded
+from rftfit.workflow.records import Recorded
 from rftfit.workflow.run import Workflow
 from rftfit.workflow.snakemake import Job, Progress
 from rftfit.workflow.state import States
@@ -111,14 +111,14 @@ def remake(
         same: list[str] = []
         unlike: dict[str, str] = {}
         not_made: list[str] = []
-        for path in _list_results([*recorded.records.values(), *recorded_again.records.values()]):
-            original, remade = recorded.root / path, root / path
+        # in the order of the jobs that made them
+        for path in recorded.maker | recorded_again.maker:
             if path not in recorded_again.maker:
                 not_made.append(path)
             elif recorded.digests([path]) == recorded_again.digests([path]):
                 same.append(path)
             else:
-                unlike[path] = _describe_difference(original, remade)
+                unlike[path] = _describe_difference(recorded.root / path, root / path)
     return Remade(tuple(same), unlike, tuple(not_made), recorded)
 
 
@@ -138,11 +138,6 @@ def _copy_settings(states: States, root: Path) -> Path:
             copy_file(path, root / name)
     link_folder(root / raw, campaign.raw.resolve())
     return root / config.relative_to(campaign.root)
-
-
-def _list_results(records: Sequence[Record | None]) -> list[str]:
-    """List the paths of results, each once, in the order of the jobs that wrote them."""
-    return list(dict.fromkeys(path for record in records if record for path in record.writes))
 
 
 # --- Where two files differ.

@@ -303,9 +303,13 @@ def run_snakemake(
         try:
             assert child.stdout is not None
             for raw in child.stdout:
-                if log is not None and log_file is not None:
-                    with _errors_of_writing(log):
+                try:
+                    if log_file is not None:
                         log_file.write(raw)
+                except OSError as error:
+                    raise OutputError(
+                        f"{log}: cannot write the workflow's log: {error.strerror or error}; {_CURE}"
+                    ) from error
                 on_line(raw.decode("utf-8", "replace").rstrip("\r\n"))
             return child.wait()
         except BaseException:
@@ -336,17 +340,6 @@ def _environment(**variables: str) -> dict[str, str]:
     # Snakemake watches this process and ends with it, even where this process was killed
     variables |= {PARENT_VARIABLE: str(os.getpid()), "PYTHONUNBUFFERED": "1"}
     return child_environment(PATH=path, **variables)
-
-
-@contextlib.contextmanager
-def _errors_of_writing(log: Path) -> Iterator[None]:
-    """Turn an error of writing the log into an `OutputError` that names the log."""
-    try:
-        yield
-    except OSError as error:
-        raise OutputError(
-            f"{log}: cannot write the workflow's log: {error.strerror or error}; {_CURE}"
-        ) from error
 
 
 @contextlib.contextmanager

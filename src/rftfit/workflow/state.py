@@ -10,7 +10,7 @@ import json
 import math
 import os
 import pickle
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import fields
 from functools import cache, cached_property
@@ -67,6 +67,20 @@ def job_of(path: str) -> tuple[str, str]:
     return rule, key
 
 
+class FileDigests:
+    """SHA-256 of files below a folder, each read once."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self._digests: dict[str, str] = {}
+
+    def digests_of(self, paths: Sequence[str]) -> dict[str, str]:
+        """Compute SHA-256 of files by their paths from the folder; empty for a file that is not there."""
+        unread = [path for path in paths if path not in self._digests]
+        self._digests |= digests_of_files(self.root, unread)
+        return {path: self._digests[path] for path in paths}
+
+
 class States:
     """States of the jobs of one campaign, as they are now; each log is read once.
 
@@ -80,7 +94,7 @@ class States:
         self.warnings = warnings
         self.state_of: Callable[[str, str], dict[str, str]] = cache(self._make_state)
         self._sheet_digest = cache(lambda medium: digest_of(medium, sheet_cells(campaign, medium)))
-        self._digest_of_log: dict[str, str] = {}
+        self._logs = FileDigests(campaign.raw)
 
     @cached_property
     def config(self) -> dict[str, Any]:
@@ -196,10 +210,7 @@ class States:
 
     def log_digests(self, medium: str) -> dict[str, str]:
         """Compute SHA-256 of the logs of a medium by name, empty for a file that is not there; `medium`: as in `log_names`."""
-        names = log_names(self.campaign, medium)
-        unread = [name for name in names if name not in self._digest_of_log]
-        self._digest_of_log |= digests_of_files(self.campaign.raw, unread)
-        return {name: self._digest_of_log[name] for name in names}
+        return self._logs.digests_of(log_names(self.campaign, medium))
 
     def memory(self, medium: str) -> MemoryNeed:
         """Estimate the memory of a stage that reads the logs of a medium, or the samples of these logs."""
