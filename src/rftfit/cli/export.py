@@ -45,10 +45,8 @@ def export(
             "--pushes the map; of a medium the table, where every direction was pushed, else the map."
         ),
     ] = None,
-    title: Annotated[str, typer.Option(metavar="TEXT", help="Title of the medium.")] = "",
-    notes: Annotated[
-        str, typer.Option(metavar="TEXT", help="What a user of the file has to know.")
-    ] = "",
+    title: Annotated[str, options.word_option("TEXT", "Title of the medium.")] = "",
+    notes: Annotated[str, options.word_option("TEXT", "What a user of the file has to know.")] = "",
     bekker: Annotated[
         bool,
         typer.Option(

@@ -58,9 +58,14 @@ def number_option(unit: str, meaning: str) -> Any:
     return typer.Option(parser=parse_option_number, metavar=unit, help=meaning)
 
 
+def word_option(metavar: str, meaning: str) -> Any:
+    """Describe an option whose value is a word; `metavar`: what stands for it in the help."""
+    return typer.Option(metavar=metavar, help=meaning)
+
+
 def file_option(meaning: str) -> Any:
     """Describe an option whose value is the path of a file."""
-    return typer.Option(metavar="FILE", help=meaning)
+    return word_option("FILE", meaning)
 
 
 CONFIG = Path(presence.CONFIG)
@@ -98,7 +103,7 @@ Overwrite = Annotated[
 ]
 Level = Annotated[float, number_option("LEVEL", "Level of the intervals.")]
 
-MeshUnit = Annotated[str | None, typer.Option(metavar="UNIT", help="Of the mesh: mm, cm, m or in.")]
+MeshUnit = Annotated[str | None, word_option("UNIT", "Of the mesh: mm, cm, m or in.")]
 RimRadius = Annotated[
     float | None,
     number_option(
@@ -132,11 +137,10 @@ ModelError = Annotated[
 ]
 
 MediumName = Annotated[
-    str | None,
-    typer.Option(metavar="NAME", help="Published medium, or with --results one of a campaign."),
+    str | None, word_option("NAME", "Published medium, or with --results one of a campaign.")
 ]
 ResultsFolder = Annotated[
-    Path | None, typer.Option(metavar="DIR", help="Take the tables of a campaign's results.")
+    Path | None, word_option("DIR", "Take the tables of a campaign's results.")
 ]
 ErrorOfTest = Annotated[
     float | None,
@@ -280,9 +284,9 @@ class MediumOptions:
     ] = None
     results: Annotated[
         Path | None,
-        typer.Option(
-            metavar="DIR",
-            help="Take the tables of a campaign's results; with --alpha or --pushes its media as the known ones.",
+        word_option(
+            "DIR",
+            "Take the tables of a campaign's results; with --alpha or --pushes its media as the known ones.",
         ),
     ] = None
     method: MethodName = None
@@ -393,9 +397,9 @@ class MediumOptions:
 
 BodyOf = Annotated[
     str | None,
-    typer.Option(
-        metavar="DIR",
-        help="What the model gets wrong on this leg, learned from a campaign's results, where --leg names a leg of its "
+    word_option(
+        "DIR",
+        "What the model gets wrong on this leg, learned from a campaign's results, where --leg names a leg of its "
         "configuration; or 'published': from the five media in which the model legs were measured.",
     ),
 ]
@@ -577,7 +581,7 @@ class BodyOptions:
         ),
     ] = None
     elements: Annotated[
-        int, typer.Option(metavar="N", help="Straight elements that the outline is cut into.")
+        int, word_option("N", "Straight elements that the outline is cut into.")
     ] = 30
 
     @property

@@ -30,16 +30,14 @@ class RigOptions:
 
     beta: Annotated[
         str | None,
-        typer.Option(
-            metavar="DEG,DEG",
-            help="Angles of the plate that the rig can hold; default: the paper's.",
+        options.word_option(
+            "DEG,DEG", "Angles of the plate that the rig can hold; default: the paper's."
         ),
     ] = None
     gamma: Annotated[
         str | None,
-        typer.Option(
-            metavar="DEG,DEG",
-            help="Angles of the path that the rig can make; default: the paper's.",
+        options.word_option(
+            "DEG,DEG", "Angles of the path that the rig can make; default: the paper's."
         ),
     ] = None
     pairs: Annotated[
@@ -67,17 +65,15 @@ def plan(
     push_options: options.PushOptions,
     results: Annotated[
         Path | None,
-        typer.Option(
-            metavar="DIR", help="What was pushed already: a medium of a campaign's results."
-        ),
+        options.word_option("DIR", "What was pushed already: a medium of a campaign's results."),
     ] = None,
-    medium: Annotated[str | None, typer.Option(metavar="NAME", help="Medium of --results.")] = None,
+    medium: Annotated[str | None, options.word_option("NAME", "Medium of --results.")] = None,
     rig: RigOptions,
     turn: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="LEG",
-            help="Weigh one turn of this model leg beside the pushes, if its force can be measured; may be repeated.",
+        options.word_option(
+            "LEG",
+            "Weigh one turn of this model leg beside the pushes, if its force can be measured; may be repeated.",
         ),
     ] = None,
     number: Annotated[int, typer.Option("--count", min=1, max=60, help="Pushes to plan.")] = 8,

@@ -62,9 +62,9 @@ class MeshOptions:
     ] = None
     roll: Annotated[
         str | None,
-        typer.Option(
-            metavar="SINKAGE,SLIP",
-            help="Roll a wheel, whose axle lies along y of the mesh, for one turn toward +x: depth of the lowest point of "
+        options.word_option(
+            "SINKAGE,SLIP",
+            "Roll a wheel, whose axle lies along y of the mesh, for one turn toward +x: depth of the lowest point of "
             "its rim in cm, and slip, 0.2 for 20 % (below 0: it brakes).",
         ),
     ] = None

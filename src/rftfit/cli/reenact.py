@@ -32,9 +32,9 @@ def reenact(
     ] = None,
     fault: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="NAME or NAME:RUN_ID",
-            help="Break the campaign on purpose, for tests and teaching; may be repeated.",
+        options.word_option(
+            "NAME or NAME:RUN_ID",
+            "Break the campaign on purpose, for tests and teaching; may be repeated.",
         ),
     ] = None,
     if_missing: Annotated[
@@ -45,18 +45,18 @@ def reenact(
     ] = False,
     grid: Annotated[
         str,
-        typer.Option(
-            metavar="ANGLES",
-            help="Directions of the plates in laboratory media: '-30,0,30 x -45,0,45,90', pairs "
+        options.word_option(
+            "ANGLES",
+            "Directions of the plates in laboratory media: '-30,0,30 x -45,0,45,90', pairs "
             "'0:90,30:45', or 'scattered:40'; default: the config's grid, or the paper's. Between "
             "the paper's angles its table is interpolated.",
         ),
     ] = "",
     protocol: Annotated[
         str,
-        typer.Option(
-            metavar="NAME",
-            help="How a run is recorded: paper, no-pause, stroke-only, separate-zero, one-file, cyclic, "
+        options.word_option(
+            "NAME",
+            "How a run is recorded: paper, no-pause, stroke-only, separate-zero, one-file, cyclic, "
             "constant-speed.",
         ),
     ] = "paper",
@@ -66,9 +66,9 @@ def reenact(
     no_legs: Annotated[bool, typer.Option("--no-legs", help="Without legs.")] = False,
     live: Annotated[
         Path | None,
-        typer.Option(
-            metavar="DIR",
-            help="Write run by run, as a rig does, into this folder, which gets a copy of the config: for rftfit watch.",
+        options.word_option(
+            "DIR",
+            "Write run by run, as a rig does, into this folder, which gets a copy of the config: for rftfit watch.",
         ),
     ] = None,
     pace: Annotated[

@@ -62,9 +62,9 @@ def run(
     ] = False,
     results_at: Annotated[
         Path | None,
-        typer.Option(
-            metavar="DIR",
-            help="Let the results lie in this folder, as on another disk: `results` becomes a link to it, once and for all.",
+        options.word_option(
+            "DIR",
+            "Let the results lie in this folder, as on another disk: `results` becomes a link to it, once and for all.",
         ),
     ] = None,
     snakefile: Annotated[Path | None, typer.Option(hidden=True)] = None,

@@ -42,9 +42,9 @@ def scale(
     confidence: options.Level = 0.95,
     results: Annotated[
         Path | None,
-        typer.Option(
-            metavar="DIR",
-            help="Take known media, chi and generic coefficients from a campaign's results, not from the "
+        options.word_option(
+            "DIR",
+            "Take known media, chi and generic coefficients from a campaign's results, not from the "
             "published tables.",
         ),
     ] = None,

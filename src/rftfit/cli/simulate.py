@@ -67,7 +67,7 @@ def simulate(
     se: options.ErrorOfTest = None,
     robot: Annotated[Path | None, options.file_option("Robot; default: the paper's.")] = None,
     phase: Annotated[float, options.number_option("TURNS", "Turn of the legs at the start.")] = 0.0,
-    output: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the results.")] = Path(
+    output: Annotated[Path, options.word_option("DIR", "Folder of the results.")] = Path(
         "simulation"
     ),
     animation: Annotated[

@@ -7,8 +7,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 import rftfit
 from rftfit.cli import options
 from rftfit.cli.output import (
@@ -47,31 +45,31 @@ def wheel(
     unit: options.MeshUnit = None,
     drawing: Annotated[
         str | None,
-        typer.Option(
-            metavar="RADIUS,WIDTH[,LUG,LUGS[,THICKNESS]]",
-            help="Instead of --mesh: radius and width of the rim, height, number and thickness (0.5) of straight lugs, in cm.",
+        options.word_option(
+            "RADIUS,WIDTH[,LUG,LUGS[,THICKNESS]]",
+            "Instead of --mesh: radius and width of the rim, height, number and thickness (0.5) of straight lugs, in cm.",
         ),
     ] = None,
     slip: Annotated[
         str,
-        typer.Option(
-            metavar="SLIP[,SLIP...]",
-            help="Slip of the rim, 0.2 for 20 % (below 0: it brakes), or several: a row each.",
+        options.word_option(
+            "SLIP[,SLIP...]",
+            "Slip of the rim, 0.2 for 20 % (below 0: it brakes), or several: a row each.",
         ),
     ],
     load: Annotated[
         str | None,
-        typer.Option(
-            metavar="N[,N...]",
-            help="What the wheel carries, one number or one for each slip. Alone: its sinkage is solved. With "
+        options.word_option(
+            "N[,N...]",
+            "What the wheel carries, one number or one for each slip. Alone: its sinkage is solved. With "
             "--sinkage: the medium is taken as strong as it must be to carry the load there.",
         ),
     ] = None,
     sinkage: Annotated[
         str | None,
-        typer.Option(
-            metavar="CM[,CM...]",
-            help="Depth of the lowest point of the rim, one number or one for each slip. Alone: the load is predicted.",
+        options.word_option(
+            "CM[,CM...]",
+            "Depth of the lowest point of the rim, one number or one for each slip. Alone: the load is predicted.",
         ),
     ] = None,
     rim: options.RimRadius = None,
@@ -90,9 +88,9 @@ def wheel(
     ] = None,
     left_out: Annotated[
         str | None,
-        typer.Option(
-            metavar="LABORATORY",
-            help="Leave a laboratory out of that default, for a wheel that is one of its rigs: Ding, KLS-1, Rashid-1, Kyoto, CMU.",
+        options.word_option(
+            "LABORATORY",
+            "Leave a laboratory out of that default, for a wheel that is one of its rigs: Ding, KLS-1, Rashid-1, Kyoto, CMU.",
         ),
     ] = None,
     measured: Annotated[
