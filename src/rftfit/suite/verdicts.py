@@ -111,6 +111,7 @@ def _judge(
     )
     row = _with_published(row, stated.value, stated.error)
     error = stated.error
+    # stays None where either number is in no row
     ours: TableNumber | None = None
     try:
         number = tables.number(quantity.ours, stated.key)
