@@ -41,9 +41,8 @@ class ExecutorSettings(ExecutorSettingsBase):  # type: ignore[misc]
     """Holds no setting. Snakemake makes the settings early, so the process to fork from begins its imports here."""
 
     def __post_init__(self) -> None:
-        from multiprocessing import (
-            forkserver,
-        )  # not on Windows, where Snakemake imports this module too
+        # not at the top: Windows, where Snakemake imports this module too, does not have it
+        from multiprocessing import forkserver
 
         get_context("forkserver").set_forkserver_preload(["rftfit.workflow.preload"])
         forkserver.ensure_running()
