@@ -63,6 +63,7 @@ def robot_measured(results: Results) -> tuple[pd.DataFrame, ...]:
     section, robot = robot_of(campaign)
     calibrated_on = list(sweep.CALIBRATED_ON.values()) if robot == paper_robot() else []
     trials = trials_of(campaign)
+    # legs of the same phase are a tripod
     tripods = len({hip.phase_turns for hip in robot.legs.hips})
     folder = (campaign.raw / (section.runs or "")).parent
     rows, ledger_rows, stride_rows = [], [], list[tuple[object, ...]]()

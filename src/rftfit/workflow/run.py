@@ -229,13 +229,9 @@ class Workflow:
         return progress
 
     def report(self, progress: Progress) -> RunReport:
-        """Report what a run did that has ended."""
-        jobs_made, jobs_skipped = (
-            [str(job) for job in jobs] for jobs in (progress.made, progress.skipped)
-        )
-        return RunReport(
-            jobs_made, jobs_skipped, describe_failed_jobs(progress, self.root), self.reasons
-        )
+        """Report what a run has done, by its progress at the end."""
+        made, skipped = [*map(str, progress.made)], [*map(str, progress.skipped)]
+        return RunReport(made, skipped, describe_failed_jobs(progress, self.root), self.reasons)
 
     def _clear_stale_lock(self) -> None:
         """Clear the lock of a killed run where it is certain that nobody holds it."""
