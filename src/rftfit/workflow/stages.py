@@ -63,27 +63,27 @@ _OF_ROBOT = ("media", "robot")
 """Sections that every stage of the robot reads."""
 
 
-def _measure(
+def _measure_stage(
     rule: str, *settings: str, room: str = "measure", wildcard: str = "medium", **fields: Any
 ) -> Stage:
-    """Declare a stage of `rftfit.workflow.measure`: all read the run sheet, and most one medium."""
+    """Declare a stage of `rftfit.workflow.measure`, whose function has the name of the rule: all read the run sheet."""
     run = f"rftfit.workflow.measure:{rule}"
     return Stage(run, room, settings, rows=True, wildcard=wildcard, **fields)
 
 
-def _model(module: str, rule: str, *settings: str, **fields: Any) -> Stage:
-    """Declare a stage of another module of `rftfit.workflow`, whose highest room is ``compare``."""
+def _model_stage(module: str, rule: str, *settings: str, **fields: Any) -> Stage:
+    """Declare a stage of another module of `rftfit.workflow` with the highest room ``compare``."""
     return Stage(f"rftfit.workflow.{module}:{rule}", "compare", settings, **fields)
 
 
-def _robot(rule: str, *settings: str, **fields: Any) -> Stage:
-    """Declare a stage of the robot, which depends on the robot's files."""
-    return _model("robot", rule, *settings, *_OF_ROBOT, robot=True, **fields)
+def _robot_stage(rule: str, *settings: str, **fields: Any) -> Stage:
+    """Declare a stage of `rftfit.workflow.robot`: all depend on the robot's files."""
+    return _model_stage("robot", rule, *settings, *_OF_ROBOT, robot=True, **fields)
 
 
 STAGES = {
-    "clocks": _measure("clocks", *_OF_CLOCKS, logs=MEDIUM_LOGS, estimated=True),
-    "ingest": _measure(
+    "clocks": _measure_stage("clocks", *_OF_CLOCKS, logs=MEDIUM_LOGS, estimated=True),
+    "ingest": _measure_stage(
         "ingest",
         *_OF_CLOCKS,
         "zero",
@@ -93,32 +93,34 @@ STAGES = {
         "fit",
         logs=MEDIUM_LOGS,
     ),
-    "tare": _measure("tare", "fit", "force_log", "transducer"),
-    "slopes": _measure("slopes", *_OF_FITS),
-    "checks": _measure("checks", *_OF_FITS, "arm", "surface", "grid", room="compare", order=True),
-    "legs": _measure("legs", "force_log", "media", "transducer", room="checks"),
-    "ledger": _measure("ledger", *_OF_LOGS, "media", wildcard="", logs=MEDIUM_LOGS),
-    "symmetry": _model("profiles", "symmetry"),
-    "fourier": _model("profiles", "fourier", "fit", "fourier", "media"),
-    "scaling": _model("profiles", "scaling", "fit", "fourier", "media"),
-    "legs_predicted": _model(
+    "tare": _measure_stage("tare", "fit", "force_log", "transducer"),
+    "slopes": _measure_stage("slopes", *_OF_FITS),
+    "checks": _measure_stage(
+        "checks", *_OF_FITS, "arm", "surface", "grid", room="compare", order=True
+    ),
+    "legs": _measure_stage("legs", "force_log", "media", "transducer", room="checks"),
+    "ledger": _measure_stage("ledger", *_OF_LOGS, "media", wildcard="", logs=MEDIUM_LOGS),
+    "symmetry": _model_stage("profiles", "symmetry"),
+    "fourier": _model_stage("profiles", "fourier", "fit", "fourier", "media"),
+    "scaling": _model_stage("profiles", "scaling", "fit", "fourier", "media"),
+    "legs_predicted": _model_stage(
         "validate",
         "legs_predicted",
         *("arm", "fit", "errors", "fourier", "intruders", "maps", "media"),
     ),
-    "natural_sands": _model(
+    "natural_sands": _model_stage(
         "validate", "natural_sands", *_OF_FITS, "surface", "fourier", rows=True
     ),
-    "validate": _model("validate", "validate", "media", rows=True),
-    "robot_measured": _robot("robot_measured", "raw"),
-    "robot_runs": _robot("robot_runs", "fit", "fourier", "maps", wildcard="runs"),
-    "robot_full_runs": _robot(
+    "validate": _model_stage("validate", "validate", "media", rows=True),
+    "robot_measured": _robot_stage("robot_measured", "raw"),
+    "robot_runs": _robot_stage("robot_runs", "fit", "fourier", "maps", wildcard="runs"),
+    "robot_full_runs": _robot_stage(
         "robot_full_runs", "fit", "fourier", "maps", wildcard="runs", on_demand=True
     ),
-    "robot_intervals": _robot("robot_intervals", "fit", "errors", "fourier", "maps"),
-    "robot_speeds": _robot("robot_speeds", "fit"),
-    "robot_full_speeds": _robot("robot_full_speeds", "fit", on_demand=True),
-    "robot_motion": _robot("robot_motion", "maps"),
+    "robot_intervals": _robot_stage("robot_intervals", "fit", "errors", "fourier", "maps"),
+    "robot_speeds": _robot_stage("robot_speeds", "fit"),
+    "robot_full_speeds": _robot_stage("robot_full_speeds", "fit", on_demand=True),
+    "robot_motion": _robot_stage("robot_motion", "maps"),
     "workbooks": Stage("rftfit.page.workbooks:workbooks", "page", ("fit", "media")),
     "page": Stage("rftfit.page.page:report", "page", (ALL,), rows=True),
     "provenance": Stage(
