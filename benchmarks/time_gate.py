@@ -125,7 +125,7 @@ class Campaign:
         config = make_campaign(root, ("poppy_LP", "yuma"), directions=FEW).config
         os.chdir(root)
         self._jobs = planned_jobs(config)
-        self._states = read_states(config)[0]
+        self._states = read_states(config)
         # what was imported and planned lives to the end: no job copies it by looking for garbage in it
         gc.freeze()
         self.rules = [*dict.fromkeys(job.rule for job in self._jobs), *COMMANDS]

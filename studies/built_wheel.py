@@ -37,16 +37,8 @@ ASK = "import sys; from rftfit.store.environment import shipped; print(*map(ship
 
 def build(place: Path) -> Path:
     """Build the wheel."""
-    command = [
-        sys.executable,
-        "-m",
-        "hatchling",
-        "build",
-        "--target",
-        "wheel",
-        "--directory",
-        str(place),
-    ]
+    words = ["-m", "hatchling", "build", "--target", "wheel", "--directory"]
+    command = [sys.executable, *words, str(place)]
     subprocess.run(command, cwd=frame.PROJECT, check=True, stdout=subprocess.DEVNULL)
     (wheel,) = place.glob("*.whl")
     return wheel
@@ -60,16 +52,9 @@ def install(wheel: Path, place: Path, python: str) -> tuple[Path, str]:
     constraints.write_text("\n".join(entries) + "\n", encoding="utf-8")
     subprocess.run([python, "-m", "venv", str(place / "environment")], check=True)
     scripts = place / "environment" / "bin"
-    command = [
-        str(scripts / "python"),
-        "-m",
-        "pip",
-        "install",
-        "--quiet",
-        "--disable-pip-version-check",
-    ]
+    words = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--constraint"]
     began = time.monotonic()
-    subprocess.run([*command, "--constraint", str(constraints), str(wheel)], check=True)
+    subprocess.run([scripts / "python", *words, constraints, wheel], check=True)
     took_s = time.monotonic() - began
     packages = [*(place / "environment").rglob("*.dist-info")]
     # pip and what a new environment has besides are no packages of the program
@@ -134,14 +119,12 @@ def main() -> None:
         done = Folder(campaign.root).rftfit("run")
         if done.returncode:
             sys.exit(done.stdout + done.stderr)
-        clone_digests, wheel_digests = campaign.digests(), wheel_campaign.digests()
-        compared = (clone_digests.keys() | wheel_digests.keys()) - NAMES_COMMIT
-        differ = sorted(
-            name for name in compared if clone_digests.get(name) != wheel_digests.get(name)
-        )
+        digests = campaign.digests()
+        differ = {*frame.differing_files(digests, wheel_campaign.digests())} - NAMES_COMMIT
         if differ:
-            sys.exit(f"other bytes than those of the clone: {', '.join(differ)}")
-        tell(f"{len(compared)} files of the campaign: the same bytes as those of the clone")
+            sys.exit(f"other bytes than those of the clone: {', '.join(sorted(differ))}")
+        count = len(digests.keys() - NAMES_COMMIT)
+        tell(f"{count} files of the campaign: the same bytes as those of the clone")
 
 
 if __name__ == "__main__":

@@ -77,14 +77,6 @@ def lose_a_node(host, child, after):
     return []
 
 
-def differences(reference, copy):
-    """Results that are not the same in both."""
-    digests, copy_digests = reference.digests(), copy.digests()
-    return sorted(
-        name for name in digests | copy_digests if digests.get(name) != copy_digests.get(name)
-    )
-
-
 def main():
     """Run the comparison; exit status 1 where bytes differ."""
 
@@ -122,7 +114,7 @@ def compare(root):
             hit = lose_a_node(host, child, 2) if name == "lossy" else []
             finish(child, log)
             jobs = len(host.jobs("-t", "all"))
-        differing = differences(local_campaign, copy)
+        differing = frame.differing_files(local_campaign.digests(), copy.digests())
         lost = f", node lost under job {' '.join(hit)}" if hit else ""
         print(
             f"cluster, {jobs} jobs{lost}: {time.monotonic() - began:.0f} s; of "

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import frame
 import numpy as np
 import pandas as pd
-from frame import Part, Row, Tables
+from frame import Part, Row
 
 from rftfit import reference
 from rftfit.compare.contrast import Comparison, RunSet, compare_run_sets
@@ -166,15 +166,12 @@ def percent(true: object) -> float:
     return 100 * float(np.mean(list(true)))  # type: ignore[call-overload]
 
 
-def report(rows: pd.DataFrame) -> Tables:
-    """The rows as they are."""
-    title = "Pairs of sessions of one published medium; shares in percent"
-    return [(title, rows.drop(columns="unit"))]
-
-
 PARTS = {
     "designs": Part(
-        lambda count, _seed: [(*design, count) for design in DESIGNS], grade_design, report, 100
+        lambda count, _seed: [(*design, count) for design in DESIGNS],
+        grade_design,
+        frame.list_rows("Pairs of sessions of one published medium; shares in percent"),
+        100,
     )
 }
 

@@ -23,10 +23,9 @@ import frame
 import numpy as np
 import pandas as pd
 from exact_laws import MATERIALS, exact_laws, forces_in_plane
-from force_scores import CONFIDENCE, percent_inside, score_curve, smooth_errors
+from force_scores import COMPONENTS, CONFIDENCE, peak_of, percent_inside, score_curve, smooth_errors
 from frame import Part, Row, Tables, named
 from grade_forces import (
-    COMPONENTS,
     DRAWS,
     EVERY,
     MAPS,
@@ -42,7 +41,6 @@ from grade_forces import (
 )
 
 import rftfit
-from rftfit.compare.legs import measured_peak
 from rftfit.model.draws import interval
 from rftfit.reference import LEGS, MEDIA, SANDS
 
@@ -112,17 +110,9 @@ def grade_carried(medium: str) -> list[Row]:
             paths = body.paths(contact.states, 2, DRAWS)[1]
             drawn[f"{model}, alone"] = with_error(plain, loads, 0.0, paths)
             drawn[model] = with_error(plain, loads, 1.0, paths)
-        for (model, draws), (component, c) in product(drawn.items(), enumerate(COMPONENTS)):
-            of_component = draws[:, component]
-            scores = score_curve(
-                contact.motion.columns["theta_deg"],
-                of_component,
-                of_component.mean(axis=0),
-                contact.measured[component],
-                contact.touches,
-                c,
-            )
-            rows.append({"leg": leg_name, "component": c, "model": model} | scores)
+        for (model, draws), component in product(drawn.items(), COMPONENTS):
+            scores = score_curve(contact, component, draws, draws.mean(axis=0))
+            rows.append({"leg": leg_name, "component": component, "model": model} | scores)
     return rows
 
 
@@ -214,12 +204,11 @@ def alpha_row(profile: rftfit.Profile, truth: FloatArray) -> Row:
 def rms_on_legs(medium: str, profile: rftfit.Profile, legs: Sequence[str]) -> float:
     """Rms error of the forces on legs over their measured peaks, %."""
     errors = []
-    for leg_name, (component, c) in product(legs, enumerate(COMPONENTS)):
+    for leg_name in legs:
         contact = contact_of(medium, leg_name)
-        measured = contact.measured[component]
-        top = measured_peak(contact.motion.columns["theta_deg"], measured, c).force_N
-        off = contact.force_draws(profile)[0, component] - measured
-        errors.append(100 * np.sqrt(np.mean(off**2)) / abs(top))
+        off = contact.force_draws(profile)[0] - contact.measured
+        for component, error in zip(COMPONENTS, np.sqrt((off**2).mean(axis=1)), strict=True):
+            errors.append(100 * error / abs(peak_of(contact, component)))
     return float(np.mean(errors))
 
 
@@ -299,10 +288,7 @@ PARTS = {
     "carried": Part(named([*MEDIA, *SANDS]), grade_carried, report_carried),
     "alone": Part(named(MEDIA), grade_alone, report_alone),
     "simulated": Part(
-        lambda count, _seed: [(number,) for number in range(count)],
-        grade_simulated,
-        report_simulated,
-        SIMULATED,
+        lambda count, _seed: named(range(count)), grade_simulated, report_simulated, SIMULATED
     ),
 }
 

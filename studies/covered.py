@@ -13,7 +13,7 @@ import json
 import os
 import subprocess
 import sys
-from collections import defaultdict
+from collections import Counter, defaultdict
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -37,18 +37,14 @@ def percent(count: int, total: int) -> str:
 
 def table(files: dict[str, dict[str, dict[str, int]]]) -> list[str]:
     """Sum what was run over the modules of each room."""
-    rooms: dict[str, list[int]] = defaultdict(lambda: [0] * len(COUNTS))
+    rooms: dict[str, Counter[str]] = defaultdict(Counter)
     for name, coverage in files.items():
-        parts = Path(name).parts
-        inside = parts[parts.index("rftfit") + 1 :]
-        room = inside[0] if len(inside) > 1 else "rftfit"
-        for row_name in (room, "all"):
-            rooms[row_name] = [
-                a + coverage["summary"][b] for a, b in zip(rooms[row_name], COUNTS, strict=True)
-            ]
-    rows = sorted((room, numbers) for room, numbers in rooms.items() if room != "all")
+        folder = Path(name.rpartition("src/")[2]).parent
+        rooms[folder.parts[:2][-1]] += Counter({key: coverage["summary"][key] for key in COUNTS})
+    rows = [*sorted(rooms.items()), ("all", sum(rooms.values(), Counter()))]
     lines = ["| room | lines | run | branches | taken |", "|---|---|---|---|---|"]
-    for room, (statements, run, branches, taken) in [*rows, ("all", rooms["all"])]:
+    for room, counts in rows:
+        statements, run, branches, taken = (counts[key] for key in COUNTS)
         shares = percent(run, statements), percent(taken, branches)
         lines.append(f"| {room} | {statements} | {shares[0]} | {branches} | {shares[1]} |")
     return lines

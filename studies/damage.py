@@ -28,7 +28,7 @@ import numpy as np
 import pandas as pd
 import yaml
 from campaigns import Folder, make_campaign
-from frame import Part, Row, Tables
+from frame import Part, Row
 from harm import (
     KINDS,
     STAGE,
@@ -91,16 +91,11 @@ def faults_of_results(folder: Any, whole: dict[str, str], code: int, printed: st
     """What is wrong with a run that should have the results of the undisturbed one."""
     if code:
         return [f"exit status {code}: {printed[-500:]}"]
-    digests = folder.digests()
-    names = sorted(name for name in digests | whole if digests.get(name) != whole.get(name))
+    names = frame.differing_files(folder.digests(), whole)
     return [f"other bytes: {', '.join(names)}"] if names else []
 
 
-def report(rows: pd.DataFrame) -> Tables:
-    """All rows."""
-    return [
-        ("Faults are empty where all is well", rows.drop(columns="unit").fillna({"faults": ""}))
-    ]
+report = frame.list_rows("Faults are empty where all is well")
 
 
 def is_good(rows: pd.DataFrame) -> bool:
@@ -340,13 +335,7 @@ def grade_long_log(megabytes: float) -> list[Row]:
 
 
 PARTS = {
-    "killed": Part(
-        lambda count, seed: [(seed, number) for number in range(count)],
-        grade_kill,
-        report,
-        20,
-        is_good,
-    ),
+    "killed": Part(frame.numbered, grade_kill, report, 20, is_good),
     "fulldisk": Part(DISKS, grade_disk, report, is_good=is_good),
     "samebytes": Part(frame.named([*CIRCUMSTANCES]), grade_circumstances, report, is_good=is_good),
     "longlog": Part(lambda count, _seed: [(count,)], grade_long_log, report, 1000, is_good),

@@ -15,37 +15,39 @@ import random
 import re
 import subprocess
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "src" / "rftfit"
 COLUMNS = "columns"
 """Room of the mutants of columns."""
-OPERATORS: dict[type[ast.AST], type[ast.AST]] = {
-    ast.Lt: ast.LtE,
-    ast.LtE: ast.Lt,
-    ast.Gt: ast.GtE,
-    ast.GtE: ast.Gt,
-    ast.Eq: ast.NotEq,
-    ast.NotEq: ast.Eq,
-    ast.Is: ast.IsNot,
-    ast.IsNot: ast.Is,
-    ast.In: ast.NotIn,
-    ast.NotIn: ast.In,
-    ast.Add: ast.Sub,
-    ast.Sub: ast.Add,
-    ast.Mult: ast.Div,
-    ast.Div: ast.Mult,
+
+
+def both_ways(pairs: Sequence[tuple[Any, Any]]) -> dict[Any, Any]:
+    """Each of two by the other one."""
+    return dict(pairs) | {second: first for first, second in pairs}
+
+
+OPERATOR_PAIRS = (
+    (ast.Lt, ast.LtE),
+    (ast.Gt, ast.GtE),
+    (ast.Eq, ast.NotEq),
+    (ast.Is, ast.IsNot),
+    (ast.In, ast.NotIn),
+    (ast.Add, ast.Sub),
+    (ast.Mult, ast.Div),
+    (ast.BitAnd, ast.BitOr),
+    (ast.And, ast.Or),
+)
+OPERATORS: dict[type[ast.AST], type[ast.AST]] = both_ways(OPERATOR_PAIRS) | {
     ast.FloorDiv: ast.Div,
     ast.Mod: ast.Div,
     ast.Pow: ast.Mult,
-    ast.BitAnd: ast.BitOr,
-    ast.BitOr: ast.BitAnd,
-    ast.And: ast.Or,
-    ast.Or: ast.And,
 }
+"""Operators by those that they replace."""
 SIBLINGS = (
     ("lo", "hi"),
     ("lower", "upper"),
@@ -63,7 +65,7 @@ SIBLINGS = (
     ("beta", "gamma"),
 )
 """Words of a name that are taken for each other."""
-SIBLING = dict(SIBLINGS) | {second: first for first, second in SIBLINGS}
+SIBLING = both_ways(SIBLINGS)
 SAFEGUARDS = {"strict", "encoding", "copy", "deep", "ignore_index", "maxsize", "check", "newline"}
 """Arguments that guard against what does not happen, so that a change of them seldom has an effect."""
 

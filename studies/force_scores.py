@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from rftfit.compare.legs import extreme, measured_peak
 from rftfit.model.draws import interval
@@ -12,29 +13,32 @@ from rftfit.model.draws import interval
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import numpy.typing as npt
     from frame import Row
 
+    from rftfit import Contact
     from rftfit.conventions import FloatArray
 
+COMPONENTS = ("z", "x")
+"""Lift and thrust, in the order of arrays of forces."""
 CONFIDENCE = 0.95
 LENGTH_DEG = 30.0
 """Correlation length of the model's error over the turn of a leg."""
 
 
-def score_curve(
-    theta_deg: FloatArray,
-    draws: FloatArray,
-    mean: FloatArray,
-    measured: FloatArray,
-    loaded: npt.NDArray[np.bool_],
-    component: str,
-) -> Row:
-    """Scores of the draws (m, p) of force z or x on a leg in the poses with load, percent of the measured peak.
+def peak_of(contact: Contact, component: str) -> float:
+    """Measured peak of the force z or x on a leg, N, with its sign."""
+    measured = contact.measured[COMPONENTS.index(component)]
+    return measured_peak(contact.motion.columns["theta_deg"], measured, component).force_N
 
-    Draws without scatter have their number for an interval.
+
+def score_curve(contact: Contact, component: str, all_draws: FloatArray, means: FloatArray) -> Row:
+    """Scores of the draws (m, 2, p) of force z or x on a leg in the poses with load, percent of the measured peak.
+
+    `means`: best forces, shape (2, p). Draws without scatter have their number for an interval.
     """
-    top = measured_peak(theta_deg, measured, component).force_N
+    place = COMPONENTS.index(component)
+    draws, mean, measured = all_draws[:, place], means[place], contact.measured[place]
+    top, loaded = peak_of(contact, component), contact.touches
     highest = extreme(mean, component)
     sign = np.sign(mean[highest])
     lo, hi = interval(draws, CONFIDENCE)
@@ -99,11 +103,9 @@ def moved_peaks(draws: FloatArray, mean: FloatArray) -> FloatArray:
 
 def mean_by_cluster(numbers: FloatArray, clusters: Sequence[str]) -> tuple[float, float]:
     """Mean of the means of the clusters, and its standard error: numbers of a cluster are not independent."""
-    names = np.asarray(clusters)
-    means = np.array([np.mean(np.asarray(numbers)[names == name]) for name in np.unique(names)])
-    if means.size < 2:
-        return float(means.mean()), float("nan")
-    return float(means.mean()), float(means.std(ddof=1) / np.sqrt(means.size))
+    means = pd.Series(numbers).groupby([*clusters]).mean()
+    mean, error = means.agg(["mean", "sem"]).to_numpy(float)
+    return float(mean), float(error)
 
 
 def learn_error(

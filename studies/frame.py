@@ -54,9 +54,24 @@ class Part:
         return self.units
 
 
-def named(names: Sequence[str]) -> list[Unit]:
+def named(names: Sequence[object]) -> list[Unit]:
     """Units of one argument each."""
     return [(name,) for name in names]
+
+
+def numbered(count: int, seed: int) -> list[Unit]:
+    """Units of the seed and a number each."""
+    return [(seed, number) for number in range(count)]
+
+
+def list_rows(title: str) -> Callable[[pd.DataFrame], Tables]:
+    """Report of a part whose rows are printed as they are."""
+    return lambda rows: [(title, rows.drop(columns="unit"))]
+
+
+def differing_files(digests: dict[str, str], other_digests: dict[str, str]) -> list[str]:
+    """Names of the files, by their digests in two folders, that differ or that one folder lacks."""
+    return sorted({name for name, _ in digests.items() ^ other_digests.items()})
 
 
 def unit_name(unit: Unit) -> str:

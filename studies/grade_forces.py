@@ -28,18 +28,19 @@ import numpy as np
 import pandas as pd
 from exact_laws import MATERIALS, exact_laws, forces_in_space
 from force_scores import (
+    COMPONENTS,
     CONFIDENCE,
     learn_error,
     mean_by_cluster,
+    peak_of,
     percent_inside,
     score_alpha,
     score_curve,
     smooth_errors,
 )
-from frame import Part, Row, Tables, named
+from frame import Part, Row, Tables, list_rows, named
 
 import rftfit
-from rftfit.compare.legs import measured_peak
 from rftfit.forces.space import mesh_draws
 from rftfit.model.draws import end_names, interval
 from rftfit.model.fourier import fit_lsq
@@ -60,7 +61,7 @@ SE = 0.005
 """Error of alpha from run to run that the paper states, N/cm^3."""
 READING = 0.02
 """Error of a reading of Figs. S5 and S12 over the largest force of its curve."""
-COMPONENTS = ("z", "x")
+
 LAST_DEG = 110.0
 DRAWS = 1000
 LINEAR_CM = {"yuma": 2.0, "palms29": 3.0, "palms29_sieved": 3.0}
@@ -259,17 +260,10 @@ def grade_legs(models: Sequence[str], medium: str) -> list[Row]:
         draws_with_error = with_error(
             draws, loads, error, smooth_errors(theta_deg, (DRAWS, 2), seed)
         )
-        for component, c in enumerate(COMPONENTS):
-            row: Row = {"leg": leg_name, "model": model, "component": c, "error": error}
+        for component in COMPONENTS:
+            row: Row = {"leg": leg_name, "model": model, "component": component, "error": error}
             for name, drawn in (("alpha", draws), ("model", draws_with_error)):
-                scores = score_curve(
-                    theta_deg,
-                    drawn[:, component],
-                    mean[component],
-                    contact.measured[component],
-                    contact.touches,
-                    c,
-                )
+                scores = score_curve(contact, component, drawn, mean)
                 row |= {f"{key}_{name}": value for key, value in scores.items()}
             rows.append(row)
     return rows
@@ -338,10 +332,8 @@ def grade_friction(friction: str) -> list[Row]:
     errors = []
     for medium, leg in product(MEDIA, LEGS):
         contact, mean = contact_of(medium, leg), forces_by(medium, leg, f"3D-RFT {friction}")[2]
-        theta_deg = contact.motion.columns["theta_deg"]
-        for c, measured, predicted in zip(COMPONENTS, contact.measured, mean, strict=True):
-            peak = abs(measured_peak(theta_deg, measured, c).force_N)
-            errors.append(np.abs(predicted - measured)[contact.touches].mean() / peak)
+        for component, off in zip(COMPONENTS, np.abs(mean - contact.measured), strict=True):
+            errors.append(off[contact.touches].mean() / abs(peak_of(contact, component)))
     return [{"friction": friction, "error, %": 100 * float(np.mean(errors))}]
 
 
@@ -466,11 +458,7 @@ FRICTIONS = ("0.2", "0.3", "0.4", "0.5", "0.6", "0.7", "0.8")
 PARTS = {
     "legs": Part(named(MEDIA), partial(grade_legs, MODELS), report_legs),
     "sands": Part(named(SANDS), partial(grade_legs, OF_ONE_PUSH), report_legs),
-    "friction": Part(
-        named(FRICTIONS),
-        grade_friction,
-        lambda rows: [("Laboratory legs", rows.drop(columns="unit"))],
-    ),
+    "friction": Part(named(FRICTIONS), grade_friction, list_rows("Laboratory legs")),
     "speeds": Part(named(MODELS), grade_speeds, report_speeds),
     "laws": Part(
         lambda count, _seed: [*product(exact_laws(), range(count))], grade_law, report_laws, SETS

@@ -746,7 +746,7 @@ def list_mixups(names: Iterable[str], count: int, seed: int) -> list[Unit]:
 
 PARTS = {
     "sound": Part(
-        lambda count, seed: [(seed, number) for number in range(count)],
+        frame.numbered,
         grade_sound,
         report_sound,
         200,

@@ -95,40 +95,40 @@ class SlurmHost:
         host = socket.gethostname().partition(".")[0]
         memory = min(8000, psutil.virtual_memory().total // 2**20 // 2)
         folder = self.folder
-        lines = [
-            "ClusterName=rftfit",
-            f"SlurmctldHost={host}(127.0.0.1)",
-            f"SlurmctldPort={_CONTROLLER_PORT}",
-            "AuthType=auth/munge",
-            "CredType=cred/munge",
-            f"AuthInfo=socket={self.socket}",
-            "SlurmUser=root",
-            "SlurmdUser=root",
-            f"StateSaveLocation={folder / 'state'}",
-            f"SlurmdSpoolDir={folder}/spool-%n",
-            f"SlurmctldPidFile={folder / 'slurmctld.pid'}",
-            f"SlurmdPidFile={folder}/slurmd-%n.pid",
-            f"SlurmctldLogFile={folder / 'slurmctld.log'}",
-            f"SlurmdLogFile={folder}/slurmd-%n.log",
-            "ProctrackType=proctrack/linuxproc",
-            "TaskPlugin=task/none",
-            "AccountingStorageType=accounting_storage/none",
-            "SelectType=select/cons_tres",
-            "SelectTypeParameters=CR_Core",
-            "ReturnToService=2",
-            "MpiDefault=none",
-            "SwitchType=switch/none",
-            "MinJobAge=3600",
-            "SlurmctldTimeout=30",
-            "SlurmdTimeout=30",
-            *(
-                f"NodeName={node} NodeHostname={host} NodeAddr=127.0.0.1 Port={_PORTS[node]} "
-                f"CPUs=1 RealMemory={memory}"
-                for node in NODES
-            ),
-            f"PartitionName=main Nodes={','.join(NODES)} Default=YES MaxTime=INFINITE State=UP",
-        ]
-        return "\n".join(lines) + "\n"
+        nodes = (
+            f"NodeName={node} NodeHostname={host} NodeAddr=127.0.0.1 Port={_PORTS[node]} "
+            f"CPUs=1 RealMemory={memory}\n"
+            for node in NODES
+        )
+        return f"""\
+ClusterName=rftfit
+SlurmctldHost={host}(127.0.0.1)
+SlurmctldPort={_CONTROLLER_PORT}
+AuthType=auth/munge
+CredType=cred/munge
+AuthInfo=socket={self.socket}
+SlurmUser=root
+SlurmdUser=root
+StateSaveLocation={folder}/state
+SlurmdSpoolDir={folder}/spool-%n
+SlurmctldPidFile={folder}/slurmctld.pid
+SlurmdPidFile={folder}/slurmd-%n.pid
+SlurmctldLogFile={folder}/slurmctld.log
+SlurmdLogFile={folder}/slurmd-%n.log
+ProctrackType=proctrack/linuxproc
+TaskPlugin=task/none
+AccountingStorageType=accounting_storage/none
+SelectType=select/cons_tres
+SelectTypeParameters=CR_Core
+ReturnToService=2
+MpiDefault=none
+SwitchType=switch/none
+MinJobAge=3600
+SlurmctldTimeout=30
+SlurmdTimeout=30
+{"".join(nodes)}\
+PartitionName=main Nodes={",".join(NODES)} Default=YES MaxTime=INFINITE State=UP
+"""
 
     def _put_conf(self, conf):
         # the jobs' own srun looks here, whatever SLURM_CONF says
@@ -167,17 +167,12 @@ class SlurmHost:
 
     def states(self):
         """State of each node."""
-        done = subprocess.run(
-            ["sinfo", "-h", "-N", "-o", "%N %T"], capture_output=True, text=True, check=False
-        )
-        return dict(line.split() for line in done.stdout.splitlines() if line.strip())
+        lines = _printed_lines("sinfo", "-h", "-N", "-o", "%N %T")
+        return dict(line.split() for line in lines if line.strip())
 
     def jobs(self, *words, form="%i"):
         """Jobs as ``squeue`` lists them, those that have ended too where asked for."""
-        done = subprocess.run(
-            ["squeue", "-h", "-o", form, *words], capture_output=True, text=True, check=False
-        )
-        return done.stdout.splitlines()
+        return _printed_lines("squeue", "-h", "-o", form, *words)
 
     def kill_node(self, node):
         """End a node as a power cut would: its daemon, its jobs, all at once.
@@ -232,6 +227,11 @@ class SlurmHost:
             yield self
         finally:
             self.stop()
+
+
+def _printed_lines(*command):
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    return done.stdout.splitlines()
 
 
 def _kill_tree(process):

@@ -19,6 +19,7 @@ import sys
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
@@ -29,6 +30,8 @@ OLDEST, NEWEST = "oldest", "newest"
 GROUPS = ("build", "test")
 """Dependency groups without which the tests do not run."""
 PYTHONS = ("3.11", "3.12", "3.13")
+PIP = ("-m", "pip", "--disable-pip-version-check")
+PYTEST = ("-m", "pytest", "-q", "--dist", "loadfile", "--no-loadscope-reorder")
 # an old package that uses what a new one deprecates says nothing of this program
 DEPRECATED = ("-W", "ignore::DeprecationWarning", "-W", "ignore::PendingDeprecationWarning")
 
@@ -101,49 +104,30 @@ class Environment:
         self.pip("--no-deps", "--no-build-isolation", "--editable", str(ROOT))
         stamp.write_text(stamp_text, encoding="utf-8")
 
+    def run(
+        self, *words: str, check: bool = False, **options: Any
+    ) -> subprocess.CompletedProcess[str]:
+        """Run its Python."""
+        return subprocess.run([str(self.program), *words], check=check, text=True, **options)
+
     def pip(self, *words: str) -> None:
         """Install."""
-        command = [
-            str(self.program),
-            "-m",
-            "pip",
-            "install",
-            "--quiet",
-            "--disable-pip-version-check",
-        ]
-        if subprocess.run([*command, *words], check=False).returncode:
+        if self.run(*PIP, "install", "--quiet", *words).returncode:
             sys.exit(f"{self.name}: pip cannot install what pyproject.toml allows; see above")
 
     def installed(self) -> dict[str, str]:
         """Return the version of every package."""
-        command = [
-            str(self.program),
-            "-m",
-            "pip",
-            "list",
-            "--format=freeze",
-            "--disable-pip-version-check",
-        ]
-        done = subprocess.run(command, check=True, capture_output=True, text=True)
+        done = self.run(*PIP, "list", "--format=freeze", check=True, capture_output=True)
         pairs = (line.split("==") for line in done.stdout.splitlines() if "==" in line)
         return {canonicalize_name(name): version for name, version in pairs}
 
     def test(self, words: list[str]) -> tuple[int, str]:
         """Run the tests; exit status and pytest's last line. Their output is kept beside the environment."""
         log = PLACE / f"{self.name}.txt"
-        command = [
-            str(self.program),
-            "-m",
-            "pytest",
-            "-q",
-            "--dist",
-            "loadfile",
-            "--no-loadscope-reorder",
-        ]
-        command += DEPRECATED if self.name == OLDEST else ()
+        ignored = DEPRECATED if self.name == OLDEST else ()
         with log.open("wb") as out:
-            code = subprocess.run(
-                [*command, *words], cwd=ROOT, stdout=out, stderr=subprocess.STDOUT, check=False
+            code = self.run(
+                *PYTEST, *ignored, *words, cwd=ROOT, stdout=out, stderr=subprocess.STDOUT
             ).returncode
         lines = log.read_text(encoding="utf-8", errors="replace").splitlines()
         for line in lines:
@@ -200,12 +184,7 @@ def main() -> None:
     print("\n| versions | Python | tests |\n|---|---|---|", flush=True)
     failed = False
     for environment in environments:
-        version = subprocess.run(
-            [str(environment.program), "-c", "import platform; print(platform.python_version())"],
-            check=True,
-            capture_output=True,
-            text=True,
-        ).stdout.strip()
+        version = environment.run("--version", check=True, capture_output=True).stdout.split()[1]
         code, summary = environment.test(pytest_words)
         failed |= code != 0
         print(f"| {environment.name} | {version} | {summary} |", flush=True)

@@ -106,7 +106,7 @@ def test_run_returns_what_it_did_and_prints_nothing(results, monkeypatch, capfd)
             on_line(json.dumps({"snakemake": "", **event}))
         return 0
 
-    monkeypatch.setattr("rftfit.workflow.run.listen", listen)
+    monkeypatch.setattr("rftfit.workflow.run.run_snakemake", listen)
     report = rftfit.run(results.root / "results", ["results/coefficients.csv"], cores=3)
     assert (report.made, report.skipped, report.failed) == (["slopes sand"], ["tare sand"], {})
     assert called[0] == "results/coefficients.csv"

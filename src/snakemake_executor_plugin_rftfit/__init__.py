@@ -41,9 +41,8 @@ class ExecutorSettings(ExecutorSettingsBase):  # type: ignore[misc]
     """Holds no setting. Snakemake makes the settings early, so the process to fork from begins its imports here."""
 
     def __post_init__(self) -> None:
-        from multiprocessing import (
-            forkserver,
-        )  # not on Windows, where Snakemake imports this module too
+        # not at the top: Windows, where Snakemake imports this module too, does not have it
+        from multiprocessing import forkserver
 
         get_context("forkserver").set_forkserver_preload(["rftfit.workflow.preload"])
         forkserver.ensure_running()
@@ -85,7 +84,7 @@ class BatchExecutor(Executor):
         self.forks = sys.platform == "linux" and len(targets) > 1
         if self.forks:
             self.campaign_file = TemporaryFile(buffering=0)  # noqa: SIM115
-            os.environ[HANDED] = hand_over(self.states, 0, self.campaign_file)
+            os.environ[HANDED] = hand_over(self.states, self.campaign_file)
             os.environ[RULES_TO_COME] = " ".join(dict.fromkeys(job.rulename for job in targets))
             ExecutorSettings()
 

@@ -29,10 +29,11 @@ KEYS = (
     "stats",
     "indent",
 )
+"""Attributes of an event that `rftfit.workflow.snakemake.Progress` reads."""
 
 
 class LogHandler(LogHandlerBase):
-    """Write what `KEYS` names of each event, and its message."""
+    """Writes the attributes `KEYS` of each event, and its message."""
 
     writes_to_stream = property(lambda _: True)
     writes_to_file = property(lambda _: False)
@@ -42,8 +43,8 @@ class LogHandler(LogHandlerBase):
 
     def emit(self, record: LogRecord) -> None:
         """Write one event; a reader that has gone is no reason to stop the workflow."""
-        facts = {key: value for key in KEYS if (value := getattr(record, key, None)) is not None}
-        line = json.dumps({"snakemake": record.getMessage(), **facts}, default=str)
+        fields = {key: value for key in KEYS if (value := getattr(record, key, None)) is not None}
+        line = json.dumps({"snakemake": record.getMessage(), **fields}, default=str)
         try:
             sys.stdout.write(line + "\n")
             sys.stdout.flush()

@@ -42,7 +42,7 @@ def test_the_projects_profile_and_an_own_one(rftfit, snakefile, tmp_path, monkey
         commands.append(words)
         return 0
 
-    monkeypatch.setattr("rftfit.workflow.run.listen", listen)
+    monkeypatch.setattr("rftfit.workflow.run.run_snakemake", listen)
     site_profile = tmp_path / "my site"
     site_profile.mkdir()
     (site_profile / "config.yaml").write_text("executor: local\n", "utf-8")

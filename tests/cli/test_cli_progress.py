@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from rftfit.workflow.snakemake import Progress, failure_text, nothing_written
+from rftfit.workflow.snakemake import Progress, describe_failure, failed_to_write
 
 STOPPED = "At least one job did not complete successfully."
 """What Snakemake itself says of a failed job."""
@@ -33,7 +33,7 @@ def ended(number, rule, status="returned non-zero exit status 2."):
 def watch(*lines):
     progress = Progress()
     for line in lines:
-        progress.feed(line)
+        progress.update_by(line)
     return progress
 
 
@@ -52,7 +52,7 @@ def test_jobs_are_counted():
         event(event="progress", done=1, total=3),
         "a line",
     ]
-    finished = [job.rule for line in lines if (job := progress.feed(line))]
+    finished = [job.rule for line in lines if (job := progress.update_by(line))]
     assert finished == ["ingest"]
     assert (progress.done, progress.total, progress.plain) == (1, 3, ["a line"])
     assert not progress.nothing_to_do
@@ -72,7 +72,7 @@ def test_each_failed_job_tells_what_is_in_its_log(tmp_path):
         *ended(3, "tare"),
         event(STOPPED, event="error"),
     )
-    text = failure_text(progress, tmp_path, tmp_path / "log", 1)
+    text = describe_failure(progress, tmp_path, tmp_path / "log", 1)
     assert text.splitlines()[:6] == [
         "the workflow stopped: 2 jobs failed; 0 of 9 are done, and what is done is kept.",
         "  ingest:",
@@ -82,13 +82,13 @@ def test_each_failed_job_tells_what_is_in_its_log(tmp_path):
         "    no tare",
     ]
     assert STOPPED not in text
-    assert not nothing_written(progress, tmp_path)
+    assert not failed_to_write(progress, tmp_path)
 
 
 def test_a_traceback_becomes_its_last_line(tmp_path):
     trace = 'Traceback (most recent call last):\n  File "a.py", line 1, in <module>\nValueError: no sand\n'
     write_log(tmp_path, "tare", trace)
-    text = failure_text(
+    text = describe_failure(
         watch(begun(1, "tare"), *ended(1, "tare", "returned non-zero exit status 1.")),
         tmp_path,
         tmp_path,
@@ -110,7 +110,7 @@ def test_a_traceback_becomes_its_last_line(tmp_path):
 def test_jobs_that_say_nothing(tmp_path, status, message):
     write_log(tmp_path, "tare", "")
     progress = watch(begun(1, "tare"), *ended(1, "tare", status))
-    assert message in failure_text(progress, tmp_path, tmp_path, 1)
+    assert message in describe_failure(progress, tmp_path, tmp_path, 1)
 
 
 def on_slurm(number, rule):
@@ -128,11 +128,11 @@ def test_of_jobs_that_went_as_one_the_failed_one_is_named(tmp_path):
     write_log(tmp_path, "slopes", "poppy: 3 of 4 runs\n")
     write_log(tmp_path, "tare", "rftfit tare: no tare\n  in row 3\n")
     progress = watch(*on_slurm(1, "tare"), *on_slurm(2, "slopes"))
-    text = failure_text(progress, tmp_path, tmp_path, 1)
+    text = describe_failure(progress, tmp_path, tmp_path, 1)
     assert text.splitlines()[1:4] == ["  tare:", "    no tare", "      in row 3"]
     assert "slopes" not in text
     write_log(tmp_path, "tare", "")
-    text = failure_text(progress, tmp_path, tmp_path, 1)
+    text = describe_failure(progress, tmp_path, tmp_path, 1)
     assert text.splitlines()[1:3] == [
         "  one of tare, slopes:",
         "    no message; Slurm says TIMEOUT",
@@ -142,22 +142,22 @@ def test_of_jobs_that_went_as_one_the_failed_one_is_named(tmp_path):
 def test_a_job_whose_log_cannot_be_made(tmp_path):
     """Nothing of it was started: the shell said why in the user's language, and ended with 1."""
     refused = watch(begun(3, "page"), *ended(3, "page", "returned non-zero exit status 1."))
-    text = failure_text(refused, tmp_path, tmp_path, 1)
+    text = describe_failure(refused, tmp_path, tmp_path, 1)
     assert "  page:\n    results/logs/page.log: cannot write: free some space" in text
-    assert nothing_written(refused, tmp_path)
+    assert failed_to_write(refused, tmp_path)
     killed = watch(begun(3, "page"), *ended(3, "page", "returned non-zero exit status 137."))
-    assert not nothing_written(killed, tmp_path)
+    assert not failed_to_write(killed, tmp_path)
     write_log(tmp_path, "page", "")
-    assert not nothing_written(refused, tmp_path)
+    assert not failed_to_write(refused, tmp_path)
     full = watch(begun(3, "page"), *ended(3, "page", "returned non-zero exit status 3."))
-    assert nothing_written(full, tmp_path)
+    assert failed_to_write(full, tmp_path)
 
 
 def test_a_stage_whose_log_is_full_speaks_among_the_lines_of_snakemake(tmp_path):
     lines = ["rftfit tare: a: other", "rftfit page: page.html: cannot write; run again"]
     jobs = [*ended(3, "page"), *ended(4, "slopes")]
     write_log(tmp_path, "page", "")
-    text = failure_text(
+    text = describe_failure(
         watch(begun(3, "page"), begun(4, "slopes"), *lines, *jobs), tmp_path, tmp_path, 1
     )
     assert "  page:\n    page.html: cannot write; run again" in text
@@ -185,13 +185,13 @@ def test_two_jobs_fail_before_either_is_named():
 
 def test_snakemake_itself_cannot_write(tmp_path):
     refused = watch("OSError: [Errno 28] No space left on device")
-    text = failure_text(refused, tmp_path, tmp_path, 1)
+    text = describe_failure(refused, tmp_path, tmp_path, 1)
     assert ": No space left on device" in text
-    assert nothing_written(refused, tmp_path)
-    assert not nothing_written(watch("OSError: [Errno 2] No such file or directory"), tmp_path)
-    assert not nothing_written(watch(), tmp_path)
+    assert failed_to_write(refused, tmp_path)
+    assert not failed_to_write(watch("OSError: [Errno 2] No such file or directory"), tmp_path)
+    assert not failed_to_write(watch(), tmp_path)
 
 
 def test_snakemake_is_killed_or_gives_no_reason(tmp_path):
-    assert "ended by SIGKILL" in failure_text(watch(), tmp_path, tmp_path, -9)
-    assert "gave no reason" in failure_text(watch(), tmp_path, tmp_path, 1)
+    assert "ended by SIGKILL" in describe_failure(watch(), tmp_path, tmp_path, -9)
+    assert "gave no reason" in describe_failure(watch(), tmp_path, tmp_path, 1)

@@ -17,9 +17,9 @@ from waiting import ASLEEP_S, LONGEST_S, wait_for
 
 from rftfit import RftfitError
 from rftfit.errors import InputError
-from rftfit.workflow.closing import ledger_line
+from rftfit.workflow.closing import describe_ledger
 from rftfit.workflow.run import Workflow
-from rftfit.workflow.snakemake import _signals_as_interrupts, find_snakefile, working_in
+from rftfit.workflow.snakemake import _signals_as_interrupts, find_snakefile, find_snakemakes
 
 WORKFLOW = """
 import os
@@ -171,7 +171,7 @@ def test_stopping_stops_the_children(campaign, number):
         signal.signal(signal.SIGINT, old_handler)
         wait_for((campaign / "results/began").exists)
         root = campaign.resolve()
-        assert len(working_in(root)) == 1
+        assert len(find_snakemakes(root)) == 1
         child.send_signal(number)
         out, err = child.communicate(timeout=LONGEST_S)
     assert (child.returncode, out) == (130, "")
@@ -179,7 +179,7 @@ def test_stopping_stops_the_children(campaign, number):
         err
         == "Stopped. Results that were finished are kept; to go on, give the same command again.\n"
     )
-    assert working_in(root) == []
+    assert find_snakemakes(root) == []
     assert not (campaign / "results/slow.txt").exists()
     assert not list((campaign / ".snakemake").glob("locks/*"))
 
@@ -214,10 +214,10 @@ def test_snakefile_is_found(monkeypatch, tmp_path):
 )
 def test_ledger_that_is_none(tmp_path, text):
     path = tmp_path / "ledger.csv"
-    assert ledger_line(path) == ""
+    assert describe_ledger(path) == ""
     path.write_text(text)
     # an empty table or one of other columns: no numbers are better than wrong ones
-    assert ledger_line(path) == ""
+    assert describe_ledger(path) == ""
 
 
 def workflow(monkeypatch, root):
@@ -225,14 +225,14 @@ def workflow(monkeypatch, root):
 
     campaign = SimpleNamespace(root=root, read_from={}, raw=root / "raw", sheet=root / "runs.csv")
     states = SimpleNamespace(campaign=campaign)
-    monkeypatch.setattr("rftfit.workflow.run.read_states", lambda _: (states, 0))
+    monkeypatch.setattr("rftfit.workflow.run.read_states", lambda _: states)
     return Workflow(root / "config.yaml", say=print)
 
 
 def test_locks(monkeypatch, work_folder):
 
     process_ids: list[int] = [12, 34]
-    monkeypatch.setattr("rftfit.workflow.run.working_in", lambda _: process_ids)
+    monkeypatch.setattr("rftfit.workflow.run.find_snakemakes", lambda _: process_ids)
     flow = workflow(monkeypatch, work_folder)
     with pytest.raises(RftfitError, match=r"\(process 12, 34\)") as locked:
         flow.unlock()
@@ -245,7 +245,7 @@ def test_locks(monkeypatch, work_folder):
         tell("no room left")
         return 1
 
-    monkeypatch.setattr("rftfit.workflow.run.listen", refused)
+    monkeypatch.setattr("rftfit.workflow.run.run_snakemake", refused)
     with pytest.raises(RftfitError, match="no room left") as full:
         flow.unlock()
     assert full.value.exit_code == 4
@@ -255,7 +255,7 @@ def test_a_lock_of_a_killed_run(monkeypatch, work_folder, capsys):
     from contextlib import nullcontext
 
     flow = workflow(monkeypatch, work_folder)
-    monkeypatch.setattr("rftfit.workflow.run.listen", lambda *_: 0)
+    monkeypatch.setattr("rftfit.workflow.run.run_snakemake", lambda *_: 0)
     for certain in (False, True):
         monkeypatch.setattr("rftfit.workflow.run.stale_lock", lambda _, c=certain: nullcontext(c))
         flow._clear_stale_lock()

@@ -73,7 +73,7 @@ def planned_jobs(config, targets=()):
 
     Their states are written. Snakemake plans campaigns once that are alike in all that the rules look at.
     """
-    states = read_states(config)[0]
+    states = read_states(config)
     campaign = states.campaign
     plan_key = (
         campaign.media_with_runs,
@@ -87,7 +87,7 @@ def planned_jobs(config, targets=()):
     if plan_key not in _PLANS:
         _PLANS[plan_key] = _plan(config, campaign.root, targets)
     for job in _PLANS[plan_key]:
-        states.input_of(job.rule)({"": job.key})
+        states.write_state(job.rule, {"": job.key})
     return _PLANS[plan_key]
 
 
@@ -135,7 +135,7 @@ def run_rules(config, *rules, last="", drawn=None):
     jobs, done_count = planned_jobs(config), 0
     if last:
         jobs = [job for job in jobs if RULES.index(job.rule) <= RULES.index(last)]
-    states = read_states(config)[0]
+    states = read_states(config)
     root = states.campaign.root
     # a process that was forked digests the code once more after its job; no test of jobs in here edits code
     with patch("rftfit.workflow.job.source_digests"):
@@ -165,7 +165,7 @@ def leave_blank(root, states, job):
     for path in job.writes:
         _write_file(root / path, b"")
     digests = digests_of_files(root, inputs), digests_of_files(root, job.writes)
-    Record(*job_of(planned), states.of(*job_of(planned)), *digests).save(root)
+    Record(*job_of(planned), states.state_of(*job_of(planned)), *digests).save(root)
 
 
 # --- A small campaign on disk that is right, to be put wrong in one place -----------------------------------------
@@ -514,7 +514,7 @@ class Folder:
     def stale(self):
         """Rules whose jobs are not as recorded by now, with the media or figures of these jobs."""
         keys_by_rule: dict[str, set[str]] = {}
-        for finding in Recorded(read_states(self.config)[0]).findings_of():
+        for finding in Recorded(read_states(self.config)).findings_of_targets():
             rule, _, key = finding.job.partition("/")
             keys_by_rule.setdefault(rule, set()).add(key)
         return keys_by_rule

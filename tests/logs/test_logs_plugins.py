@@ -162,9 +162,9 @@ def test_a_changed_plug_in_is_told(install, campaign, tmp_path):
     install("ourlab-dialect", "ourlab_dialect", code, ours="ourlab_dialect:D")
     text = campaign.read_text("utf-8").replace("method: sync_line", "method: estimate")
     campaign.write_text(text, "utf-8")
-    states = read_states(campaign)[0]
+    states = read_states(campaign)
     jobs = (("ingest", "poppy_LP"), ("figure", "clocks_poppy_LP"), ("fourier", ""))
-    codes_before = [states.of(*job)["code"] for job in jobs]
+    codes_before = [states.state_of(*job)["code"] for job in jobs]
     state = present_provenance(states)
     assert state.versions["ourlab-dialect"] == "1.0"
     assert "ourlab_dialect" in state.modules
@@ -173,7 +173,7 @@ def test_a_changed_plug_in_is_told(install, campaign, tmp_path):
     module.write_text(code.replace("OSError", "ValueError"), "utf-8")
     fresh()
     changed = States(states.campaign)
-    codes_after = [changed.of(*job)["code"] for job in jobs]
+    codes_after = [changed.state_of(*job)["code"] for job in jobs]
     # a figure that reads logs is drawn again too
     assert [
         change != new_code for change, new_code in zip(codes_before, codes_after, strict=True)
@@ -198,4 +198,4 @@ def test_the_rig_needs_no_search_for_plug_ins(campaign, monkeypatch):
     text = campaign.read_text("utf-8").replace("dialect: ours", "dialect: rig")
     campaign.write_text(text, "utf-8")
     monkeypatch.setattr(plugins_module, "plugins", lambda: pytest.fail("searched"))
-    assert read_states(campaign)[0].dialects == []
+    assert read_states(campaign).dialects == []

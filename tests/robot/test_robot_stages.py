@@ -127,20 +127,20 @@ def test_without_tracks_the_figure_stands_in(root):
 
 def test_what_the_workflow_reads(root):
     config = root / "config" / "config.yaml"
-    states = read_states(config)[0]
+    states = read_states(config)
     assert states.campaign.robot_medium == "poppy_LP"
-    assert len(states.robot_files) == 1 + 42 * 3
-    assert all((root / file).is_file() for file in states.robot_files)
-    track = next(root / file for file in states.robot_files if "tracks/" in file)
+    assert len(states.robot_digests) == 1 + 42 * 3
+    assert all((root / file).is_file() for file in states.robot_digests)
+    track = next(root / file for file in states.robot_digests if "tracks/" in file)
     track.write_bytes(track.read_bytes() + b"# end\n")
     before, after = (
-        campaign_states.of("robot_measured", "")
+        campaign_states.state_of("robot_measured", "")
         for campaign_states in (states, States(states.campaign))
     )
     assert [what for what in after if after[what] != before[what]] == ["robot files"]
     edit(root)  # a campaign without a robot
-    states = read_states(config)[0]
-    assert (states.campaign.robot_medium, states.robot_files) == ("", {})
+    states = read_states(config)
+    assert (states.campaign.robot_medium, states.robot_digests) == ("", {})
     assert not [job for job in planned_jobs(config) if job.rule.startswith("robot")]
     with pytest.raises(InputError, match="section robot"):
         robot_measured(open_results(root))

@@ -133,7 +133,7 @@ def test_run_that_is_in_no_ledger_stops_the_workflow(measured):
 
 def test_disk_that_refuses(some):
     config = some.write()
-    states = read_states(config)[0]
+    states = read_states(config)
     job = next(job for job in planned_jobs(config) if job.rule == "ingest")
     for name in ("traces", "records"):
         blocked = some.folder / "results" / name
@@ -166,7 +166,7 @@ def test_what_a_stage_did_not_write_is_not_read(some, tmp_path):
         reader, maker = {"runs": ("tare", "ingest"), "traces": ("tare", "ingest")}.get(
             name, ("slopes", "tare")
         )
-        findings = Recorded(read_states(config)[0]).findings(f"{maker}/poppy_LP")
+        findings = Recorded(read_states(config)).findings_of_job(f"{maker}/poppy_LP")
         assert [(finding.sort, finding.what) for finding in findings] == [
             ("edited", path.relative_to(some.folder).as_posix())
         ]

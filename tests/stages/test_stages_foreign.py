@@ -232,7 +232,7 @@ def test_force_and_motion_in_one_file(single, rig, capfd):
     lines = single.counted[f"one/{RUN}.csv"]
     assert [*results.run(RUN)[["rows_force", "rows_motion"]]] == [lines, lines]
     sums = {name: hashlib.sha256(log).hexdigest() for name, log in single.logs.items()}
-    assert read_states(path)[0].all_logs == sums
+    assert read_states(path).all_log_digests == sums
     capfd.readouterr()
     assert main(["inspect", str(single.folder / f"raw/paper/one/{RUN}.csv")]) == 0
     _, _, block = capfd.readouterr().out.partition("for config.yaml")
@@ -343,7 +343,7 @@ def test_gauges_and_a_calibration_give_what_the_loads_give(rig, tmp_path):
     fit = chain(load_campaign(path), "poppy_LP").fit(RUN)
     for name in ("alpha_z_N_per_cm3", "alpha_z_se_N_per_cm3", "alpha_x_N_per_cm3"):
         assert fit[name] == pytest.approx(rig.fit(RUN)[name], rel=1e-5)
-    assert "gauges.csv" in read_states(path)[0].all_logs
+    assert "gauges.csv" in read_states(path).all_log_digests
     calibration.unlink()
     (missing,) = told(check_campaign(path)[1])
     assert missing.startswith("config.calibration-file force_log.calibration 'gauges.csv'")
@@ -367,7 +367,7 @@ def test_a_folder_of_ros2_is_named_by_its_folder(tmp_path):
         == "bags/one/metadata.yaml"
     )
     bag_files = {"bags/one/metadata.yaml", "bags/one/one_0.db3"}
-    assert bag_files <= read_states(path)[0].all_logs.keys()
+    assert bag_files <= read_states(path).all_log_digests.keys()
     (bag / "metadata.yaml").unlink()
     (no_file,) = told(check_campaign(path)[1])
     assert re.fullmatch(r"sheet.log-not-a-file \d+ force_log 'bags/one'", no_file)

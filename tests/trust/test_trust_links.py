@@ -253,7 +253,7 @@ def test_a_watch_writes_nothing(campaign, elsewhere):
 @pytest.fixture
 def told(campaign, monkeypatch):
     """What `rftfit run` says of links and of where the results lie before any job; empty: nothing."""
-    monkeypatch.setattr("rftfit.workflow.run.listen", lambda *_, **__: 0)
+    monkeypatch.setattr("rftfit.workflow.run.run_snakemake", lambda *_, **__: 0)
 
     def call(*words):
         process = campaign.rftfit("run", "--dry-run", *words)

@@ -17,7 +17,7 @@ from rftfit.bench.watch import Watch
 from rftfit.lab.enact import prepare
 from rftfit.store.files import open_growing, open_note, set_time
 from rftfit.workflow.processes import hold_lock, stale_lock
-from rftfit.workflow.snakemake import listen
+from rftfit.workflow.snakemake import run_snakemake
 from rftfit.workflow.state import read_states
 
 pytestmark = [
@@ -144,7 +144,7 @@ def test_the_note_of_the_lock_is_a_new_file(victim, kind):
 @pytest.mark.parametrize("kind", ["symbolic", "hard"])
 def test_the_log_of_snakemake_is_a_new_file(victim, kind):
     link = link_of(victim, kind)
-    assert listen(["--version"], link, lambda _: None) == 0
+    assert run_snakemake(["--version"], link, lambda _: None) == 0
     assert link.read_text("utf-8").strip()[0].isdecimal()
 
 
@@ -221,7 +221,7 @@ def test_a_watch_and_a_re_enactment_lead_to_no_byte_either(tiny, tmp_path):
     log = victims_of(campaign.root)[0]
     log.unlink()
     os.link(campaign.config, log)
-    states = read_states(tiny["done"].config)[0]
+    states = read_states(tiny["done"].config)
     config, sheet = states.campaign.config, campaign.root / "raw" / "paper" / "runs.csv"
     prepare(config, legs=False).write(campaign.root / Path(config.raw), sheet)
     contents = {name: content for name, (content, _) in lab_files(campaign.root).items()}

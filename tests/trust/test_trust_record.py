@@ -57,8 +57,8 @@ def test_sums_come_back_and_are_those_of_sha256sum(tmp_path):
 
 def code_of(config, rules):
     digests.source_digests.cache_clear()
-    states = read_states(config)[0]
-    return {rule: states.code(STAGES[rule]) for rule in rules}
+    states = read_states(config)
+    return {rule: states.code_digest_of(STAGES[rule]) for rule in rules}
 
 
 @pytest.mark.parametrize(
@@ -119,9 +119,9 @@ def robot_campaign(tmp_path):
 
 
 def test_the_robots_files_are_watched(robot_campaign):
-    states = read_states(robot_campaign / "config" / "config.yaml")[0]
+    states = read_states(robot_campaign / "config" / "config.yaml")
     names = {"config/mine.yaml", "raw/paper/robot/runs.csv", "raw/paper/robot/a1.csv"}
-    assert {name: sha256_of(robot_campaign / name) for name in names} == states.robot_files
+    assert {name: sha256_of(robot_campaign / name) for name in names} == states.robot_digests
     state = present_provenance(states)
     for name in sorted(names):
         path = robot_campaign / name
@@ -133,7 +133,7 @@ def test_the_robots_files_are_watched(robot_campaign):
             else content + b"# changed\n"
         )
         path.write_bytes(new)
-        changed = read_states(robot_campaign / "config" / "config.yaml")[0]
+        changed = read_states(robot_campaign / "config" / "config.yaml")
         changes = changes_between(state, present_provenance(changed))
         assert [(change.sort, change.name) for change in changes] == [("log", name)]
         for job, watches in (
@@ -141,7 +141,7 @@ def test_the_robots_files_are_watched(robot_campaign):
             (("robot_runs", "runs_table"), True),
             (("fourier", ""), False),
         ):
-            assert (states.of(*job) != changed.of(*job)) is watches, job
+            assert (states.state_of(*job) != changed.state_of(*job)) is watches, job
         path.write_bytes(content)
 
 

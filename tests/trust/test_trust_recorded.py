@@ -28,10 +28,10 @@ class Now:
     def __init__(self, root):
         self.campaign, self.state = SimpleNamespace(root=root), dict(STATE)
 
-    def of(self, rule, key):
+    def state_of(self, rule, key):
         return self.state if (rule, key) == CHAIN[1] else STATE
 
-    def has(self, rule, key):
+    def has_job(self, rule, key):
         return (rule, key) in (*CHAIN, ("robot_full_speeds", ""))
 
     def on_demand(self, name):
@@ -70,7 +70,7 @@ def findings_of(states_now, *targets):
     states: Any = states_now
     return [
         (finding.job, finding.sort, finding.what)
-        for finding in Recorded(states).findings_of(targets)
+        for finding in Recorded(states).findings_of_targets(targets)
     ]
 
 
@@ -149,9 +149,12 @@ def test_findings_of_targets(states_now):
 def test_what_a_result_is_made_from_and_what_is_nobodys(states_now):
     states: Any = states_now
     recorded = Recorded(states)
-    assert [*recorded.all] == ["tare/sand", "slopes/sand", "robot_full_speeds", "provenance"]
+    assert [*recorded.records] == ["tare/sand", "slopes/sand", "robot_full_speeds", "provenance"]
     assert [*recorded.collect_records()] == ["provenance", "slopes/sand", "tare/sand"]
-    assert [*recorded.collect_records(recorded.all["slopes/sand"])] == ["slopes/sand", "tare/sand"]
+    assert [*recorded.collect_records(recorded.records["slopes/sand"])] == [
+        "slopes/sand",
+        "tare/sand",
+    ]
     for name in ("mine.txt", "logs/tare.log"):
         path = states_now.campaign.root / "results" / name
         path.parent.mkdir(exist_ok=True)
@@ -163,10 +166,10 @@ def test_the_state_file_of_a_job_that_is_not_as_recorded_is_emptied(states_now):
     states: Any = states_now
     edit(states_now)
     recorded = Recorded(states)
-    recorded.make_outdated(recorded.findings_of())
+    recorded.make_outdated(recorded.findings_of_targets())
     states_left = {
         name: (states_now.campaign.root / state_file(name)).read_text("utf-8")
-        for name in recorded.all
+        for name in recorded.records
     }
     kept = json.dumps(STATE)
     assert states_left == {
@@ -183,10 +186,10 @@ def test_a_run_of_a_part_forgets_no_job_that_it_does_not_need(states_now, happen
     if happens:
         happens(states_now)
     before = Recorded(states)
-    before.make_outdated(before.findings_of(["results/never.csv"]))
+    before.make_outdated(before.findings_of_targets(["results/never.csv"]))
     after = Recorded(states)
-    assert [*after.all] == [*before.all]
-    assert after.findings_of() == before.findings_of()
+    assert [*after.records] == [*before.records]
+    assert after.findings_of_targets() == before.findings_of_targets()
     assert after.list_foreign_files() == before.list_foreign_files()
 
 
@@ -229,7 +232,7 @@ def test_times_in_the_future_are_brought_back_and_those_of_outdated_results_long
     change(states_now)
     recorded = Recorded(states)
     recorded.bring_times_back()
-    recorded.make_outdated(recorded.findings_of())
+    recorded.make_outdated(recorded.findings_of_targets())
     times = {rule: (root / result(rule)).stat().st_mtime for rule, _ in CHAIN}
     assert times["slopes"] == 1.0 < time_before
     assert time.time() - 60 < times["tare"] == times["provenance"] < time.time() - 5

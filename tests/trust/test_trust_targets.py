@@ -54,13 +54,13 @@ def made_whole(outdated, tmp_path_factory):
 
 
 def printed(folder):
-    recorded = Recorded(read_states(folder.config)[0])
+    recorded = Recorded(read_states(folder.config))
     return [*closing_lines(recorded), *failed_checks(recorded)]
 
 
 def make(folder, targets):
     """Do the jobs of some targets that are out of date."""
-    states = read_states(folder.config)[0]
+    states = read_states(folder.config)
     for job in planned_jobs(folder.config, targets):
         if not record_holds(folder.root, job.reads, job.writes):
             do_job(states, job.reads, job.writes)

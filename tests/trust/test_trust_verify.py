@@ -295,5 +295,5 @@ def test_a_change_while_the_workflow_runs_is_an_error(checked, kind):
     CHANGES[kind][0](checked.root)
     digests_before = sha256(checked.root / "results" / "provenance.json")
     with pytest.raises(RftfitError):
-        do_job(read_states(checked.config)[0], job.reads, job.writes)
+        do_job(read_states(checked.config), job.reads, job.writes)
     assert sha256(checked.root / "results" / "provenance.json") == digests_before

@@ -148,6 +148,6 @@ def test_watch_check_page_and_terminal_state_one_verdict(bench, has_tares):
     # a sentence begins with a capital letter
     of_title = f"{verdict.on(config['media'][MEDIUM]['title'])[1:]}."
     assert of_title in folder.table("findings.csv")["finding"][0]
-    terminal = closing_lines(Recorded(read_states(folder.config)[0]))
+    terminal = closing_lines(Recorded(read_states(folder.config)))
     assert sum(of_title in line for line in terminal) == 1
     assert open_results(bench.root)[MEDIUM].verdict == verdict

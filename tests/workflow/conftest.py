@@ -20,7 +20,7 @@ def measure_demonstration(root):
     """Make the tables in a new folder, and look at the words of the longest figures."""
     folder = make_campaign(root, robot=False)
     digests_before = folder.raw_digests()
-    drawn = read_states(folder.config)[0].figures
+    drawn = read_states(folder.config).figures
     longest = [path.rpartition("/")[2] for path, (_, medium) in drawn.items() if medium in LONGEST]
     folder.run_here("workbooks", longest)
     assert folder.raw_digests() == digests_before, "the workflow wrote into raw/"

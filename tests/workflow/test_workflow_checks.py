@@ -127,7 +127,7 @@ def test_page_workbook_and_closing_lines(whole_campaign):
     assert "0.3 mm glass, close (accepted)" in text
     book = openpyxl.load_workbook(whole_campaign.root / "results/alpha_tables.xlsx")
     assert book[BAD]["A2"].value == MARK
-    lines = failed_checks(Recorded(read_states(whole_campaign.config)[0]))
+    lines = failed_checks(Recorded(read_states(whole_campaign.config)))
     marked_media = {line.partition(":")[0] for line in lines}
     assert marked_media == {f"{BAD}, unusable", f"{TAKEN}, accepted"}
 

@@ -76,7 +76,7 @@ def test_what_is_lacking_is_drawn_and_has_no_caption(declared, without_rows):
 def test_figures_for_a_paper_are_drawn_on_demand(small_made, tmp_path):
     folder = Folder(tmp_path / "copy")
     shutil.copytree(small_made.root, folder.root)
-    printed = read_states(folder.config)[0].printed
+    printed = read_states(folder.config).paper_files
     assert len(printed) > 10
     assert not any((folder.root / path).exists() for path in printed)
 

@@ -89,7 +89,7 @@ def second_run(small, tmp_path_factory):
     # the order of its rows is that of the runs, by which a drift over the campaign is looked for
     rows = sheet.read_text("utf-8").splitlines()
     sheet.write_bytes(("\r\n".join(rows) + "\r\n").encode())
-    campaign = read_states(second_folder.config)[0].campaign
+    campaign = read_states(second_folder.config).campaign
     lists = {name: getattr(campaign, name) for name in ("media_with_runs", "robot_medium")}
     assert all(lists.values())
     sections_by_stage: dict[str, set[str]] = {}
@@ -100,11 +100,11 @@ def second_run(small, tmp_path_factory):
             # nothing is at hand from another job
             fresh = States(replace(campaign))
             fresh.campaign.__dict__.update(lists)
-            job_state, plain = fresh.of(rule, key), States.of
+            job_state, plain = fresh.state_of(rule, key), States._make_state
             name = states.stage(rule, key)[0].run if rule in FIGURE_RULES else rule
             patch.setattr(
                 States,
-                "of",
+                "_make_state",
                 lambda any_states, *job: (
                     job_state if job == (rule, key) else plain(any_states, *job)
                 ),
@@ -112,7 +112,7 @@ def second_run(small, tmp_path_factory):
             read.clear()
             do_job(fresh, reads, writes)
             sections_by_stage.setdefault(name, set()).update(read)
-            patch.setattr(States, "of", plain)
+            patch.setattr(States, "_make_state", plain)
 
         patch.setattr("campaigns.do_job", do_alone)
         second_folder.run_here(drawn=None, real_run=small)

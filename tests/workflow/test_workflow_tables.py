@@ -155,16 +155,16 @@ def test_a_campaign_that_was_handed_over_is_not_read_again_unless_something_chan
     source = tmp_path / "stress.csv"
     source.write_text("beta,gamma,depth,stress_z,stress_x\n0,90,1,0.3,0\n0,90,2,0.6,0\n", "utf-8")
     config, second_config = (started(tmp_path / name, source).config for name in "ab")
-    states, warnings = read_states(config)
+    states = read_states(config)
     with TemporaryFile(buffering=0) as file:
-        word = hand_over(states, warnings, file)
+        word = hand_over(states, file)
         with monkeypatch.context() as patch:
             patch.setenv("RFTFIT_CAMPAIGN", word)
             patch.setattr("rftfit.workflow.state.check_campaign", lambda _: (None, []))
-            handed, count = read_states(config)
-            assert (sheet_cells(handed.campaign, ""), count) == (
+            handed = read_states(config)
+            assert (sheet_cells(handed.campaign, ""), handed.warnings) == (
                 sheet_cells(states.campaign, ""),
-                warnings,
+                states.warnings,
             )
             contents = states.campaign.sheet.read_bytes(), config.read_bytes()
             for path, text in zip((states.campaign.sheet, config), contents, strict=True):
@@ -172,7 +172,7 @@ def test_a_campaign_that_was_handed_over_is_not_read_again_unless_something_chan
                 with pytest.raises(CampaignError):
                     read_states(config)
                 path.write_bytes(text)
-            assert read_states(config)[1] == warnings
+            assert read_states(config).warnings == states.warnings
             with pytest.raises(CampaignError):
                 read_states(second_config)
             file.seek(-1, 2)
@@ -180,7 +180,7 @@ def test_a_campaign_that_was_handed_over_is_not_read_again_unless_something_chan
             with pytest.raises(CampaignError):
                 read_states(config)
     monkeypatch.setenv("RFTFIT_CAMPAIGN", word)
-    assert sheet_cells(read_states(config)[0].campaign, "") == sheet_cells(states.campaign, "")
+    assert sheet_cells(read_states(config).campaign, "") == sheet_cells(states.campaign, "")
 
 
 @slow

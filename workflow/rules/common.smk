@@ -1,11 +1,12 @@
 # The campaign, and lists of files.
 import re
+from functools import partial
 
 from rftfit.robot import PROFILES
 from rftfit.workflow.state import LEAST_MB, guard_written, read_states
 
 CONFIG = config.get("campaign", "config/config.yaml")
-STATES, _ = read_states(Path(CONFIG))
+STATES = read_states(Path(CONFIG))
 CAMPAIGN = STATES.campaign
 MEDIA = CAMPAIGN.media_with_runs
 LABORATORY = CAMPAIGN.of_role("laboratory")
@@ -14,44 +15,55 @@ ROBOT = bool(CAMPAIGN.robot_medium)
 ESTIMATED = CAMPAIGN.config.clock.method == "estimate"
 FIGURES = STATES.figures
 
-# A job's state: a file that is written anew only when code, settings, rows or logs change.
-state_of = STATES.input_of
+
+def state_of(rule):
+    """Return an input function: it writes a job's state, a file that changes with code, settings, rows or logs alone."""
+    return partial(STATES.write_state, rule)
 
 
 def memory_of(wildcards):
-    """Memory that a stage of a medium needs, by the sizes of its logs."""
+    """Return the memory, MB, that a stage of a medium needs, by the sizes of its logs."""
     return max(LEAST_MB, STATES.memory(wildcards.medium).megabytes)
 
 
 def one_of(names):
-    """A wildcard that stands for one of some names."""
+    """Return the regular expression of a wildcard that stands for one of some names."""
+    # without names: an expression that nothing matches
     return "|".join(map(re.escape, names)) or "(?!)"
 
 
 def names_in(folder):
-    """Figures in a folder below results/ that a whole run draws."""
-    places = [Path(path) for path, (one, _) in FIGURES.items() if not one.on_demand]
-    return [place.name for place in places if place.parent.name == folder]
+    """List the names of the figures that a whole run draws into a folder below results/."""
+    paths = [
+        Path(path) for path, (figure, _) in FIGURES.items() if not figure.on_demand
+    ]
+    return [path.name for path in paths if path.parent.name == folder]
 
 
 def of_figure(folder):
-    """Files that a figure is made from, as declared beside what draws it."""
+    """Return the input function of a rule that draws the figures of a folder: the files each reads, as declared beside it."""
 
     def inputs(wildcards):
         figure, medium = FIGURES[f"{folder}/{wildcards[0]}"]
-        paths = [f"results/{one}" for one in ("checks/{media}.csv", *figure.reads)]
+        patterns = [f"results/{name}" for name in ("checks/{media}.csv", *figure.reads)]
         names = {"media": MEDIA, "laboratory": LABORATORY, "sands": SANDS}
-        return [file for path in paths for file in expand(path, medium=medium, **names)]
+        return [
+            file
+            for pattern in patterns
+            for file in expand(pattern, medium=medium, **names)
+        ]
 
     return inputs
 
 
 def made_by(*rules_of_a_run, endings=("",)):
-    """Files that rules write for this campaign, those with certain endings."""
-    words = {
+    """List the files with certain endings (default: all) that rules write for this campaign."""
+    wildcards = {
         "medium": MEDIA,
         "figure": names_in("figures"),
         "runs": [f"runs_{name}" for name in PROFILES],
     }
-    files = [file for rule in rules_of_a_run for file in expand(rule.output, **words)]
+    files = [
+        file for rule in rules_of_a_run for file in expand(rule.output, **wildcards)
+    ]
     return [file for file in files if file.endswith(tuple(endings))]

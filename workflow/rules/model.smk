@@ -4,7 +4,7 @@ ALPHA = expand("results/alpha/{medium}.csv", medium=LABORATORY)
 ALPHA_OF_ALL = expand("results/alpha/{medium}.csv", medium=[*LABORATORY, *SANDS])
 FLAGS = expand("results/flags/{medium}.csv", medium=MEDIA)
 LEGS = expand("results/legs/{medium}.csv", medium=MEDIA)
-# the maps know measured legs where the configuration says so
+# legs from whose measured forces the maps are estimated, too, where the configuration says so
 TEACHERS = LEGS if CAMPAIGN.config.maps.use_legs else []
 
 

@@ -3,11 +3,8 @@ from rftfit.workflow.stages import STAGES
 
 TABLES = [
     getattr(rules, name)
-    for name, one in STAGES.items()
-    if one.room != "page"
-    and not one.on_demand
-    and (ROBOT or not one.robot)
-    and (ESTIMATED or not one.estimated)
+    for name, declared in STAGES.items()
+    if declared.room != "page" and not declared.on_demand and STATES.has_rule(name)
 ]
 
 
@@ -61,7 +58,7 @@ use rule stage as quality_pdf with:
 rule printed:
     # Every figure of a whole run for a paper: `rftfit run --print` makes them beside all else.
     input:
-        STATES.printed,
+        STATES.paper_files,
 
 
 use rule stage as workbooks with:

@@ -32,7 +32,7 @@ from rftfit.model.maps import estimate, map_nodes
 from rftfit.model.pushes import pushes_of
 from rftfit.results import Results
 from rftfit.workflow.measure import checks
-from rftfit.workflow.state import cells
+from rftfit.workflow.state import cells_of_run
 
 MEASURED, WAITING, GROWING, BARE, REFUSED, EXCLUDED, READ = (
     "measured",
@@ -157,7 +157,7 @@ class Watch:
             logs = {f"{raw}/{name}" for name in names if name}
             if bags := tuple(name.removesuffix(BAG) for name in logs if name.endswith(f"/{BAG}")):
                 logs.update(name for name in below if name.startswith(bags))
-            rows[run.run_id] = _Row(run, tuple(cells(run).values()), tuple(sorted(logs)))
+            rows[run.run_id] = _Row(run, tuple(cells_of_run(run).values()), tuple(sorted(logs)))
         return rows
 
     # --- runs

@@ -114,9 +114,13 @@ def _top(
     """
 
 
+_WORD_BY_TYPE = {"bool": "", "float": "NUMBER", "int": "NUMBER", "Path": "PATH"}
+"""Words that stand in the help for the value of an option, by its type; of other types: NAME."""
+
+
 @cache
 def make_command() -> Any:
-    """Make the command line; its help shows a word for the value of each option, and none for a switch."""
+    """Return the command line; its help shows a word for the value of each option, and none for a switch."""
     group: Any = typer.main.get_command(app)
     for parameter in group.params:
         parameter.metavar = ""
@@ -133,8 +137,6 @@ def make_command() -> Any:
                 and parameter.name in hints
             ):
                 annotation = str(hints[parameter.name])
-                words_by_type = {"bool": "", "float": "NUMBER", "int": "NUMBER", "Path": "PATH"}
-                parameter.metavar = next(
-                    (word for name, word in words_by_type.items() if name in annotation), "NAME"
-                )
+                words = [word for name, word in _WORD_BY_TYPE.items() if name in annotation]
+                parameter.metavar = [*words, "NAME"][0]
     return group

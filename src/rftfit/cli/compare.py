@@ -26,7 +26,7 @@ def compare(
     ],
     second: Annotated[str, typer.Argument(metavar="B", help="The same.")],
     confidence: options.Level = 0.95,
-    figure: Annotated[Path | None, options.file("Also a figure: png, svg or pdf.")] = None,
+    figure: Annotated[Path | None, options.file_option("Also a figure: png, svg or pdf.")] = None,
     all_: Annotated[bool, typer.Option("--all", help="List every common direction.")] = False,
     as_json: options.AsJson = False,
     force: options.Overwrite = False,

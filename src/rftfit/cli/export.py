@@ -12,12 +12,13 @@ from rftfit.campaign.problems import choose
 from rftfit.cli import options
 from rftfit.cli.output import check_target, json_text, print_line, warn
 from rftfit.errors import InputError
+from rftfit.store.digests import sha256_of
 
 if TYPE_CHECKING:
     from rftfit.model.profiles import KnownMedium
 
 KINDS = ("table", "map")
-"""Profiles with a number in each direction, which a file can hold."""
+"""Values of --profile: those with a number in each direction, which a file can hold."""
 
 
 def export(
@@ -33,7 +34,9 @@ def export(
     pushes: options.PushesFile = None,
     profile_file: Annotated[
         Path | None,
-        options.file("A profile that was handed on, written again with another title or notes."),
+        options.file_option(
+            "A profile that was handed on, written again with another title or notes."
+        ),
     ] = None,
     profile: Annotated[
         str | None,
@@ -42,10 +45,8 @@ def export(
             "--pushes the map; of a medium the table, where every direction was pushed, else the map."
         ),
     ] = None,
-    title: Annotated[str, typer.Option(metavar="TEXT", help="Title of the medium.")] = "",
-    notes: Annotated[
-        str, typer.Option(metavar="TEXT", help="What a user of the file has to know.")
-    ] = "",
+    title: Annotated[str, options.word_option("TEXT", "Title of the medium.")] = "",
+    notes: Annotated[str, options.word_option("TEXT", "What a user of the file has to know.")] = "",
     bekker: Annotated[
         bool,
         typer.Option(
@@ -55,7 +56,7 @@ def export(
         ),
     ] = False,
     output: Annotated[
-        Path | None, options.file("The file. Default: profile.json, or bekker.json.")
+        Path | None, options.file_option("The file. Default: profile.json, or bekker.json.")
     ] = None,
     force: options.Overwrite = False,
 ) -> None:
@@ -87,16 +88,18 @@ def export(
     output = output or Path("profile.json")
     check_target(output, MARK, "profile", force, (pushes, profile_file))
     source: KnownMedium
+    facts: dict[str, Any]
     if profile_file is not None:
         source, facts = rftfit.read_profile(profile_file).export_source()
     elif medium is None:
-        options.check_test(alpha, se or 0.0)
-        source, facts = _source_of_pushes(medium_options, se)
+        options.check_penetration_test(alpha, se or 0.0)
+        source = medium_options.make_map(se)
+        facts = {"made_from": {} if pushes is None else {pushes.name: sha256_of(pushes)}}
     elif results is not None:
         source, facts = _source_in_campaign(results, medium, profile)
     else:
         source, facts = _published_source(medium, profile)
-    facts |= {name: text for name, text in (("title", title), ("notes", notes)) if text}
+    facts |= {name: sentence for name, sentence in (("title", title), ("notes", notes)) if sentence}
     rftfit.write_profile(output, source, **facts)
     print_line(describe_profile(output))
     if marks := facts.get("marks"):
@@ -124,22 +127,10 @@ def _export_bekker(folder: Path, name: str, output: Path, force: bool) -> None:
         warn(f"warning: {name} is {campaign[name].doubt}")
 
 
-def _source_of_pushes(
-    medium_options: options.MediumOptions, se: float | None
-) -> tuple[KnownMedium, dict[str, Any]]:
-    """Estimate the map from pushes; returned with what `rftfit.write_profile` writes about it."""
-    from rftfit.store.digests import sha256_of
-
-    estimated, path = medium_options.make_map(se), medium_options.pushes
-    made_from = {} if path is None else {path.name: sha256_of(path)}
-    return estimated, {"made_from": made_from}
-
-
 def _source_in_campaign(
     folder: Path, name: str, kind: str | None
 ) -> tuple[KnownMedium, dict[str, Any]]:
-    """Find a medium of a campaign; returned with what `rftfit.write_profile` writes about it."""
-    from rftfit.store.digests import sha256_of
+    """Find a medium of a campaign; return it with the keyword arguments of `rftfit.write_profile`."""
     from rftfit.workflow.provenance import RECORD, SUMS
 
     campaign = rftfit.open(folder)
@@ -154,13 +145,11 @@ def _source_in_campaign(
 
 
 def _published_source(name: str, kind: str | None) -> tuple[KnownMedium, dict[str, Any]]:
-    """Find a published medium; returned with what `rftfit.write_profile` writes about it."""
+    """Find a published medium; return it with the keyword arguments of `rftfit.write_profile`."""
     from rftfit.model.maps import published_map
     from rftfit.model.profiles import PAPER_WINDOW
     from rftfit.reference import MEDIA
 
     choose("--medium", name, MEDIA, "published media; --results DIR for those of a campaign")
-    facts = {"name": name, "window": PAPER_WINDOW}
-    if kind != "map":
-        return rftfit.published_medium(name), facts
-    return published_map(name), facts
+    source = published_map(name) if kind == "map" else rftfit.published_medium(name)
+    return source, {"name": name, "window": PAPER_WINDOW}

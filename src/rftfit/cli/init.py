@@ -20,10 +20,10 @@ def init(
         Path, typer.Argument(metavar="DIR", help="Folder of the new campaign; made if need be.")
     ],
     stress_table: Annotated[
-        Path | None, options.file("The data are this table of stress against depth.")
+        Path | None, options.file_option("The data are this table of stress against depth.")
     ] = None,
     alpha_table: Annotated[
-        Path | None, options.file("The data are this table of alpha, long or in blocks.")
+        Path | None, options.file_option("The data are this table of alpha, long or in blocks.")
     ] = None,
 ) -> None:
     """Make a new campaign: configuration, empty run sheet, and a README that says what goes where.

@@ -20,15 +20,14 @@ def inspect_log(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="A force log or a motion log.")],
     plot: Annotated[
         Path | None,
-        typer.Option(metavar="FILE.png", help="Draw all columns against time into this file."),
+        options.word_option("FILE.png", "Draw all columns against time into this file."),
     ] = None,
     dialect: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Read it as this dialect, whatever it looks like."),
+        str | None, options.word_option("NAME", "Read it as this dialect, whatever it looks like.")
     ] = None,
     option: Annotated[
         list[str] | None,
-        typer.Option(metavar="KEY=VALUE", help="An option of the dialect, as in the config."),
+        options.word_option("KEY=VALUE", "An option of the dialect, as in the config."),
     ] = None,
     force: options.Overwrite = False,
     as_json: options.AsJson = False,

@@ -35,12 +35,16 @@ CRASH_FILE = "rftfit-crash-"
 """Beginning of the name of a report; the rest is random, so that nobody else can have put a link there."""
 
 
+_LONGEST = 300
+"""Most characters of an unexpected error that are shown; the report has all."""
+
+
 def crash_message(error: BaseException, words: list[str]) -> str:
-    """Write the report of an unexpected error to a file; returns a message with the error and the file's path."""
-    text = " ".join(str(error).split()) or "no further text"
-    longest = 300
-    text = text if len(text) <= longest else f"{text[:longest]}..."
-    message = f"Unexpected error: {type(error).__name__}: {text}\n"
+    """Write the report of an unexpected error to a file; return a message with the error and the file's path."""
+    error_text = " ".join(str(error).split()) or "no further text"
+    if len(error_text) > _LONGEST:
+        error_text = f"{error_text[:_LONGEST]}..."
+    message = f"Unexpected error: {type(error).__name__}: {error_text}\n"
     report = (
         f"rftfit {__version__}, Python {platform.python_version()}, {platform.platform()}\n"
         f"command: rftfit {' '.join(words)}\n\n{quoted_traceback(error)}"
@@ -63,23 +67,19 @@ def quoted_traceback(error: BaseException) -> str:
 
 
 def _write_crash_report(text: str) -> Path | None:
-    """Write the report into the user's own cache, or where that cannot be written, a temporary folder.
+    """Write the report into the user's cache, or else a temporary folder; return its path, None where neither can be written.
 
-    Never into the current folder, which somebody else may have filled.
+    It is never written into the current folder, which somebody else may have filled.
     """
     # seldom needed
     from rftfit.store.environment import user_cache
     from rftfit.store.files import write_report
 
-    find_folders: tuple[Callable[[], Path], ...] = (
-        lambda: user_cache() / "crashes",
-        lambda: Path(tempfile.gettempdir()),
-    )
-    for find_folder in find_folders:
-        try:
-            return write_report(find_folder(), CRASH_FILE, text)
-        except (OSError, ValueError):
-            continue
+    find_folder: Callable[[], str | Path]
+    for find_folder, subfolder in ((user_cache, "crashes"), (tempfile.gettempdir, "")):
+        # to find a folder may fail, too
+        with contextlib.suppress(OSError, ValueError):
+            return write_report(Path(find_folder(), subfolder), CRASH_FILE, text)
     return None
 
 
@@ -121,9 +121,9 @@ def main(argv: list[str] | None = None) -> int:
         if error.errno not in _REFUSALS:
             return _report_error(crash_message(error, words), exit_codes.UNEXPECTED)
         quiet_standard_output()
-        place = error.filename or "standard output"
+        target = error.filename or "standard output"
         return _report_error(
-            f"rftfit: {place}: cannot write: {error.strerror}; free some space or write elsewhere, "
+            f"rftfit: {target}: cannot write: {error.strerror}; free some space or write elsewhere, "
             "then run again",
             exit_codes.OUTPUT_NOT_WRITTEN,
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import math
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import wraps
 from pathlib import Path
@@ -58,9 +58,14 @@ def number_option(unit: str, meaning: str) -> Any:
     return typer.Option(parser=parse_option_number, metavar=unit, help=meaning)
 
 
-def file(meaning: str) -> Any:
+def word_option(metavar: str, meaning: str) -> Any:
+    """Describe an option whose value is a word; `metavar`: what stands for it in the help."""
+    return typer.Option(metavar=metavar, help=meaning)
+
+
+def file_option(meaning: str) -> Any:
     """Describe an option whose value is the path of a file."""
-    return typer.Option(metavar="FILE", help=meaning)
+    return word_option("FILE", meaning)
 
 
 CONFIG = Path(presence.CONFIG)
@@ -68,14 +73,14 @@ CONFIG = Path(presence.CONFIG)
 
 
 def need_campaign(config: Path) -> Path:
-    """Refuse a configuration that does not exist, before the modules that read a campaign are imported."""
+    """Return the path of a configuration; refuse one that does not exist, before the slow import of what reads it."""
     if (no_campaign := miss_campaign(config)) is not None:
         raise CampaignError([no_campaign])
     return config
 
 
-def look_for_campaign(folder: Path | None) -> None:
-    """Refuse a folder of --results without a campaign, before the modules that read one are imported."""
+def need_results_folder(folder: Path | None) -> None:
+    """Refuse a folder of --results without a campaign, before the slow import of what reads one."""
     if folder is not None:
         config_of(folder)
 
@@ -98,7 +103,7 @@ Overwrite = Annotated[
 ]
 Level = Annotated[float, number_option("LEVEL", "Level of the intervals.")]
 
-MeshUnit = Annotated[str | None, typer.Option(metavar="UNIT", help="Of the mesh: mm, cm, m or in.")]
+MeshUnit = Annotated[str | None, word_option("UNIT", "Of the mesh: mm, cm, m or in.")]
 RimRadius = Annotated[
     float | None,
     number_option(
@@ -132,11 +137,10 @@ ModelError = Annotated[
 ]
 
 MediumName = Annotated[
-    str | None,
-    typer.Option(metavar="NAME", help="Published medium, or with --results one of a campaign."),
+    str | None, word_option("NAME", "Published medium, or with --results one of a campaign.")
 ]
 ResultsFolder = Annotated[
-    Path | None, typer.Option(metavar="DIR", help="Take the tables of a campaign's results.")
+    Path | None, word_option("DIR", "Take the tables of a campaign's results.")
 ]
 ErrorOfTest = Annotated[
     float | None,
@@ -147,7 +151,7 @@ ErrorOfTest = Annotated[
 ]
 PushesFile = Annotated[
     Path | None,
-    file(
+    file_option(
         "Any number of pushes: a table with beta_deg, gamma_deg, alpha_z_N_per_cm3 and, where measured, "
         "alpha_x_N_per_cm3, se_z, se_x, depth_from_cm, depth_to_cm."
     ),
@@ -159,24 +163,16 @@ MethodName = Annotated[
 
 
 def grouped(command: Callable[..., None]) -> Callable[..., None]:
-    """Replace each parameter of a command that is a dataclass by options for the fields of the dataclass."""
+    """Return a command with the fields of its dataclass parameters as options; it makes the dataclasses from their values."""
     hints = get_type_hints(command, include_extras=True)
     groups: dict[str, Any] = {name: hint for name, hint in hints.items() if is_dataclass(hint)}
     parameters: list[inspect.Parameter] = []
-    for name, given in inspect.signature(command).parameters.items():
-        if name not in groups:
-            parameters.append(given.replace(kind=given.KEYWORD_ONLY, annotation=hints[name]))
-            continue
-        hints_of_group = get_type_hints(groups[name], include_extras=True)
-        for option in fields(groups[name]):
-            parameters.append(
-                inspect.Parameter(
-                    option.name,
-                    given.KEYWORD_ONLY,
-                    default=option.default,
-                    annotation=hints_of_group[option.name],
-                )
-            )
+    for name, parameter in inspect.signature(command).parameters.items():
+        if name in groups:
+            parameters += inspect.signature(groups[name], eval_str=True).parameters.values()
+        else:
+            parameters.append(parameter.replace(annotation=hints[name]))
+    parameters = [parameter.replace(kind=parameter.KEYWORD_ONLY) for parameter in parameters]
 
     @wraps(command)
     def run(**values: Any) -> None:
@@ -192,9 +188,17 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
     return run
 
 
-def name_given(values: Mapping[str, object]) -> list[str]:
-    """Name the options that were given: those with a value other than None and False."""
-    return [option for option, value in values.items() if value is not None and value is not False]
+def list_given(options: object, *names: str) -> list[str]:
+    """List the options that were given, as the command line names them: fields with a value other than None and False.
+
+    `options`: dataclass with a field for each option. `names`: the fields to look at.
+    """
+    values = {name: getattr(options, name) for name in names}
+    return [
+        f"--{name.replace('_', '-')}"
+        for name, value in values.items()
+        if value is not None and value is not False
+    ]
 
 
 def check_confidence(confidence: float) -> None:
@@ -234,7 +238,7 @@ _PLAUSIBLE_N_PER_CM3 = (0.05, 5.0)
 """Range of alpha_z(0, 90 deg) of dry granular media."""
 
 
-def check_test(alpha: float | None, se: float) -> None:
+def check_penetration_test(alpha: float | None, se: float) -> None:
     """Refuse a penetration test that is impossible; warn of one that seems to be in another unit."""
     if alpha is not None and not (math.isfinite(alpha) and alpha > 0):
         raise InputError(f"--alpha: found {alpha:g}; allowed: a positive number, in N/cm^3")
@@ -280,9 +284,9 @@ class MediumOptions:
     ] = None
     results: Annotated[
         Path | None,
-        typer.Option(
-            metavar="DIR",
-            help="Take the tables of a campaign's results; with --alpha or --pushes its media as the known ones.",
+        word_option(
+            "DIR",
+            "Take the tables of a campaign's results; with --alpha or --pushes its media as the known ones.",
         ),
     ] = None
     method: MethodName = None
@@ -296,27 +300,19 @@ class MediumOptions:
     ] = None
     pushes: PushesFile = None
     profile_file: Annotated[
-        Path | None, file("A medium that was handed on: as rftfit export writes it.")
+        Path | None, file_option("A medium that was handed on: as rftfit export writes it.")
     ] = None
 
     def check(self, se: float | None = None) -> None:
         """Refuse options that do not go together; `se`: standard error of --alpha."""
-        sources_given = name_given(
-            {
-                "--medium": self.medium,
-                "--alpha": self.alpha,
-                "--pushes": self.pushes,
-                "--profile-file": self.profile_file,
-            }
-        )
+        sources_given = list_given(self, "medium", "alpha", "pushes", "profile_file")
         if len(sources_given) != 1:
             raise InputError(
                 f"found {' and '.join(sources_given) or 'no medium'}; allowed: one of --medium NAME (published, or "
                 "with --results DIR of a campaign), --alpha N/cm^3 (one penetration test), --pushes FILE (a table of "
                 "pushes) and --profile-file FILE (written by rftfit export)"
             )
-        choices = {"--profile": self.profile, "--results": self.results, "--method": self.method}
-        choices_given = name_given(choices)
+        choices_given = list_given(self, "profile", "results", "method")
         if self.profile_file is not None and choices_given:
             raise InputError(
                 f"found {choices_given[0]} with --profile-file; allowed: that file alone"
@@ -325,7 +321,7 @@ class MediumOptions:
         if self.profile is not None:
             from rftfit.model.profiles import KINDS
 
-            allowed = OF_PUSHES if of_pushes else KINDS
+            allowed = PROFILES_OF_PUSHES if of_pushes else KINDS
             hint = "pushes give no other profile" if of_pushes else ""
             choose("--profile", self.profile, allowed, hint)
         if se is not None and self.alpha is None:
@@ -339,7 +335,7 @@ class MediumOptions:
             raise InputError(
                 "--method chooses among nine-term fits, so it needs --profile fourier or generic"
             )
-        look_for_campaign(self.results)
+        need_results_folder(self.results)
 
     @property
     def kind(self) -> str:
@@ -347,17 +343,17 @@ class MediumOptions:
         of_pushes = self.alpha is not None or self.pushes is not None
         return self.profile or ("map" if of_pushes else "")
 
-    def find(
-        self, se: float | None = None, whole: Callable[[Profile], bool] | None = None
+    def find_profile(
+        self, se: float | None = None, has_all_directions: Callable[[Profile], bool] | None = None
     ) -> Profile:
-        """Find the profile; call `check` before.
+        """Find the profile of the medium; call `check` before.
 
-        `whole`: function that tells whether a table has a number in every direction of the body; default: in all
-        directions.
+        `has_all_directions`: function that tells whether a table has a number in every direction of the body, so that no
+        map is needed; default: in every direction there is.
         """
         from rftfit.reference import MEDIA
 
-        check_test(self.alpha, se or 0.0)
+        check_penetration_test(self.alpha, se or 0.0)
         if self.profile_file is not None:
             table = rftfit.read_profile(self.profile_file)
             if table.doubt:
@@ -381,7 +377,7 @@ class MediumOptions:
             warn(f"warning: {self.medium} is {medium.doubt}")
         if self.kind:
             return medium.profile(self.kind, self.method)
-        return medium.as_profile(whole)
+        return medium.as_profile(has_all_directions)
 
     def make_map(self, se: float | None = None) -> Map:
         """Estimate the map from --alpha or --pushes."""
@@ -401,9 +397,9 @@ class MediumOptions:
 
 BodyOf = Annotated[
     str | None,
-    typer.Option(
-        metavar="DIR",
-        help="What the model gets wrong on this leg, learned from a campaign's results, where --leg names a leg of its "
+    word_option(
+        "DIR",
+        "What the model gets wrong on this leg, learned from a campaign's results, where --leg names a leg of its "
         "configuration; or 'published': from the five media in which the model legs were measured.",
     ),
 ]
@@ -411,7 +407,7 @@ BodyOf = Annotated[
 
 @dataclass(frozen=True)
 class MeasuredLeg:
-    """A leg that was measured elsewhere: its outline, the height of its axle, and what the model gets wrong on it."""
+    """A leg of --body-of: its outline, the height of its axle, and the error of the force model on it, learned there."""
 
     outline: Outline
     hip_cm: float | None
@@ -419,11 +415,11 @@ class MeasuredLeg:
 
 
 def find_measured_leg(source: str, body: BodyOptions) -> MeasuredLeg:
-    """Find the leg of --leg, with what was learned on it from the legs that --body-of names."""
+    """Find the leg of --leg with the error of the force model on it; `source`: value of --body-of, where it was measured."""
     from rftfit.compare.bodies import PUBLISHED, campaign_body_error, published_body_error
     from rftfit.forces.outlines import leg_outline
 
-    if body.leg is None or len(body.named) > 1:
+    if body.leg is None or len(body.outlines_given) > 1:
         raise InputError("--body-of needs --leg NAME alone: a leg that was measured there")
     if source == PUBLISHED:
         outline = body.make_outline()
@@ -441,23 +437,27 @@ class ContactOptions:
 
     contacts: Annotated[
         Path | None,
-        file(
+        file_option(
             "Measured forces on a leg or a body that moves through the medium: a table with theta_deg (or t_s, x_cm, "
             "z_cm, angle_deg), force_z_N, force_x_N and, where known, error_N; with --leg, --curvature, --outline or "
             "--mesh."
         ),
     ] = None
     mesh: Annotated[
-        Path | None, file("The body of --contacts is a mesh: stl, obj or ply, with --unit.")
+        Path | None, file_option("The body of --contacts is a mesh: stl, obj or ply, with --unit.")
     ] = None
     unit: MeshUnit = None
     body_of: BodyOf = None
 
     def read(self, body: BodyOptions) -> list[Contact]:
         """Read the contacts of the file; none without a file."""
-        further = {"--mesh": self.mesh, "--hip": body.hip, "--width": body.width}
-        options_given = [*body.named, *name_given(further | {"--body-of": self.body_of})]
         if self.contacts is None:
+            options_given = [
+                *body.outlines_given,
+                *list_given(self, "mesh"),
+                *list_given(body, "hip", "width"),
+                *list_given(self, "body_of"),
+            ]
             if options_given:
                 raise InputError(
                     f"found {options_given[0]} without --contacts FILE, to which it belongs"
@@ -468,7 +468,7 @@ class ContactOptions:
         from rftfit.forces.contact_file import read_contacts
 
         if self.mesh is not None:
-            if body.named or self.unit is None:
+            if body.outlines_given or self.unit is None:
                 raise InputError("--mesh needs --unit mm, cm, m or in, and stands alone")
             shape: Outline | Mesh = rftfit.Mesh.read(self.mesh, self.unit)
         elif self.body_of is None:
@@ -486,7 +486,7 @@ class ContactOptions:
 def read_given_pushes(
     alpha: float | None, se: float | None, table: PushOptions
 ) -> tuple[str, Columns]:
-    """Return name and pushes of a table or of --alpha; without `se` the one push of --alpha has the usual error."""
+    """Return name and pushes: of the table if one is given, else of --alpha; without `se` its push has the usual error."""
     if table:
         return table.read()
     from rftfit.model.pushes import describe_push, one_push
@@ -494,7 +494,7 @@ def read_given_pushes(
     return describe_push(alpha or 0.0, se), one_push(alpha or 0.0, se)
 
 
-OF_PUSHES = ("map", "generic")
+PROFILES_OF_PUSHES = ("map", "generic")
 """Profiles that can be estimated from pushes alone."""
 
 
@@ -524,15 +524,15 @@ def estimate_map_of(
 def scale_from_pushes(
     name: str, pushes: Columns, reference: Reference, confidence: float
 ) -> ScaledMedium:
-    """Scale from the push straight down among some pushes, by the paper's routine."""
+    """Scale by the paper's routine from the push straight down among some pushes; `name`: their file or option, for errors."""
     from rftfit.model.pushes import push_straight_down
 
-    down = push_straight_down(pushes, confidence)
-    if down is None or not down[0] > 0:
+    alpha_and_se = push_straight_down(pushes, confidence)
+    if alpha_and_se is None or not alpha_and_se[0] > 0:
         raise InputError(
             f"{name}: --profile generic needs a push straight down, (beta, gamma) = (0, 90) deg"
         )
-    return rftfit.scale_by_paper(*down, reference, confidence)
+    return rftfit.scale_by_paper(*alpha_and_se, reference, confidence)
 
 
 _MOST_ELEMENTS = 10_000
@@ -559,7 +559,7 @@ class BodyOptions:
     ] = None
     outline: Annotated[
         Path | None,
-        file("Any outline: csv with x_cm, z_cm, points in order; it turns about (0, 0)."),
+        file_option("Any outline: csv with x_cm, z_cm, points in order; it turns about (0, 0)."),
     ] = None
     width: Annotated[
         float | None,
@@ -575,28 +575,27 @@ class BodyOptions:
     ] = None
     path: Annotated[
         Path | None,
-        file(
+        file_option(
             "Move it along a path instead: csv with t_s, x_cm, z_cm, angle_deg; a mesh along t_s, x_cm, "
             "y_cm, z_cm, turn_x_deg, turn_y_deg, turn_z_deg."
         ),
     ] = None
     elements: Annotated[
-        int, typer.Option(metavar="N", help="Straight elements that the outline is cut into.")
+        int, word_option("N", "Straight elements that the outline is cut into.")
     ] = 30
 
     @property
-    def named(self) -> list[str]:
+    def outlines_given(self) -> list[str]:
         """Options given that name an outline."""
-        given = {"--leg": self.leg, "--curvature": self.curvature, "--outline": self.outline}
-        return name_given(given)
+        return list_given(self, "leg", "curvature", "outline")
 
     def make_outline(self) -> Outline:
         """Make the outline: a model leg, a leg of a curvature R/r, or a csv of points."""
         from rftfit.forces.outlines import CURVATURES, arc, model_leg, read_outline
 
-        if len(self.named) != 1:
+        if len(self.outlines_given) != 1:
             raise InputError(
-                f"found {' and '.join(self.named) or 'no outline'}; allowed: one of --leg "
+                f"found {' and '.join(self.outlines_given) or 'no outline'}; allowed: one of --leg "
                 f"({', '.join(CURVATURES)}), --curvature R/r, --outline FILE with --width"
             )
         if not 1 <= self.elements <= _MOST_ELEMENTS:
@@ -654,7 +653,9 @@ class PushOptions:
     pushes: PushesFile = None
     profile_file: Annotated[
         Path | None,
-        file("The pushes behind a profile of rftfit export, alone or with those of --pushes."),
+        file_option(
+            "The pushes behind a profile of rftfit export, alone or with those of --pushes."
+        ),
     ] = None
 
     def __bool__(self) -> bool:

@@ -49,7 +49,7 @@ def warn(text: str) -> None:
 
 
 def format_comments(mark: str, notes: Iterable[str]) -> str:
-    """Format the lines above a table of a command; a note stays one line even with a line break in a file name."""
+    """Format the lines above a table: its mark with the version, and notes, one line each even with a line break in one."""
     first_line = f"{mark} (rftfit {__version__})\n"
     return first_line + "".join(f"# {' '.join(note.split())}\n" for note in notes if note)
 
@@ -60,37 +60,39 @@ def print_answer(answer: Answer, as_json: bool, *most: int | None, **files: Any)
 
 
 def write_csv(path: Path, columns: Columns, mark: str, notes: Iterable[str], digits: int) -> None:
-    """Write a table below its mark and notes on its origin; NaN is an empty cell, and -0 is written as 0."""
+    """Write a table below its mark and notes on its origin; `digits`: significant ones of each number."""
     from rftfit.store import write_text
 
     table = io.StringIO()
     writer = csv.writer(table, lineterminator="\n")
     writer.writerow(columns)
-    writer.writerows(zip(*(_cells(columns[name], digits) for name in columns), strict=True))
+    writer.writerows(zip(*(_format_cells(columns[name], digits) for name in columns), strict=True))
     write_text(path, format_comments(mark, notes) + table.getvalue())
 
 
-def _cells(column: npt.ArrayLike, digits: int) -> list[object]:
-    """Format a column of numbers or words as cells of a csv."""
+def _format_cells(column: npt.ArrayLike, digits: int) -> list[object]:
+    """Format a column of numbers or words as cells of a csv; None and NaN are empty cells."""
     import numpy as np
 
     values = np.asarray(column)
     is_number = values.dtype.kind in "iuf"
     cells: list[object] = []
     for value in values.tolist():
-        is_empty = value is None or (isinstance(value, float) and math.isnan(value))
-        cell = f"{value + 0.0:.{digits}g}" if is_number else value
-        cells.append("" if is_empty else cell)
+        if value is None or (isinstance(value, float) and math.isnan(value)):
+            cells.append("")
+        else:
+            # -0.0 + 0.0 is 0.0
+            cells.append(f"{value + 0.0:.{digits}g}" if is_number else value)
     return cells
 
 
 def json_text(content: Any, indent: int | None = 2) -> str:
-    """Format JSON; NaN and infinity are null, a path is its text."""
+    """Format JSON; NaN and infinity are null, a path is a string."""
     return json.dumps(_make_json_safe(content), indent=indent, allow_nan=False)
 
 
 def _make_json_safe(content: Any) -> Any:
-    """Replace what JSON does not know: NaN and infinity by None, paths by texts."""
+    """Replace what JSON cannot hold: NaN and infinity by None, paths by strings."""
     if isinstance(content, dict):
         return {str(key): _make_json_safe(value) for key, value in content.items()}
     if isinstance(content, (list, tuple)):
@@ -113,10 +115,10 @@ def check_target(
     option: str = "--output",
     picture: bool = False,
 ) -> None:
-    """Refuse to overwrite a file that is read, or one without the command's own `mark`, unless the user said `force`.
+    """Refuse to overwrite a file that is read, or, unless the user said `force`, one without the mark of the command.
 
-    A table begins with its mark; a picture has the mark somewhere in its metadata. `what`: name of the content, for
-    messages.
+    `mark`: words by which a command knows its files: a table begins with it, a picture has it somewhere in its metadata.
+    `what`: name of the content, for messages. `inputs`: files that the command reads. `option`: option that names the file.
     """
     refuse_target_by_link(path)
     if path.is_dir():

@@ -30,16 +30,14 @@ class RigOptions:
 
     beta: Annotated[
         str | None,
-        typer.Option(
-            metavar="DEG,DEG",
-            help="Angles of the plate that the rig can hold; default: the paper's.",
+        options.word_option(
+            "DEG,DEG", "Angles of the plate that the rig can hold; default: the paper's."
         ),
     ] = None
     gamma: Annotated[
         str | None,
-        typer.Option(
-            metavar="DEG,DEG",
-            help="Angles of the path that the rig can make; default: the paper's.",
+        options.word_option(
+            "DEG,DEG", "Angles of the path that the rig can make; default: the paper's."
         ),
     ] = None
     pairs: Annotated[
@@ -67,23 +65,23 @@ def plan(
     push_options: options.PushOptions,
     results: Annotated[
         Path | None,
-        typer.Option(
-            metavar="DIR", help="What was pushed already: a medium of a campaign's results."
-        ),
+        options.word_option("DIR", "What was pushed already: a medium of a campaign's results."),
     ] = None,
-    medium: Annotated[str | None, typer.Option(metavar="NAME", help="Medium of --results.")] = None,
+    medium: Annotated[str | None, options.word_option("NAME", "Medium of --results.")] = None,
     rig: RigOptions,
     turn: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="LEG",
-            help="Weigh one turn of this model leg beside the pushes, if its force can be measured; may be repeated.",
+        options.word_option(
+            "LEG",
+            "Weigh one turn of this model leg beside the pushes, if its force can be measured; may be repeated.",
         ),
     ] = None,
     number: Annotated[int, typer.Option("--count", min=1, max=60, help="Pushes to plan.")] = 8,
     confidence: options.Level = 0.95,
-    output: Annotated[Path, options.file("File of the rows for a run sheet.")] = Path("plan.csv"),
-    figure: Annotated[Path | None, options.file("Also a figure: png, svg or pdf.")] = None,
+    output: Annotated[Path, options.file_option("File of the rows for a run sheet.")] = Path(
+        "plan.csv"
+    ),
+    figure: Annotated[Path | None, options.file_option("Also a figure: png, svg or pdf.")] = None,
     as_json: options.AsJson = False,
     force: options.Overwrite = False,
 ) -> None:
@@ -92,15 +90,16 @@ def plan(
     Prints the pushes in their order, with the half width of the target's interval after each, and writes
     rows for a run sheet.
     """
-    options.look_for_campaign(results)
+    options.need_results_folder(results)
     from rftfit.forces.planning import SHEET_COLUMNS, reachable, run_sheet_rows
     from rftfit.reference import LEGS
     from rftfit.store import write_text
 
     options.check_confidence(confidence)
     if not 0 < rig.error_percent <= 100:
-        error_text = f"{rig.error_percent:g}"
-        raise InputError(f"--error-percent: found {error_text}; allowed: above 0, up to 100")
+        raise InputError(
+            f"--error-percent: found {rig.error_percent:g}; allowed: above 0, up to 100"
+        )
     read = (*push_options.files, body.outline, body.path)
     check_target(output, SHEET_COLUMNS, "rows of the run sheet", force, read)
     check_picture(figure, _DRAWN, force)
@@ -109,7 +108,7 @@ def plan(
     ]
     aim = find_target(target, body)
     betas, gammas = _read_angles("--beta", rig.beta), _read_angles("--gamma", rig.gamma)
-    before = _estimate_known_map(push_options, results, medium, (betas, gammas), confidence)
+    before = _estimate_present_map(push_options, results, medium, (betas, gammas), confidence)
     limits = rftfit.Rig(reachable(before, betas, gammas), rig.pairs, rig.depths, rig.error_percent)
     try:
         plan_made = rftfit.plan(aim, before, limits, number, confidence, turns)
@@ -126,11 +125,11 @@ def plan(
 
 
 def find_target(target: str | None, body: options.BodyOptions) -> Target | str:
-    """Find the target of a plan, or its name, from the options of the command line."""
+    """Return the target of a plan, or its name, by the options of the command line: ``map`` if there are none."""
     from rftfit.forces.outlines import CURVATURES
     from rftfit.forces.planning import peaks
 
-    if body.named:
+    if body.outlines_given:
         if target is not None:
             raise InputError("found --target and a body; allowed: one of them")
         return peaks([body.make_outline()], body.make_motion())
@@ -159,14 +158,17 @@ def _read_angles(option: str, text: str | None) -> tuple[float, ...]:
     return angles
 
 
-def _estimate_known_map(
+def _estimate_present_map(
     pushes: options.PushOptions,
     results: Path | None,
     medium: str | None,
     angles: tuple[tuple[float, ...], tuple[float, ...]],
     confidence: float,
 ) -> Map:
-    """Estimate the map of what was measured already; `angles`: of plate and path that the rig can have, degrees."""
+    """Estimate the map from the pushes that were made; without any, return the map of all known media.
+
+    `angles`: angles beta of the plate and gamma of the path that the rig can have, degrees; empty: the paper's.
+    """
     from rftfit.forces.planning import prior_map
     from rftfit.model.maps import estimate, map_nodes
     from rftfit.model.pushes import pushes_of, sorted_pushes
@@ -177,18 +179,17 @@ def _estimate_known_map(
             "allowed: --pushes FILE, --profile-file FILE or both; or --results DIR with --medium NAME; or none "
             "of them"
         )
+    shapes = None
     try:
         if pushes:
             name, table = pushes.read()
-            given = sorted_pushes(table)
-            title = Path(name).stem
-            return estimate(given, None, nodes, confidence=confidence, name=title)
-        if results is not None:
+            pushes_made, title = sorted_pushes(table), Path(name).stem
+        elif results is not None:
             campaign = rftfit.open(results)
-            medium_results = campaign[name]
-            given = pushes_of(medium_results.alpha, campaign.config)
-            shapes, title = campaign.shapes(medium_results.name), medium_results.name
-            return estimate(given, shapes, nodes, confidence=confidence, name=title)
+            pushes_made, title = pushes_of(campaign[name].alpha, campaign.config), name
+            shapes = campaign.shapes(name)
+        else:
+            return prior_map(nodes=nodes)
+        return estimate(pushes_made, shapes, nodes, confidence=confidence, name=title)
     except ValueError as error:
         raise InputError(f"{name}: {error}") from error
-    return prior_map(nodes=nodes)

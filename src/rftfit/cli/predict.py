@@ -38,10 +38,10 @@ _LEFT_OUT = {
     "table": "how alpha runs between the directions of the table",
     "fourier": "what nine terms miss of alpha",
 }
-"""Error of a force that the errors of alpha do not contain, by profile."""
+"""Errors of a force that its interval leaves out, by profile."""
 
 _TRIANGLE_S = 5e-8
-"""Time for one triangle in one pose by one draw."""
+"""Time for the force on one triangle in one pose by one draw, s."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class MeshOptions:
 
     mesh: Annotated[
         Path | None,
-        options.file(
+        options.file_option(
             "Any body in space instead: stl, obj or ply, moved by --press, --roll or along --path."
         ),
     ] = None
@@ -62,9 +62,9 @@ class MeshOptions:
     ] = None
     roll: Annotated[
         str | None,
-        typer.Option(
-            metavar="SINKAGE,SLIP",
-            help="Roll a wheel, whose axle lies along y of the mesh, for one turn toward +x: depth of the lowest point of "
+        options.word_option(
+            "SINKAGE,SLIP",
+            "Roll a wheel, whose axle lies along y of the mesh, for one turn toward +x: depth of the lowest point of "
             "its rim in cm, and slip, 0.2 for 20 % (below 0: it brakes).",
         ),
     ] = None
@@ -79,28 +79,24 @@ class MeshOptions:
     def check(self, body: options.BodyOptions, has_figure: bool) -> None:
         """Refuse options of a mesh without one, and those of an outline with one."""
         if self.mesh is None:
-            of_mesh = {
-                "--unit": self.unit,
-                "--sheet": self.sheet,
-                "--friction": self.friction,
-                "--figure": has_figure,
-                "--press": self.press,
-                "--roll": self.roll,
-                "--rim": self.rim,
-                "--no-track": self.no_track,
-            }
-            if options_given := options.name_given(of_mesh):
+            options_given = [
+                *options.list_given(self, "unit", "sheet", "friction"),
+                *(["--figure"] if has_figure else []),
+                *options.list_given(self, "press", "roll", "rim", "no_track"),
+            ]
+            if options_given:
                 raise InputError(
                     f"found {options_given[0]} without --mesh FILE, to which it belongs"
                 )
             return
-        of_outline = {"--width": body.width, "--hip": body.hip}
-        if options_given := [*body.named, *options.name_given(of_outline)]:
+        if options_given := [*body.outlines_given, *options.list_given(body, "width", "hip")]:
             raise InputError(
                 f"found {' and '.join(options_given)} with --mesh; allowed: a mesh alone"
             )
-        motions = {"--press": self.press, "--roll": self.roll, "--path": body.path}
-        motions_given = options.name_given(motions)
+        motions_given = [
+            *options.list_given(self, "press", "roll"),
+            *options.list_given(body, "path"),
+        ]
         if len(motions_given) > 1:
             raise InputError(f"found {' and '.join(motions_given)}; allowed: one of them")
         missing = []
@@ -146,9 +142,9 @@ def predict(
     model_error: options.ModelError = None,
     body_of: options.BodyOf = None,
     figure: Annotated[
-        Path | None, options.file("Also a figure of the forces on a mesh: png, svg or pdf.")
+        Path | None, options.file_option("Also a figure of the forces on a mesh: png, svg or pdf.")
     ] = None,
-    output: Annotated[Path, options.file("File of the forces.")] = Path("forces.csv"),
+    output: Annotated[Path, options.file_option("File of the forces.")] = Path("forces.csv"),
     as_json: options.AsJson = False,
     force: options.Overwrite = False,
 ) -> None:
@@ -169,7 +165,7 @@ def predict(
     leg: options.MeasuredLeg | None = None
     with inputs.collect():
         if body_of is not None:
-            medium_options = _beside_measured_leg(medium_options, model_error)
+            medium_options = _choose_map(medium_options, model_error)
             leg = options.find_measured_leg(body_of, body)
             shape = leg.outline
             if body.path is None:
@@ -189,8 +185,8 @@ def predict(
         options.check_confidence(confidence)
         options.check_friction(mesh_options.friction)
         options.check_model_error(model_error)
-        source = medium_options.find(se, partial(_has_all_directions, shape, motion))
-        _check_error_of(source, model_error)
+        source = medium_options.find_profile(se, partial(_has_all_directions, shape, motion))
+        _refuse_unmeasured_error(source, model_error)
     inputs.check()
     read = (body.outline, body.path, medium_options.profile_file, medium_options.pushes, mesh)
     check_target(output, MARK, "forces", force, read)
@@ -240,10 +236,10 @@ def _find_left_out(medium_options: options.MediumOptions, source: Profile) -> st
     return _LEFT_OUT.get(form, "")
 
 
-def _beside_measured_leg(
+def _choose_map(
     medium_options: options.MediumOptions, model_error: float | None
 ) -> options.MediumOptions:
-    """Choose the map of a medium, because the error on a measured leg was learned beside maps."""
+    """Return the options with the map of the medium, because the error on a leg of --body-of was learned with maps."""
     if model_error is not None:
         raise InputError("found --model-error and --body-of; allowed: one of them")
     if medium_options.profile not in (None, "map"):
@@ -262,8 +258,8 @@ def _has_all_directions(
     return body is None or motion is None or set_in_motion(body, motion).knows(table)
 
 
-def _check_error_of(profile: Profile, model_error: float | None) -> None:
-    """Refuse an error of the model for a profile on which none was measured."""
+def _refuse_unmeasured_error(profile: Profile, model_error: float | None) -> None:
+    """Refuse a --model-error above 0 with a profile whose own error was never measured."""
     from rftfit.forces.model_error import eps_of
 
     try:
@@ -273,7 +269,7 @@ def _check_error_of(profile: Profile, model_error: float | None) -> None:
 
 
 def _warn_of_time(source: Any, mesh: Mesh, poses: int) -> None:
-    """Say beforehand that all draws through a fine mesh on a long path take minutes."""
+    """Warn where the forces by all draws of alpha, on all triangles in all poses, take more than a minute."""
     from rftfit.model.profiles import Profile
 
     draws = len(source.spread.parameters[0]) if isinstance(source.spread, Profile) else 1

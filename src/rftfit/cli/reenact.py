@@ -32,9 +32,9 @@ def reenact(
     ] = None,
     fault: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="NAME or NAME:RUN_ID",
-            help="Break the campaign on purpose, for tests and teaching; may be repeated.",
+        options.word_option(
+            "NAME or NAME:RUN_ID",
+            "Break the campaign on purpose, for tests and teaching; may be repeated.",
         ),
     ] = None,
     if_missing: Annotated[
@@ -45,18 +45,18 @@ def reenact(
     ] = False,
     grid: Annotated[
         str,
-        typer.Option(
-            metavar="ANGLES",
-            help="Directions of the plates in laboratory media: '-30,0,30 x -45,0,45,90', pairs "
+        options.word_option(
+            "ANGLES",
+            "Directions of the plates in laboratory media: '-30,0,30 x -45,0,45,90', pairs "
             "'0:90,30:45', or 'scattered:40'; default: the config's grid, or the paper's. Between "
             "the paper's angles its table is interpolated.",
         ),
     ] = "",
     protocol: Annotated[
         str,
-        typer.Option(
-            metavar="NAME",
-            help="How a run is recorded: paper, no-pause, stroke-only, separate-zero, one-file, cyclic, "
+        options.word_option(
+            "NAME",
+            "How a run is recorded: paper, no-pause, stroke-only, separate-zero, one-file, cyclic, "
             "constant-speed.",
         ),
     ] = "paper",
@@ -66,9 +66,9 @@ def reenact(
     no_legs: Annotated[bool, typer.Option("--no-legs", help="Without legs.")] = False,
     live: Annotated[
         Path | None,
-        typer.Option(
-            metavar="DIR",
-            help="Write run by run, as a rig does, into this folder, which gets a copy of the config: for rftfit watch.",
+        options.word_option(
+            "DIR",
+            "Write run by run, as a rig does, into this folder, which gets a copy of the config: for rftfit watch.",
         ),
     ] = None,
     pace: Annotated[
@@ -106,26 +106,26 @@ def reenact(
     options.need_campaign(config)
     if live is not None:
         config = copy_config(config, live)
-    places = read_layout(config)
+    layout = read_layout(config)
     # the sheet is written last and cleared first: where it is there, the logs are there, too
-    if if_missing and places.sheet.is_file() and not lacks_tracks(places):
+    if if_missing and layout.sheet.is_file() and not lacks_tracks(layout):
         print_line(
-            f"The run sheet {_from_root(places, places.sheet)} is there already: nothing to do."
+            f"The run sheet {_from_root(layout, layout.sheet)} is there already: nothing to do."
         )
         return
-    if places.sheet.suffix.lower() != ".csv":
+    if layout.sheet.suffix.lower() != ".csv":
         raise InputError(
-            f"config, key run_sheet: found '{places.config.run_sheet}'; allowed here: a .csv file, "
+            f"config, key run_sheet: found '{layout.config.run_sheet}'; allowed here: a .csv file, "
             "which is what rftfit reenact writes"
         )
-    refuse_links(places.root, [places.config.raw, places.config.run_sheet])
+    refuse_links(layout.root, [layout.config.raw, layout.config.run_sheet])
     # everything is checked before earlier logs are cleared: a misspelled word must not cost them
-    if not media_of(places.config.media, media or None):
+    if not media_of(layout.config.media, media or None):
         raise InputError(
             "config, key media: no medium here names published measurements to simulate "
             "(published_as), so nothing was written; the demonstration campaign's config does"
         )
-    planned = places.config.grid.planned
+    planned = layout.config.grid.planned
     directions = parse_directions(grid, seed) if grid else None
     if planned and set(directions or ()) - set(planned):
         raise InputError(
@@ -134,7 +134,7 @@ def reenact(
         )
     choose("--protocol", protocol, tuple(PROTOCOLS))
     campaign = prepare(
-        places.config,
+        layout.config,
         seed=seed,
         media=media or None,
         directions=directions,
@@ -143,28 +143,28 @@ def reenact(
         tare=not no_tare,
         legs=not no_legs,
     )
-    earlier = find_earlier(places.raw, places.sheet)
+    earlier = find_earlier(layout.raw, layout.sheet)
     clear(earlier)
     if earlier:
         print_line(f"{count(len(earlier), 'file')} of the earlier simulation cleared.")
     if live is not None:
-        for line in campaign.live(places.raw, places.sheet, pace, bad):
+        for line in campaign.live(layout.raw, layout.sheet, pace, bad):
             print_line(line)
         return
     runs = count(sum(run.cycles for run in campaign.runs), "run")
     if trials := campaign.trials:
         runs += f" and {count(trials, 'trial')} of the robot"
-    print_line(f"Writing the logs of {runs} into {_from_root(places, places.raw)} ...")
+    print_line(f"Writing the logs of {runs} into {_from_root(layout, layout.raw)} ...")
     began = time.perf_counter()
-    sizes = campaign.write(places.raw, places.sheet)
+    sizes = campaign.write(layout.raw, layout.sheet)
     print_line(
         f"{runs}, {count(len(sizes), 'file')}, {megabytes(sum(sizes))}, "
-        f"{time.perf_counter() - began:.1f} s, seed {seed}; run sheet: {_from_root(places, places.sheet)}"
+        f"{time.perf_counter() - began:.1f} s, seed {seed}; run sheet: {_from_root(layout, layout.sheet)}"
     )
     for planted_fault in campaign.faults:
         print_line(f"  fault {planted_fault}")
     print_line(NOT_RECORDED)
-    print_line(f"{_from_root(places, places.raw / MARKER)} says the same.")
+    print_line(f"{_from_root(layout, layout.raw / MARKER)} says the same.")
 
 
 def _is_empty(folder: Path) -> bool:
@@ -172,6 +172,6 @@ def _is_empty(folder: Path) -> bool:
     return all(path.name.startswith(".") for path in folder.iterdir())
 
 
-def _from_root(places: Campaign, path: Path) -> str:
-    """Format a path from the campaign's folder on."""
-    return path.relative_to(places.root).as_posix()
+def _from_root(layout: Campaign, path: Path) -> str:
+    """Return a path relative to the campaign's folder, for messages."""
+    return path.relative_to(layout.root).as_posix()

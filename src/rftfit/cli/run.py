@@ -62,9 +62,9 @@ def run(
     ] = False,
     results_at: Annotated[
         Path | None,
-        typer.Option(
-            metavar="DIR",
-            help="Let the results lie in this folder, as on another disk: `results` becomes a link to it, once and for all.",
+        options.word_option(
+            "DIR",
+            "Let the results lie in this folder, as on another disk: `results` becomes a link to it, once and for all.",
         ),
     ] = None,
     snakefile: Annotated[Path | None, typer.Option(hidden=True)] = None,
@@ -79,9 +79,11 @@ def run(
     targets, extra = _split_words(words or [])
     workflow = Workflow(config, targets, extra, cores, cluster, snakefile, results_at, say=warn)
     if printed:
-        workflow.add_printed()
-    if workflow.warnings:
-        warn(f"{count(workflow.warnings, 'warning')} on the campaign; `rftfit check` shows them.")
+        workflow.add_paper_files()
+    if workflow.states.warnings:
+        warn(
+            f"{count(workflow.states.warnings, 'warning')} on the campaign; `rftfit check` shows them."
+        )
     if unlock:
         workflow.unlock()
         print_line("No lock is left. `rftfit run` goes on from what is finished.")
@@ -114,7 +116,7 @@ def run(
 
 
 def _split_words(words: list[str]) -> tuple[list[str], list[str]]:
-    """Split words into targets and, from the first word with a dash on, options of Snakemake."""
+    """Split the words of the command line into targets and, from the first with a dash on, options of Snakemake."""
     first = next((i for i, word in enumerate(words) if word.startswith("-")), len(words))
     for word in words[first:]:
         if word.partition("=")[0] in _RESERVED:
@@ -127,7 +129,7 @@ def _split_words(words: list[str]) -> tuple[list[str], list[str]]:
 
 @contextmanager
 def shown_jobs() -> Iterator[Callable[[Progress, Job | None], None]]:
-    """Show jobs as they finish: a bar in a terminal, one line for each in a pipe or file."""
+    """Yield a function for `Workflow.on_job` that shows jobs as they finish: a bar in a terminal, else one line for each."""
     if not sys.stdout.isatty():
 
         def print_job(progress: Progress, finished: Job | None) -> None:

@@ -42,14 +42,14 @@ def scale(
     confidence: options.Level = 0.95,
     results: Annotated[
         Path | None,
-        typer.Option(
-            metavar="DIR",
-            help="Take known media, chi and generic coefficients from a campaign's results, not from the "
+        options.word_option(
+            "DIR",
+            "Take known media, chi and generic coefficients from a campaign's results, not from the "
             "published tables.",
         ),
     ] = None,
     method: options.MethodName = None,
-    output: Annotated[Path, options.file("File of the alpha table.")] = Path("alpha.csv"),
+    output: Annotated[Path, options.file_option("File of the alpha table.")] = Path("alpha.csv"),
     as_json: options.AsJson = False,
     force: options.Overwrite = False,
 ) -> None:
@@ -59,36 +59,35 @@ def scale(
     generic by the paper's scaling routine: prints zeta, chi and the nine coefficients M = zeta M0. Both write
     alpha(beta, gamma) as csv.
     """
-    options.look_for_campaign(results)
+    options.need_results_folder(results)
     # scipy.special copies every name of numpy, and would so load these parts of it
     for library in ("pandas", "numpy.f2py", "numpy.ma", "numpy.polynomial", "numpy.testing"):
         load_late(library)
     from rftfit.forces.medium_answer import answer_of_contacts, answer_of_pushes, answer_of_test
 
-    file = contact_options.contacts
+    contacts_file = contact_options.contacts
     no_push = alpha is None and not push_options
-    if (alpha is not None and push_options) or (no_push and file is None):
-        given_text = "neither" if no_push else "both"
+    if (alpha is not None and push_options) or (no_push and contacts_file is None):
         raise InputError(
-            f"found {given_text} of --alpha and --pushes; allowed: --alpha N/cm^3 (one vertical push) or "
+            f"found {'neither' if no_push else 'both'} of --alpha and --pushes; allowed: --alpha N/cm^3 (one vertical push) or "
             "--pushes FILE (a table of pushes; or --profile-file, or both); or --contacts FILE (forces on a leg), "
             "alone or beside them"
         )
-    read_files = (*push_options.files, file, body.outline, contact_options.mesh)
+    read_files = (*push_options.files, contacts_file, body.outline, contact_options.mesh)
     check_target(output, MARK, "alpha table", force, read_files)
     if push_options and se is not None:
         raise InputError("--se is the standard error of --alpha; a table has columns se_z, se_x")
-    options.check_test(alpha, se or 0.0)
+    options.check_penetration_test(alpha, se or 0.0)
     options.check_confidence(confidence)
     if profile is not None:
-        choose("--profile", profile, options.OF_PUSHES, "pushes give no other profile")
-    if profile == "generic" and file is not None:
+        choose("--profile", profile, options.PROFILES_OF_PUSHES, "pushes give no other profile")
+    if profile == "generic" and contacts_file is not None:
         raise InputError("--profile generic takes one push straight down; --contacts needs the map")
     reference = options.reference_in(results, method)
     contacts = contact_options.read(body)
     pushes = None
     if no_push:
-        name = str(file)
+        name = str(contacts_file)
     else:
         name, pushes = options.read_given_pushes(alpha, se, push_options)
     if profile == "generic" and pushes is not None:
@@ -99,10 +98,12 @@ def scale(
         estimated = options.estimate_map_of(name, pushes, shapes, confidence, contacts)
         answer = answer_of_pushes(name, estimated, pushes, reference)
         if contacts:
-            alone = estimated
+            by_contacts = estimated
             if pushes is not None:
-                alone = options.estimate_map_of(str(file), None, shapes, confidence, contacts)
-            answer = answer_of_contacts(answer, alone, contacts, pushes)
+                by_contacts = options.estimate_map_of(
+                    str(contacts_file), None, shapes, confidence, contacts
+                )
+            answer = answer_of_contacts(answer, by_contacts, contacts, pushes)
     print_answer(answer, as_json, alpha_table=str(output))
     if answer.doubt:
         warn(f"warning: {answer.doubt}")

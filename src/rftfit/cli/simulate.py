@@ -24,8 +24,8 @@ MARK = "# motion written by rftfit simulate"
 """Beginning of the first line of a table of motion: only tables with it are overwritten unasked."""
 
 FIGURE = "motion.png"
-OTHERS = (FIGURE, "animation.gif", "animation.mp4")
-"""Files beside the table of motion."""
+PICTURES = (FIGURE, "animation.gif", "animation.mp4")
+"""Files that a run writes beside the table of motion."""
 
 
 def check_folder(folder: Path, force: bool) -> None:
@@ -33,10 +33,10 @@ def check_folder(folder: Path, force: bool) -> None:
     if folder.exists() and not folder.is_dir():
         raise OutputError(f"{folder}: this is a file; name a folder for the results")
     check_target(folder / MOTION, MARK, "motion", force)
-    for name in OTHERS:
+    for name in PICTURES:
         refuse_target_by_link(folder / name)
-    existing = [name for name in OTHERS if (folder / name).exists()]
-    # beside a table of motion by this command, they are by this command, too
+    existing = [name for name in PICTURES if (folder / name).exists()]
+    # pictures beside a table of motion by this command are by this command, too
     if existing and not force and not (folder / MOTION).exists():
         raise InputError(
             f"{folder}: {', '.join(existing)} would be overwritten and no {MOTION} of rftfit simulate "
@@ -65,9 +65,9 @@ def simulate(
     ],
     medium_options: options.MediumOptions,
     se: options.ErrorOfTest = None,
-    robot: Annotated[Path | None, options.file("Robot; default: the paper's.")] = None,
+    robot: Annotated[Path | None, options.file_option("Robot; default: the paper's.")] = None,
     phase: Annotated[float, options.number_option("TURNS", "Turn of the legs at the start.")] = 0.0,
-    output: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the results.")] = Path(
+    output: Annotated[Path, options.word_option("DIR", "Folder of the results.")] = Path(
         "simulation"
     ),
     animation: Annotated[
@@ -92,7 +92,7 @@ def simulate(
     from rftfit.robot.motion import SAMPLES
 
     body = paper_robot() if robot is None else read_robot(robot)
-    source = medium_options.find(se)
+    source = medium_options.find_profile(se)
     check_folder(output, force)
     try:
         run = rftfit.simulate(

@@ -53,7 +53,7 @@ def verify(
     from rftfit.workflow.records import Recorded
     from rftfit.workflow.state import read_states
 
-    now = Recorded(read_states(config)[0])
+    now = Recorded(read_states(config))
     if again:
         if results:
             raise InputError(

@@ -14,7 +14,7 @@ from rftfit.cli.output import json_text, print_line
 from rftfit.cli.plan import TARGETS, find_target
 
 _POLL_S = 0.5
-"""Time between two looks at the files."""
+"""Longest time between two readings of the folders, s."""
 
 
 def watch(
@@ -63,17 +63,17 @@ def watch(
     page = None if no_page else LivePage(port)
     page_is_asked = page.asked if page else Signal()
 
-    def tell(event: Event) -> None:
+    def print_event(event: Event) -> None:
         sentence = json_text(event.as_dict(), indent=None) if as_json else event.summary()
         if sentence:
             print_line(sentence)
 
     if page:
-        tell(Event("page", {"address": page.address}))
+        print_event(Event("page", {"address": page.address}))
     with suppress(KeyboardInterrupt):
         while True:
             for event in watched.step():
-                tell(event)
+                print_event(event)
                 # pushes before the first alpha of a medium may be many: the page shows them
                 # together, below
                 if page and not event.facts.get("first"):
@@ -83,4 +83,5 @@ def watch(
             media = watched.media.values()
             if stop is not None and media and all(medium.width <= stop for medium in media):
                 return
+            # a browser that asks for the page is not kept waiting
             page_is_asked.wait(_POLL_S)

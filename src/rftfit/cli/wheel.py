@@ -7,8 +7,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 import rftfit
 from rftfit.cli import options
 from rftfit.cli.output import (
@@ -42,36 +40,36 @@ def wheel(
     *,
     mesh: Annotated[
         Path | None,
-        options.file("The wheel: stl, obj or ply; its axle lies along y through (0, 0, 0)."),
+        options.file_option("The wheel: stl, obj or ply; its axle lies along y through (0, 0, 0)."),
     ] = None,
     unit: options.MeshUnit = None,
     drawing: Annotated[
         str | None,
-        typer.Option(
-            metavar="RADIUS,WIDTH[,LUG,LUGS[,THICKNESS]]",
-            help="Instead of --mesh: radius and width of the rim, height, number and thickness (0.5) of straight lugs, in cm.",
+        options.word_option(
+            "RADIUS,WIDTH[,LUG,LUGS[,THICKNESS]]",
+            "Instead of --mesh: radius and width of the rim, height, number and thickness (0.5) of straight lugs, in cm.",
         ),
     ] = None,
     slip: Annotated[
         str,
-        typer.Option(
-            metavar="SLIP[,SLIP...]",
-            help="Slip of the rim, 0.2 for 20 % (below 0: it brakes), or several: a row each.",
+        options.word_option(
+            "SLIP[,SLIP...]",
+            "Slip of the rim, 0.2 for 20 % (below 0: it brakes), or several: a row each.",
         ),
     ],
     load: Annotated[
         str | None,
-        typer.Option(
-            metavar="N[,N...]",
-            help="What the wheel carries, one number or one for each slip. Alone: its sinkage is solved. With "
+        options.word_option(
+            "N[,N...]",
+            "What the wheel carries, one number or one for each slip. Alone: its sinkage is solved. With "
             "--sinkage: the medium is taken as strong as it must be to carry the load there.",
         ),
     ] = None,
     sinkage: Annotated[
         str | None,
-        typer.Option(
-            metavar="CM[,CM...]",
-            help="Depth of the lowest point of the rim, one number or one for each slip. Alone: the load is predicted.",
+        options.word_option(
+            "CM[,CM...]",
+            "Depth of the lowest point of the rim, one number or one for each slip. Alone: the load is predicted.",
         ),
     ] = None,
     rim: options.RimRadius = None,
@@ -90,22 +88,26 @@ def wheel(
     ] = None,
     left_out: Annotated[
         str | None,
-        typer.Option(
-            metavar="LABORATORY",
-            help="Leave a laboratory out of that default, for a wheel that is one of its rigs: Ding, KLS-1, Rashid-1, Kyoto, CMU.",
+        options.word_option(
+            "LABORATORY",
+            "Leave a laboratory out of that default, for a wheel that is one of its rigs: Ding, KLS-1, Rashid-1, Kyoto, CMU.",
         ),
     ] = None,
     measured: Annotated[
         Path | None,
-        options.file(
+        options.file_option(
             "Measured points for the figure: a table with slip and any of drawbar_N, torque_N_cm, sinkage_cm, load_N."
         ),
     ] = None,
     figure: Annotated[
         Path | None,
-        options.file("Also a figure of drawbar, torque and sinkage over slip: png, svg or pdf."),
+        options.file_option(
+            "Also a figure of drawbar, torque and sinkage over slip: png, svg or pdf."
+        ),
     ] = None,
-    output: Annotated[Path, options.file("File of the table, one row a slip.")] = Path("wheel.csv"),
+    output: Annotated[Path, options.file_option("File of the table, one row a slip.")] = Path(
+        "wheel.csv"
+    ),
     as_json: options.AsJson = False,
     force: options.Overwrite = False,
 ) -> None:
@@ -125,11 +127,11 @@ def wheel(
     with inputs.collect():
         shape = _read_wheel(mesh, unit, drawing)
     with inputs.collect():
-        words = {"--slip": slip, "--load": load, "--sinkage": sinkage}
+        given = {"--slip": slip, "--load": load, "--sinkage": sinkage}
         numbers = {
-            name: options.parse_numbers(name, word)
-            for name, word in words.items()
-            if word is not None
+            option: options.parse_numbers(option, value)
+            for option, value in given.items()
+            if value is not None
         }
         if load is None and sinkage is None:
             raise InputError(
@@ -140,7 +142,7 @@ def wheel(
         options.check_friction(friction)
         options.check_model_error(model_error)
     with inputs.collect():
-        source = medium_options.find(se, partial(_has_numbers, shape, friction))
+        source = medium_options.find_profile(se, partial(_has_numbers, shape, friction))
     with inputs.collect():
         if measured is not None:
             points = read_measured_runs(measured)
@@ -186,6 +188,7 @@ def _read_wheel(mesh: Path | None, unit: str | None, drawing: str | None) -> Mes
         if unit is not None:
             raise InputError("found --unit without --mesh FILE, to which it belongs")
         sizes = options.parse_numbers("--drawing", drawing)
+        # radius and width are needed: what the drawing lacks comes from the end of the defaults
         numbers = [*sizes, *_WITHOUT_LUGS[len(sizes) - 2 :]]
         if len(sizes) not in (2, 4, 5) or numbers[3] != int(numbers[3]):
             raise InputError(
@@ -204,12 +207,12 @@ def _read_wheel(mesh: Path | None, unit: str | None, drawing: str | None) -> Mes
 
 
 def _has_numbers(shape: Mesh | None, friction: float | None, table: Profile) -> bool:
-    """Tell whether a table has a number in every direction of the wheel."""
+    """Tell whether a table has a number in every direction of the wheel; True where the wheel could not be read."""
     from rftfit.forces.wheel import has_number
 
     return shape is None or has_number(table, shape, friction)
 
 
 def _one_or_all(numbers: list[float] | None) -> Any:
-    """Return a single number as such: it is for all slips."""
+    """Return a number that is for all slips as a float, and one for each slip as a list."""
     return numbers[0] if numbers is not None and len(numbers) == 1 else numbers

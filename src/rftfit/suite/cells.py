@@ -54,9 +54,11 @@ class CalculatedTables:
             if not path.is_file():
                 raise NoRow(f"there is no {name}")
             text = path.read_text(encoding="utf-8")
-            # if no note is at the top, # is no mark of a note, and only empty lines are left out
-            left_out = "#" if text.startswith("#") else "\n"
-            lines = [line for line in text.splitlines(keepends=True) if line[0] != left_out]
+            # without a note at the top, a line that begins with # is a row, and only empty lines are left out
+            begin_of_left_out = "#" if text.startswith("#") else "\n"
+            lines = [
+                line for line in text.splitlines(keepends=True) if line[0] != begin_of_left_out
+            ]
             delimiter = "," if "," in lines[0] else " "
             header, *rows = records_of(lines, delimiter)
             table = pd.DataFrame(rows, columns=header).fillna("")
@@ -92,16 +94,18 @@ def read_number(cells: NumberCells, row: Mapping[str, str]) -> TableNumber:
     if isinstance(value, str):
         return TableNumber(value, math.nan, math.nan, math.nan, row)
     value *= cells.factor
-    lo, hi = (
-        math.nan if name is None else _float(row[name]) * cells.factor
-        for name in (cells.lo, cells.hi)
-    )
+
+    def number_in(column: str | None) -> float:
+        """Return the number in a column, in the unit of the answer; NaN without a column or a number."""
+        number = math.nan if column is None else parse_cell(row[column])
+        return math.nan if isinstance(number, str) else number * cells.factor
+
+    lo, hi = number_in(cells.lo), number_in(cells.hi)
     if cells.se is not None:
-        half = NORMAL_95 * abs(_float(row[cells.se]) * cells.factor)
+        half = NORMAL_95 * abs(number_in(cells.se))
         lo, hi = value - half, value + half
-    error = math.nan if cells.error is None else abs(_float(row[cells.error]) * cells.factor)
     # a negative factor exchanges the ends
-    return TableNumber(value, min(lo, hi), max(lo, hi), error, row)
+    return TableNumber(value, min(lo, hi), max(lo, hi), abs(number_in(cells.error)), row)
 
 
 def parse_cell(cell: str) -> float | str:
@@ -112,12 +116,6 @@ def parse_cell(cell: str) -> float | str:
         return float(cell)
     except ValueError:
         return cell
-
-
-def _float(cell: str) -> float:
-    """Return the number in a cell, or NaN."""
-    number = parse_cell(cell)
-    return math.nan if isinstance(number, str) else number
 
 
 def fill_words(pattern: str, key: Mapping[str, str]) -> str:

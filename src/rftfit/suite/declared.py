@@ -9,7 +9,7 @@ from string import hexdigits
 from typing import Annotated, Any, Literal, NamedTuple, get_args
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from rftfit.campaign.config import Model, Name, Number, Positive
 from rftfit.campaign.presence import CONFIG
@@ -33,10 +33,21 @@ EVERY = "*"
 _HEX_DIGITS = 64
 
 
+def _check_relative(name: str) -> str:
+    """Return a path; raise ValueError if it is absolute or leaves the folder of the example."""
+    path = PurePosixPath(name)
+    if not name or path.is_absolute() or ".." in path.parts or "\\" in name or ":" in name:
+        raise ValueError("a path inside the folder of the example wanted, with /")
+    return name
+
+
+RelativePath = Annotated[str, AfterValidator(_check_relative)]
+
+
 class ExampleFile(Model):
     """A file of recorded data, known by its digest."""
 
-    name: str
+    name: RelativePath
     """its path below `raw/`"""
     address: str = ""
     """where it is downloaded from; without one it is shipped beside `example.yaml`"""
@@ -56,11 +67,6 @@ class ExampleFile(Model):
             raise ValueError(f"{_HEX_DIGITS} hexadecimal digits wanted")
         return digest.lower()
 
-    @field_validator("name")
-    @classmethod
-    def _stays_below(cls, name: str) -> str:
-        return _check_relative(name)
-
     @model_validator(mode="after")
     def _has_origin(self) -> ExampleFile:
         if not self.address and not self.may_be_shipped:
@@ -68,18 +74,10 @@ class ExampleFile(Model):
         return self
 
 
-def _check_relative(name: str) -> str:
-    """Return a path; raise ValueError if it is absolute or leaves the folder of the example."""
-    path = PurePosixPath(name)
-    if not name or path.is_absolute() or ".." in path.parts or "\\" in name or ":" in name:
-        raise ValueError("a path inside the folder of the example wanted, with /")
-    return name
-
-
 class NumberCells(Model):
     """Where a number stands in a table."""
 
-    table: str
+    table: RelativePath
     """the table, from the folder of the example; `{name}` stands for a word of the key"""
     value: str
     """column of the number"""
@@ -95,11 +93,6 @@ class NumberCells(Model):
     """what the number is multiplied with, to the unit of the answer"""
     row: dict[str, str] = Field(default_factory=dict)
     """cells of its row by column, `{name}` for a word of the key; default: the words that `table` does not use"""
-
-    @field_validator("table")
-    @classmethod
-    def _stays_below(cls, name: str) -> str:
-        return _check_relative(name)
 
     @model_validator(mode="after")
     def _has_one_interval(self) -> NumberCells:

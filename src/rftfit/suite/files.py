@@ -15,6 +15,7 @@ from rftfit.store.links import refuse_links, refuse_target_by_link
 from rftfit.suite.declared import Example, ExampleFile
 
 RAW = "raw"
+"""Folder of the data in the folder of an example."""
 _MOST_NAMED = 5
 """Most files or problems that a message names."""
 
@@ -50,13 +51,12 @@ def lay_out(
     settings = example.settings
     if folder.resolve() == example.folder.resolve():
         raise InputError(f"{folder}: this is the example itself; name another folder to run it in")
-    names = [f"{RAW}/{file.name}" for file in settings.files]
+    paths = {file.name: folder / RAW / file.name for file in settings.files}
+    names = [f"{RAW}/{name}" for name in paths]
     refuse_target_by_link(folder)
     refuse_links(folder, [*names, *settings.campaign, *settings.copied])
-    lacking = [file for file in settings.files if not _is_right(folder / RAW / file.name, file)]
-    wrong = [
-        str(folder / RAW / file.name) for file in lacking if (folder / RAW / file.name).exists()
-    ]
+    lacking = [file for file in settings.files if not _is_as_published(paths[file.name], file)]
+    wrong = [str(paths[file.name]) for file in lacking if paths[file.name].exists()]
     if wrong:
         raise InputError(
             f"{join_words(wrong, _MOST_NAMED)}: not as published (another sha256); move what is there away, and run again"
@@ -64,18 +64,18 @@ def lay_out(
     with TemporaryDirectory(prefix="rftfit-example-") as downloads:
         sources = _find_sources(example, lacking, origin, Path(downloads), say)
         for file in lacking:
-            copy_file(sources[file.name], folder / RAW / file.name)
-    texts = {
+            copy_file(sources[file.name], paths[file.name])
+    contents = {
         name: shipped(source).read_text(encoding="utf-8")
         for name, source in settings.copied.items()
     }
-    for name, text in {**texts, **settings.campaign}.items():
+    for name, content in {**contents, **settings.campaign}.items():
         if not (folder / name).exists():
-            write_text(folder / name, text)
+            write_text(folder / name, content)
     return lacking
 
 
-def _is_right(path: Path, file: ExampleFile) -> bool:
+def _is_as_published(path: Path, file: ExampleFile) -> bool:
     """Return True if there is a file at a path with the size and SHA-256 of the published one."""
     return path.is_file() and path.stat().st_size == file.size and sha256_of(path) == file.sha256
 
@@ -87,11 +87,14 @@ def _find_sources(
     downloads: Path,
     say: Callable[[str], None],
 ) -> dict[str, Path]:
-    """Find or download each file that is lacking; a file that is shipped with the example needs no origin."""
+    """Find or download the files that are lacking; return where each is, by name. A file shipped with the example is taken.
+
+    `origin`: as in `lay_out`. `downloads`: folder for downloads.
+    """
     sources = {
         file.name: example.folder / file.name
         for file in lacking
-        if file.may_be_shipped and _is_right(example.folder / file.name, file)
+        if file.may_be_shipped and _is_as_published(example.folder / file.name, file)
     }
     not_shipped = [file for file in lacking if file.name not in sources]
     if origin is not None and "://" not in origin:
@@ -104,7 +107,7 @@ def _find_sources(
 
 
 def _find_in_folder(folder: Path, files: Sequence[ExampleFile]) -> dict[str, Path]:
-    """Find files by name and digest in a folder or below; one error names all that are absent or differ."""
+    """Return the paths of files in a folder or below, by name; one error names all that are absent or not as published."""
     if not folder.is_dir():
         raise InputError(
             f"--from: {folder} is no folder; allowed: a folder with the data, or an address"
@@ -114,22 +117,20 @@ def _find_in_folder(folder: Path, files: Sequence[ExampleFile]) -> dict[str, Pat
     for file in files:
         paths = [folder / file.name, *sorted(folder.rglob(Path(file.name).name))]
         candidates = [path for path in paths if path.is_file()]
-        published = [path for path in candidates if _is_right(path, file)]
+        published = [path for path in candidates if _is_as_published(path, file)]
         if published:
             sources[file.name] = published[0]
         elif candidates:
             size = candidates[0].stat().st_size
-            problems.append(
-                f"{candidates[0]}: not as published: "
-                + (f"{size} bytes of {file.size}" if size != file.size else "another sha256")
-            )
+            fault = "another sha256" if size == file.size else f"{size} bytes of {file.size}"
+            problems.append(f"{candidates[0]}: not as published: {fault}")
         else:
             problems.append(f"no {file.name} in {folder} or below")
     if problems:
+        further = len(problems) - _MOST_NAMED
         raise InputError(
             f"--from: {'; '.join(problems[:_MOST_NAMED])}"
-            + (f"; and {len(problems) - _MOST_NAMED} more" if len(problems) > _MOST_NAMED else "")
-            + ". Nothing was written."
+            f"{f'; and {further} more' if further > 0 else ''}. Nothing was written."
         )
     return sources
 

@@ -8,11 +8,11 @@ from __future__ import annotations
 import base64
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from html import escape
 from importlib.resources import files
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pandas as pd
 
@@ -22,6 +22,7 @@ from rftfit.store import write_text
 from rftfit.store.text import count, table
 from rftfit.suite.cells import parse_cell
 from rftfit.suite.declared import DOMAINS, Example, parse_key
+from rftfit.suite.files import RAW
 from rftfit.suite.verdicts import FILE, INSIDE, NOT_COMPARABLE, OUTSIDE, count_verdicts
 
 PAGE = "verdicts.html"
@@ -95,38 +96,9 @@ def describe(
         f"{tolerance if is_judged else ''}"
     )
     yield PageBlock("What does not fit", 2)
-    outside = verdicts[verdicts["verdict"] == OUTSIDE]
-    if outside.empty:
-        yield PageBlock("Every number that was compared lies inside.")
-    else:
-        remarks = _remark_sentences(examples)
-        reasons = [
-            (
-                str(example),
-                str(code),
-                str(len(group)),
-                remarks.get(str(code), "row by row in the table of all rows"),
-            )
-            for (example, code), group in outside.groupby(["example", "reason_code"], sort=False)
-        ]
-        yield PageBlock("", 0, ("example", "reason", "rows", "in words"), reasons)
-        if not is_public:
-            cells_of_rows = format_rows(outside, examples, is_public)
-            shown = [
-                (*cells[:4], code if code in remarks else f"{code}: {cells[5]}")
-                for cells, code in zip(cells_of_rows, outside["reason_code"], strict=True)
-            ]
-            yield PageBlock("", 0, (*HEADER[:4], "reason"), shown)
+    yield from _describe_outside(examples, verdicts[verdicts["verdict"] == OUTSIDE], is_public)
     yield PageBlock("What is not compared", 2)
-    lacking = verdicts[verdicts["verdict"] == NOT_COMPARABLE]
-    rows = [
-        (*map(str, names), str(len(group)), str(group["reason"].iloc[0]))
-        for names, group in lacking.groupby(["domain", "example", "reason_code"], sort=False)
-    ]
-    if rows:
-        yield PageBlock("", 0, ("domain", "example", "reason", "rows", "in words"), rows)
-    else:
-        yield PageBlock("Every published number was compared.")
+    yield _describe_not_compared(verdicts[verdicts["verdict"] == NOT_COMPARABLE])
     yield PageBlock("Where the data come from", 2)
     for example in examples:
         yield from _describe_example(example)
@@ -140,16 +112,52 @@ def describe(
         yield PageBlock("", 0, tuple(map(str, cells)), cells.to_numpy().tolist())
 
 
+def _describe_outside(
+    examples: Sequence[Example], outside: pd.DataFrame, is_public: bool
+) -> Iterator[PageBlock]:
+    """Yield the blocks on the verdicts `outside`: reasons with their number of rows; unless public, each row."""
+    if outside.empty:
+        yield PageBlock("Every number that was compared lies inside.")
+        return
+    remarks = _remark_sentences(examples)
+    not_remarked = "row by row in the table of all rows"
+    reasons = [
+        (str(example), str(code), str(len(group)), remarks.get(str(code), not_remarked))
+        for (example, code), group in outside.groupby(["example", "reason_code"], sort=False)
+    ]
+    yield PageBlock("", 0, ("example", "reason", "rows", "in words"), reasons)
+    if not is_public:
+        rows = [
+            (*cells, code if code in remarks else f"{code}: {reason}")
+            for (*cells, _, reason), code in zip(
+                format_rows(outside), outside["reason_code"], strict=True
+            )
+        ]
+        yield PageBlock("", 0, (*HEADER[:4], "reason"), rows)
+
+
+def _describe_not_compared(not_compared: pd.DataFrame) -> PageBlock:
+    """Return the block on verdicts that are `NOT_COMPARABLE`: reasons with their number of rows."""
+    rows = [
+        (*map(str, names), str(len(group)), str(group["reason"].iloc[0]))
+        for names, group in not_compared.groupby(["domain", "example", "reason_code"], sort=False)
+    ]
+    if not rows:
+        return PageBlock("Every published number was compared.")
+    return PageBlock("", 0, ("domain", "example", "reason", "rows", "in words"), rows)
+
+
 def tabulate_compared(
     examples: Sequence[Example], verdicts: pd.DataFrame, is_public: bool
 ) -> pd.DataFrame:
-    """Return a table of all rows that were compared, sorted by example, with the words of the page."""
+    """Return a table of all rows that were compared, sorted by example, as the page shows them."""
     compared = verdicts[verdicts["verdict"] != NOT_COMPARABLE]
     names = [example.name for example in examples]
     compared = compared.sort_values(
         "example", key=lambda column: column.map(names.index), kind="stable"
     )
-    rows = pd.DataFrame(format_rows(compared, examples, is_public), columns=[*HEADER, "reason"])
+    hidden = _list_private_files(examples) if is_public else set()
+    rows = pd.DataFrame(format_rows(compared, hidden), columns=[*HEADER, "reason"])
     rows.insert(0, "example", compared["example"].to_numpy())
     return rows
 
@@ -189,21 +197,20 @@ HEADER = ("what", "published (error or tolerance)", "ours (95 % interval)", "uni
 
 
 def format_rows(
-    verdicts: pd.DataFrame, examples: Sequence[Example], is_public: bool
+    verdicts: pd.DataFrame, hidden: Container[tuple[str, str]] = ()
 ) -> list[tuple[str, ...]]:
-    """Format verdicts as rows of cells below `HEADER`, with the reason as a further cell."""
-    columns = [str(name) for name in verdicts]
-    return [
-        _format_cells(dict(zip(columns, row, strict=True)), examples, is_public)
-        for row in verdicts.itertuples(index=False)
-    ]
+    """Format verdicts as rows of cells below `HEADER`, with the reason as a further cell.
+
+    `hidden`: example and path of each file whose numbers are not shown.
+    """
+    return [_format_cells(row, hidden) for row in verdicts.to_dict("records")]
 
 
 def describe_verdicts(example: Example, verdicts: pd.DataFrame, folder: Path) -> str:
     """Describe the verdicts on an example for a terminal: their counts, and the first rows that were compared."""
     counts = count_verdicts(verdicts)
     compared = verdicts[verdicts["verdict"] != NOT_COMPARABLE]
-    rows = [cells[:-1] for cells in format_rows(compared, [example], is_public=False)]
+    rows = [cells[:-1] for cells in format_rows(compared)]
     most = 40
     lines = [
         f"{example.settings.title}: {count(len(verdicts), 'published number')}",
@@ -240,33 +247,31 @@ def _describe_example(example: Example) -> Iterator[PageBlock]:
     yield PageBlock(f"`rftfit example {example.name}`")
 
 
-def _format_cells(
-    row: dict[str, object], examples: Sequence[Example], is_public: bool
-) -> tuple[str, ...]:
-    """Format one row of `RowVerdict` as cells; on a public page without numbers that may not be shown."""
+def _format_cells(row: Mapping[Any, Any], hidden: Container[tuple[str, str]]) -> tuple[str, ...]:
+    """Format one row of `RowVerdict` as cells; numbers of the files `hidden` are left out."""
     published = _format_number(row["published"], row["published_lo"], row["published_hi"])
-    if is_public and _is_private(row, examples):
-        published = _NOT_SHOWN
     ours = _format_number(row["ours"], row["lo"], row["hi"])
     reason = str(row["reason"])
-    if published == _NOT_SHOWN:
-        ours = _NOT_SHOWN
+    if (row["example"], row["from_file"]) in hidden:
+        published = ours = _NOT_SHOWN
         # the reason states the difference of both numbers, which would give the published one away
         reason = re.sub(r"lies [\d.e+-]+ .*? (above|below) ours; [^;]*", r"lies \1 ours", reason)
-    unit = _text_or_empty(row["unit"])
+    # verdicts that were read from a file have NaN in place of an empty unit
+    unit = "" if pd.isna(row["unit"]) else str(row["unit"])
     return (_describe_row(row), published, ours, unit, str(row["verdict"]), reason)
 
 
-def _is_private(row: dict[str, object], examples: Sequence[Example]) -> bool:
-    """Return True if the published number of a row is in a file that may not be shipped."""
-    example = next((example for example in examples if example.name == row["example"]), None)
-    name = _text_or_empty(row["from_file"]).removeprefix("raw/")
-    return example is not None and any(
-        file.name == name and not file.may_be_shipped for file in example.settings.files
-    )
+def _list_private_files(examples: Sequence[Example]) -> set[tuple[str, str]]:
+    """Return example and path of each file that may not be shipped, so that a public page must not show its numbers."""
+    return {
+        (example.name, f"{RAW}/{file.name}")
+        for example in examples
+        for file in example.settings.files
+        if not file.may_be_shipped
+    }
 
 
-def _describe_row(row: dict[str, object]) -> str:
+def _describe_row(row: Mapping[Any, Any]) -> str:
     """Describe what a row compares: the title of its quantity and the words of its key, or the word `item` alone."""
     key = parse_key(str(row["key"]))
     item = key.pop("item", "")
@@ -280,11 +285,6 @@ def _describe_row(row: dict[str, object]) -> str:
 
 _NAMES_ALONE = ("medium", "run_id", "rig")
 """Names in a key that are left out, since their words need no explanation."""
-
-
-def _text_or_empty(cell: object) -> str:
-    """Return a cell as text; NaN becomes an empty text."""
-    return "" if isinstance(cell, float) and math.isnan(cell) else str(cell)
 
 
 def _format_number(value: object, lo: object, hi: object) -> str:

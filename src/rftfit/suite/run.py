@@ -55,11 +55,11 @@ def run_example(
     WorkflowError
         If a command fails.
     """
-    brought = lay_out(example, folder, origin, say)
+    written = lay_out(example, folder, origin, say)
     if example.settings.files:
-        size = sum(file.size for file in brought) / 1e6
-        count = f"{len(brought)} of {len(example.settings.files)} files brought ({size:.1f} MB)"
-        say(f"{count}; all are as published, by their sha256.")
+        size = sum(file.size for file in written) / 1e6
+        files = f"{len(written)} of {len(example.settings.files)} files brought ({size:.1f} MB)"
+        say(f"{files}; all are as published, by their sha256.")
     for command in example.commands:
         _run_command(example, folder, command, say, is_quiet)
     verdicts = judge_example(example, folder)

@@ -35,8 +35,7 @@ class RowVerdict(NamedTuple):
     `published_lo`, `published_hi`: the published number less and plus its error; NaN without an error. `lo`, `hi`: 95 %
     interval of the program. `windows`, `windows_inside`: number of windows of depth that were tried, and of those whose
     interval contains the published number. `from_file`: the table with the published number, empty if answer.csv states
-    it. `reason_code`,
-    `reason`: the reason of the verdict.
+    it. `reason_code`, `reason`: the reason of the verdict.
     """
 
     example: str
@@ -70,9 +69,9 @@ def judge_example(example: Example, folder: Path) -> pd.DataFrame:
     """
     tables = CalculatedTables(folder)
     rows = [
-        _judge(example, published, folder, tables)
-        for stated in example.answer
-        for published in _expand_stars(example, stated, tables)
+        _judge(example, stated, folder, tables)
+        for row_of_answer in example.answer
+        for stated in _expand_stars(example, row_of_answer, tables)
     ]
     return pd.DataFrame(rows, columns=list(RowVerdict._fields))
 
@@ -99,7 +98,7 @@ def _expand_stars(
 def _judge(
     example: Example, stated: Published, folder: Path, tables: CalculatedTables
 ) -> RowVerdict:
-    """Compare one published number with the number of the program."""
+    """Compare a published number, as a row of the answer states it, with the number of the program."""
     quantity = example.settings.quantities[stated.quantity]
     row = RowVerdict(
         example=example.name,
@@ -112,30 +111,32 @@ def _judge(
     )
     row = _with_published(row, stated.value, stated.error)
     error = stated.error
+    # stays None where either number is in no row
+    ours: TableNumber | None = None
     try:
-        ours = tables.number(quantity.ours, stated.key)
+        number = tables.number(quantity.ours, stated.key)
         if math.isnan(stated.value) and quantity.published is not None:
             published = tables.number(quantity.published, stated.key)
             error = published.error if math.isnan(error) else error
             name = fill_words(quantity.published.table, stated.key)
             row = _with_published(row, published.value, error)._replace(from_file=name)
+        ours = number
+        row = row._replace(ours=ours.value, lo=ours.lo, hi=ours.hi)
     except NoRow as problem:
-        remark = _find_remark(example, stated, {})
-        if remark is not None and not remark.comparable:
-            return row._replace(reason_code=remark.code, reason=remark.sentence)
-        return row._replace(reason_code="no-row", reason=str(problem))
-    row = row._replace(ours=ours.value, lo=ours.lo, hi=ours.hi)
-    remark = _find_remark(example, stated, ours.cells)
+        row = row._replace(reason_code="no-row", reason=str(problem))
+    remark = _find_remark(example, stated, ours.cells if ours else {})
     if remark is not None and not remark.comparable:
         return row._replace(reason_code=remark.code, reason=remark.sentence)
+    if ours is None:
+        return row
     if quantity.windows is not None:
-        all_windows = over_windows(folder, quantity.windows, stated.key, quantity.ours)
+        by_windows = over_windows(folder, quantity.windows, stated.key, quantity.ours)
         row = row._replace(
-            ours=all_windows.value,
-            lo=all_windows.lo,
-            hi=all_windows.hi,
-            windows=float(len(all_windows.ends)),
-            windows_inside=float(all_windows.count_inside(row.published)),
+            ours=by_windows.value,
+            lo=by_windows.lo,
+            hi=by_windows.hi,
+            windows=float(len(by_windows.ends)),
+            windows_inside=float(by_windows.count_inside(row.published)),
         )
     judged = _apply_rule(row, quantity, ours, error)
     # a remark explains why a row lies outside
@@ -169,7 +170,8 @@ def _with_published(row: RowVerdict, value: float | str, error: float) -> RowVer
 def _apply_rule(row: RowVerdict, quantity: Quantity, ours: TableNumber, error: float) -> RowVerdict:
     """Return a row with its verdict, by the verdict in the program's table or else by the intervals.
 
-    `ours`: by the window of the config; `error`: of the published number, NaN if it has none.
+    The published number is inside if it differs from ours by at most hypot(half, error): `half` is our half interval on
+    its side, `error` its own error, NaN if it has none. `ours`: our number by the window of the config.
     """
     if quantity.judged is not None:
         return _take_verdict_of_table(row, quantity, ours)
@@ -180,8 +182,8 @@ def _apply_rule(row: RowVerdict, quantity: Quantity, ours: TableNumber, error: f
         return row._replace(reason_code="no-number", reason=reason)
     if math.isnan(row.published):
         return row._replace(reason_code="no-published", reason="no number is published here")
-    off = row.published - row.ours
-    half = row.hi - row.ours if off > 0 else row.ours - row.lo
+    difference = row.published - row.ours
+    half = row.hi - row.ours if difference > 0 else row.ours - row.lo
     if math.isnan(half) and math.isnan(error):
         return row._replace(reason_code="no-interval", reason="neither number has an error")
     tried = ""
@@ -190,15 +192,15 @@ def _apply_rule(row: RowVerdict, quantity: Quantity, ours: TableNumber, error: f
             f"; in {row.windows_inside:.0f} of {row.windows:.0f} windows it lies in that window's own interval; in the window "
             f"of the config ours is {ours.value:.3g} ({ours.lo:.3g} to {ours.hi:.3g})"
         )
-    if abs(off) <= half:
+    if abs(difference) <= half:
         reason = f"the published number lies in our 95 % interval{tried}"
         return row._replace(verdict=INSIDE, reason_code="in-interval", reason=reason)
     allowed = math.hypot(*(0 if math.isnan(size) else size for size in (half, error)))
-    if abs(off) <= allowed:
+    if abs(difference) <= allowed:
         reason = f"the numbers differ by less than both errors together{tried}"
         return row._replace(verdict=INSIDE, reason_code="within-errors", reason=reason)
-    side = "above" if off > 0 else "below"
-    reason = f"the published number lies {abs(off):.3g} {row.unit} {side} ours; {allowed:.3g} is within the errors{tried}"
+    side = "above" if difference > 0 else "below"
+    reason = f"the published number lies {abs(difference):.3g} {row.unit} {side} ours; {allowed:.3g} is within the errors{tried}"
     return row._replace(
         verdict=OUTSIDE, reason_code="not-explained", reason=" ".join(reason.split())
     )

@@ -1,4 +1,4 @@
-"""Slopes over all windows of depth together: the right window was not known before the answer."""
+"""Number of an example by every window of depth of its slopes, because no window was chosen before the answer was known."""
 
 from __future__ import annotations
 
@@ -55,13 +55,18 @@ class OverWindows:
         return int(((low <= number) & (number <= high)).sum())
 
     def _quantile(self, share: float) -> float:
-        """Return a quantile of the mixture of the windows' normal distributions with equal weights; else NaN."""
+        """Return the number x at which the mean of Phi((x - value) / sd) over the windows is `share`; NaN without a window.
+
+        It is a quantile of the mixture of normal distributions, one a window with equal weight; Phi is the standard normal
+        distribution function.
+        """
         from scipy.optimize import brentq
         from scipy.special import ndtr
 
         if not len(self.values):
             return math.nan
         sd = np.maximum(np.ptp(self.intervals, axis=1) / 2 / NORMAL_95, 1e-12)
+        # nothing of a normal distribution lies farther from its mean than 9 sd
         low = float((self.values - 9 * sd).min())
         high = float((self.values + 9 * sd).max())
         return float(brentq(lambda x: ndtr((x - self.values) / sd).mean() - share, low, high))
@@ -87,13 +92,14 @@ def over_windows(
     OverWindows
     """
     campaign = load_campaign(folder / CONFIG)
-    results_of_run, medium = Results(campaign), key["medium"]
+    results_of_run = Results(campaign)
     ends, values, intervals = [], [], []
     for window in windows.ends:
-        row = _alpha_in_window(campaign, results_of_run, medium, window, key)
+        row = _alpha_in_window(campaign, results_of_run, window, key)
         if not row:
             continue
         number = read_number(cells, row)
+        # without NaN, and no word
         if isinstance(number.value, float) and math.isfinite(number.value + number.lo + number.hi):
             ends.append(window)
             values.append(number.value)
@@ -102,22 +108,23 @@ def over_windows(
 
 
 def _alpha_in_window(
-    campaign: Campaign,
-    results_of_run: Results,
-    medium: str,
-    window: tuple[float, float],
-    key: Mapping[str, str],
+    campaign: Campaign, results_of_run: Results, window: tuple[float, float], key: Mapping[str, str]
 ) -> dict[str, str]:
-    """Return the row of alpha with the slopes of one window, from tared forces that exist; {} if none."""
+    """Return the cells of a row of alpha, by column, with slopes in one window of depth, cm; {} if there is no such row.
+
+    The tared forces are those of `results_of_run`.
+    """
+    first_cm, last_cm = window
     fit = campaign.config.fit.model_copy(
-        update={"submergence_cm": window[0], "max_depth_cm": window[1]}
+        update={"submergence_cm": first_cm, "max_depth_cm": last_cm}
     )
     config = campaign.config.model_copy(update={"fit": fit})
-    results = Results(replace(campaign, config=config))
-    for _, names in MEASURED[:-1]:
+    results, medium = Results(replace(campaign, config=config)), key["medium"]
+    *earlier_stages, (_, names_of_slopes) = MEASURED
+    for _, names in earlier_stages:
         for name in names:
             results.hold(name.format(medium), results_of_run.table(name.format(medium)))
-    for name, table in zip(MEASURED[-1][1], slopes(results, medium), strict=True):
+    for name, table in zip(names_of_slopes, slopes(results, medium), strict=True):
         results.hold(name.format(medium), table)
     alpha = checks(results, medium)[1]
     angles = float(key.get("beta_deg", 0)), float(key.get("gamma_deg", 90))

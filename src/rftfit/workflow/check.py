@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -53,7 +53,7 @@ def format_failures(checks: Iterable[Mapping[str, str]]) -> list[str]:
     ]
 
 
-@dataclass(frozen=True)
+@dataclass
 class Checked:
     """Answer of `rftfit check`: every problem; the campaign, unless its config or run sheet cannot be used; the robot.
 
@@ -156,21 +156,23 @@ def check_all(config: Path, *, diagnose: bool = False) -> Checked:
     campaign, problems = check_campaign(config)
     robot = check_robot(config)
     checked = Checked([*problems, *robot.problems], campaign, robot)
-    if campaign is not None and any(map(campaign.plates_to_measure, campaign.media_with_runs)):
+    if campaign is None:
+        return checked
+    if any(map(campaign.plates_to_measure, campaign.media_with_runs)):
         # the joint model is slow to import
         from rftfit.compare.protocol import rate_plan
 
-        checked = replace(checked, plan=tuple(rate_plan(campaign)))
-    if campaign is None or checked.errors:
+        checked.plan = tuple(rate_plan(campaign))
+    if checked.errors:
         return checked
     try:
-        opened = measure_for_check(campaign)
+        logs_of_media = measure_for_check(campaign)
     except InputError as error:
-        unread = Problem("logs.reader", Place(config.name), None, str(error))
-        return replace(checked, problems=[*checked.problems, unread])
-    log_problems = [problem for logs_of_medium in opened for problem in logs_of_medium.problems]
-    not_opened = sum(logs_of_medium.passed_over for logs_of_medium in opened)
-    checked = replace(checked, problems=[*checked.problems, *log_problems], not_opened=not_opened)
+        checked.problems.append(Problem("logs.reader", Place(config.name), None, str(error)))
+        return checked
+    for logs_of_medium in logs_of_media:
+        checked.problems += logs_of_medium.problems
+        checked.not_opened += logs_of_medium.passed_over
     if not diagnose or checked.errors:
         return checked
     from rftfit.compare.joint import list_untold
@@ -180,4 +182,5 @@ def check_all(config: Path, *, diagnose: bool = False) -> Checked:
     checks, verdicts = measure_and_check(campaign)
     plates_of_media = Counter(run.medium for run in campaign.runs if run.kind == "plate")
     untold = list_untold(max(plates_of_media.values(), default=0))
-    return replace(checked, diagnosis=Diagnosis(records(checks), verdicts, untold))
+    checked.diagnosis = Diagnosis(records(checks), verdicts, untold)
+    return checked

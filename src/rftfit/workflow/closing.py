@@ -10,12 +10,13 @@ from rftfit.campaign.problems import join_words
 from rftfit.errors import InputError
 from rftfit.store.text import count
 from rftfit.workflow.check import format_failures
+from rftfit.workflow.stages import PRINT_RULES
 
 if TYPE_CHECKING:
     from rftfit.campaign.load import Campaign
     from rftfit.workflow.records import Recorded
 
-FILES = (
+LOOK_AT = (
     "results/report.html",
     "results/figures",
     "results/quality",
@@ -27,6 +28,8 @@ FILES = (
     "results/checks",
     "results/ledger.csv",
 )
+"""Files and folders that the last lines of a run name."""
+
 FIGURES = "results/figures/"
 PRINT = "rftfit run --print"
 LEDGER = "results/ledger.csv"
@@ -39,15 +42,12 @@ MOST_NAMED = 5
 def closing_lines(recorded: Recorded) -> list[str]:
     """List what the campaign found, from how many runs, the results to look at, and what was not made."""
     root = recorded.root
-    # a terminal may have no true minus sign
-    findings = [
-        f"  {row.get('finding', '')}".replace("\N{MINUS SIGN}", "-")
-        for row in _read_rows(root / FINDINGS)[:3]
-        if recorded.is_current(FINDINGS)
-    ]
-    counts = ledger_line(root / LEDGER) if recorded.is_current(LEDGER) else ""
     current = {path for path in recorded.maker if recorded.is_current(path)}
-    results = [line for name in FILES if (line := _format_result(root, current, name))]
+    rows = _read_rows(root / FINDINGS)[:3] if FINDINGS in current else []
+    # a terminal may have no true minus sign
+    findings = [f"  {row.get('finding', '')}".replace("\N{MINUS SIGN}", "-") for row in rows]
+    counts = describe_ledger(root / LEDGER) if LEDGER in current else ""
+    results = [*filter(None, (_format_result(root, current, name) for name in LOOK_AT))]
     return [
         *(["Found:", *findings] if findings else []),
         *filter(None, [counts]),
@@ -63,7 +63,7 @@ def _name_print_command(recorded: Recorded, current: set[str]) -> list[str]:
 
     `current`: Paths of results that are up to date.
     """
-    lacking = [path for path in recorded.states.printed if path not in current]
+    lacking = [path for path in recorded.states.paper_files if path not in current]
     if not lacking or not any(path.startswith(FIGURES) for path in current):
         return []
     return [f"Figures for a paper, as pdf ({len(lacking)} to draw): {PRINT}"]
@@ -71,8 +71,6 @@ def _name_print_command(recorded: Recorded, current: set[str]) -> list[str]:
 
 def _count_outdated(recorded: Recorded, current: set[str]) -> list[str]:
     """Say how many results are out of date, since they were not asked for, and which command makes them."""
-    from rftfit.workflow.stages import PRINT_RULES
-
     old_by_command: Counter[str] = Counter()
     for path, record in recorded.maker.items():
         if path not in current:
@@ -121,14 +119,14 @@ def _format_result(root: Path, current: set[str], name: str) -> str:
     return f"  {name}/ ({count(files_inside, 'file')})" if files_inside else ""
 
 
-def ledger_line(path: Path) -> str:
-    """Count the runs and rows that were used, excluded on purpose and dropped; empty where there is no ledger."""
+def describe_ledger(path: Path) -> str:
+    """Say how many runs and rows were used, excluded on purpose and dropped; empty where the ledger cannot be read."""
     from rftfit.measure.ledger import DROPPED, USED, runs_with_result
     from rftfit.store import read_csv
 
     try:
         ledger = read_csv(path, lambda name: "count" if name == "rows" else "text")
-        kept = len(runs_with_result(ledger))
+        used = len(runs_with_result(ledger))
         runs = ledger["run_id"].nunique()
         excluded = ledger.loc[ledger["reason_code"] == "excluded", "run_id"].nunique()
         # other fates count lost samples, which are no rows of a log
@@ -141,7 +139,7 @@ def ledger_line(path: Path) -> str:
         return ""
     left_out = f", {excluded} excluded" if excluded else ""
     return (
-        f"Of {count(runs, 'run')}, {kept} used{left_out} and {runs - kept - excluded} dropped; of "
+        f"Of {count(runs, 'run')}, {used} used{left_out} and {runs - used - excluded} dropped; of "
         f"{rows_used + rows_dropped} rows, {rows_used} used. Every reason is in {LEDGER}."
     )
 

@@ -128,16 +128,12 @@ class ResultsDiff:
 def compare_folders(first: Path, second: Path) -> ResultsDiff:
     """Compare two folders of results, or of campaigns."""
     folders = _find_results(first), _find_results(second)
-    names = [
-        {path.relative_to(folder).as_posix() for path in folder.rglob("*.csv")}
-        for folder in folders
-    ]
-    stems = {name: name.partition("/")[0].removesuffix(".csv") for name in names[0] | names[1]}
-    compared = {name: _KEYS[stem] for name, stem in stems.items() if stem in _KEYS}
+    # tables of each folder that are compared, with the columns that name a row
+    keys_by_table = [_list_compared_tables(folder) for folder in folders]
     differences: list[Difference] = []
     alone = []
-    for name, keys in sorted(compared.items()):
-        if name in names[0] and name in names[1]:
+    for name, keys in sorted((keys_by_table[0] | keys_by_table[1]).items()):
+        if name in keys_by_table[0] and name in keys_by_table[1]:
             # a folder may be from a version of the program with other columns
             before, after = (Tables(folder).as_written(name) for folder in folders)
             differences += _compare_tables(name, before, after, keys)
@@ -151,21 +147,27 @@ def compare_folders(first: Path, second: Path) -> ResultsDiff:
             -_sort_size(difference),
         )
     )
-    records = [read_provenance(folder) for folder in folders]
+    provenances = [read_provenance(folder) for folder in folders]
     unrecorded = []
     since = {}
-    for folder, (_, record), names_of_folder in zip(folders, records, names, strict=True):
-        jobs = record["jobs"].values()
+    for folder, provenance, tables in zip(folders, provenances, keys_by_table, strict=True):
+        jobs = provenance.jobs.values()
         written = {path: digest for job in jobs for path, digest in job["writes"].items()}
-        if changed_since := _list_changed_since(folder, record["jobs"]):
+        if changed_since := _list_changed_since(folder, provenance.jobs):
             since[folder] = changed_since
         unrecorded += [
             folder / name
-            for name in sorted(names_of_folder.intersection(compared))
+            for name in sorted(tables)
             if written.get(f"{RESULTS}/{name}") != sha256_of(folder / name)
         ]
-    changes = changes_between(*(state for state, _ in records))
-    return ResultsDiff(differences, changes, alone, unrecorded, since)
+    return ResultsDiff(differences, changes_between(*provenances), alone, unrecorded, since)
+
+
+def _list_compared_tables(folder: Path) -> dict[str, tuple[str, ...]]:
+    """List the tables of a folder that are compared, by name, with the columns that name a row."""
+    names = (path.relative_to(folder) for path in folder.rglob("*.csv"))
+    stems = {name.as_posix(): name.parts[0].removesuffix(".csv") for name in names}
+    return {name: _KEYS[stem] for name, stem in stems.items() if stem in _KEYS}
 
 
 def _list_changed_since(folder: Path, jobs: dict[str, Any]) -> list[str]:
@@ -190,7 +192,7 @@ def _find_results(folder: Path) -> Path:
 
 
 def _is_strength(difference: Difference) -> bool:
-    """Tell whether a number is the strength of a medium: zeta, or alpha_z of a flat plate pushed straight down."""
+    """Tell whether a number is the strength of a medium: zeta, or alpha_z of a level plate pushed straight down."""
     is_flat_push_down = difference.file.startswith("alpha/") and difference.row.endswith(" 0 90")
     return difference.quantity == ("alpha_z_N_per_cm3" if is_flat_push_down else "zeta")
 
@@ -208,6 +210,7 @@ def _compare_tables(
 ) -> list[Difference]:
     """List the numbers that differ between two tables of one name; `keys` are columns that name a row."""
     index = [key for key in keys if key in first and key in second]
+    # a version of the program may lack some of these columns
     if not index:
         raise InputError(f"{name}: no column {', '.join(keys)} in both folders to compare rows by")
     before, after = (table.drop_duplicates(index).set_index(index) for table in (first, second))
@@ -237,17 +240,14 @@ def _is_of_interval(quantity: str) -> bool:
 
 
 def _half_widths(table: pd.DataFrame) -> dict[str, np.ndarray]:
-    """Half widths of the intervals of a table, shape (rows,), by the column of the quantity."""
+    """Return half widths of the intervals of a table, shape (rows,), by the column of the quantity."""
     half_widths = {}
     for low in table:
         words = str(low).split("_")
-        if "lo" in words:
-            place = words.index("lo")
-            high = "_".join([*words[:place], "hi", *words[place + 1 :]])
-            if high not in table:
-                continue
+        high = "_".join("hi" if word == "lo" else word for word in words)
+        if "lo" in words and high in table:
             # coefficients have the columns lo and hi beside their value
-            quantity = "_".join(words[:place] + words[place + 1 :]) or "value_N_per_cm3"
+            quantity = "_".join(word for word in words if word != "lo") or "value_N_per_cm3"
             half_widths[quantity] = (table[high].to_numpy(float) - table[low].to_numpy(float)) / 2
     if "relative_to_A00" in table:
         # the same interval in units of A00

@@ -28,7 +28,7 @@ from rftfit.results import Results
 from rftfit.store import open_growing, write_bytes, write_csv, write_parquet, write_text
 from rftfit.store.digests import digests_of_files, plugin_digest, source_digests
 from rftfit.workflow.processes import end_with, end_with_parent
-from rftfit.workflow.records import Record, maker_of, read_fingerprint, split_inputs
+from rftfit.workflow.records import Record, maker_of, read_state, split_inputs
 from rftfit.workflow.state import States, job_of, read_states
 
 
@@ -48,7 +48,7 @@ def main(words: Sequence[str] | None = None, states: States | None = None) -> in
     # figures and tables are many objects that live long: looking for garbage among them took a tenth of the time
     gc.set_threshold(50_000, 20, 50)
     try:
-        do_job(states or read_states(job.config)[0], job.reads, job.writes, job.threads)
+        do_job(states or read_states(job.config), job.reads, job.writes, job.threads)
     except RftfitError as error:
         _report(f"rftfit {' '.join(job_of(job.state)).rstrip()}: {error}\n")
         return error.exit_code
@@ -63,31 +63,29 @@ def do_job(states: States, reads: Sequence[str], writes: Sequence[str], threads:
     results = Results(states.campaign)
     state_path, inputs = split_inputs(reads)
     rule, key = job_of(state_path)
-    if not states.has(rule, key):
+    if not states.has_job(rule, key):
         raise InputError(f"{state_path}: this campaign has no such job")
     stage, wildcard_value = states.stage(rule, key)
-    state = states.of(rule, key)
+    state = states.state_of(rule, key)
     _refuse_other_state(results.root / state_path, state)
     digests = _refuse_edited_inputs(results.root, inputs)
     module, _, function_name = stage.run.partition(":")
     function = getattr(import_module(module), function_name)
+    # few stages take these
     offered: dict[str, Any] = {"threads": threads, "states": states}
     arguments = {name: value for name, value in offered.items() if name in function.__annotations__}
-    if wildcard_value:
-        output = function(results.only(inputs), wildcard_value, **arguments)
-    else:
-        output = function(results.only(inputs), **arguments)
+    output = function(results.only(inputs), *filter(None, [wildcard_value]), **arguments)
     # code that was imported, or a log that was read, may have been edited during the work
     source_digests.cache_clear()
     plugin_digest.cache_clear()
-    _refuse_other_state(results.root / state_path, States(states.campaign).of(rule, key))
+    _refuse_other_state(results.root / state_path, States(states.campaign).state_of(rule, key))
     written = write_all(results, writes, output)
     Record(rule, key, state, digests, digests_of_files(results.root, written)).save(results.root)
 
 
 def _refuse_other_state(path: Path, now: dict[str, str]) -> None:
     """Refuse to work where the state of a job is not the planned one, which the file at `path` holds."""
-    planned = read_fingerprint(path)
+    planned = read_state(path)
     changed = [what for what in now if now[what] != planned.get(what)]
     if changed:
         raise RftfitError(
@@ -112,14 +110,11 @@ def _refuse_edited_inputs(root: Path, paths: Sequence[str]) -> dict[str, str]:
 
 
 def write_all(results: Results, writes: Sequence[str], output: Any) -> list[str]:
-    """Write the output of a stage: a figure, or one content for each path. Returns the paths from the campaign's folder."""
+    """Write the output of a stage: a figure, or one content for each of the paths `writes`. Returns the paths written."""
     base, _, ending = writes[0].rpartition(".")
     if ending in (*SCREEN, *PAPER):
-        about = (
-            "Made from simulated logs, not from recordings." if results.campaign.reenacted else ""
-        )
-        endings = SCREEN if ending in SCREEN else PAPER
-        return save_pages(output, results.root, base, about, endings)
+        note = "Made from simulated logs, not from recordings." * results.campaign.reenacted
+        return save_pages(output, results.root, base, note, SCREEN if ending in SCREEN else PAPER)
     contents = output if isinstance(output, tuple) else (output,)
     for path, content in zip(writes, contents, strict=True):
         target = results.root / path

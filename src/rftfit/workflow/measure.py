@@ -38,7 +38,7 @@ def clocks(results: Results, medium: str) -> pd.DataFrame:
 
 
 def ingest(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
-    """Read all logs of a medium, or its rows of a table of numbers: samples, runs, counts of log rows, flags."""
+    """Read all logs of a medium, or its rows of a table of numbers; return samples, runs, counts of log rows, flags."""
     if results.campaign.numbers:
         samples, runs, book = ingest_table(results.campaign, medium)
     else:
@@ -47,14 +47,14 @@ def ingest(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
 
 
 def tare(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
-    """Subtract rod-only runs at equal depth, in-air runs at equal theta: forces, tares, counts of log rows, flags."""
+    """Subtract rod-only runs at equal depth, in-air runs at equal theta; return forces, tares, counts of log rows, flags."""
     traces, runs = results.table(f"traces/{medium}.parquet"), results.table(f"runs/{medium}.csv")
     samples, tares, book = tare_medium(results.campaign, medium, traces, runs)
     return samples, tares, book.table(), flag_table(medium, "tare", book.flags)
 
 
 def slopes(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
-    """Fit every plate run of a medium, copies of a run only once: fits, windows of the fits, counts of log rows, flags."""
+    """Fit every plate run of a medium, copies of a run only once; return fits, their windows, counts of log rows, flags."""
     tared, tares = results.table(f"tared/{medium}.parquet"), results.table(f"tares/{medium}.csv")
     runs = results.table(f"runs/{medium}.csv")
     table = results.config.table
@@ -73,8 +73,8 @@ def slopes(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
 def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     """Average the runs of a medium to its table of alpha, one cell a direction, and do the physical checks.
 
-    Returns seven tables: verdicts of the checks; alpha; covariance of the errors of alpha; alpha at several depths; runs
-    compared with other runs of their direction (peers); errors that many runs share (causes); all flags of runs and cells.
+    Returns seven tables: verdicts of the checks; alpha; covariance of the errors of alpha; alpha at several depths; each
+    run compared with the other runs of its direction (peers); errors that many runs share (causes); all flags.
     """
     config = results.config
     tables = {name: results.table(f"{name}/{medium}.csv") for name in ("runs", "tares", "fits")}
@@ -83,22 +83,32 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     tolerance_deg, fits = config.grid.angle_tolerance_deg, tables["fits"]
     copies = copies_of(sheet, tables["runs"], fits, tables["tared"], tolerance_deg)
     peers = compare_runs(fits, medium, tolerance_deg)
-    errors, surface = errors_of(fits, config)
-    level, depths = config.fit.confidence, results.campaign.count_level_depths(medium)
-    grid, outliers = config.grid_of(medium), outlier_differences(peers)
+    errors, surface_error = errors_of(fits, config)
+    depths = results.campaign.count_level_depths(medium)
+    outliers = outlier_differences(peers)
 
     def average_runs(fits: pd.DataFrame, law: DepthLaw, surface: SurfaceError) -> pd.DataFrame:
         """Average fits to the table of alpha; `surface`: error of the surface under this law of depth."""
-        settings = level, depths, errors, grid, surface, law, outliers, published_shapes().slopes
-        return alpha_table(counted_once(fits, copies, tolerance_deg)[0], medium, *settings)
+        return alpha_table(
+            counted_once(fits, copies, tolerance_deg)[0],
+            medium,
+            config.fit.confidence,
+            depths,
+            errors=errors,
+            grid=config.grid_of(medium),
+            surface=surface,
+            law=law,
+            outliers=outliers,
+            shape=published_shapes().slopes,
+        )
 
-    angle_deg = config.errors.angle_deg
+    fits_without_copies, _ = counted_once(fits, copies, tolerance_deg)
     causes, axes, misplaced = compare_all_runs(
-        counted_once(fits, copies, tolerance_deg)[0], medium, sheet, angle_deg, tolerance_deg
+        fits_without_copies, medium, sheet, config.errors.angle_deg, tolerance_deg
     )
-    unmarked_alpha = average_runs(fits, DepthLaw(config.fit.law), surface)
-    tables |= {"alpha": unmarked_alpha, "peers": peers, "causes": causes, "axes": axes}
-    tables |= {"misplaced": misplaced}
+    unmarked_alpha = average_runs(fits, DepthLaw(config.fit.law), surface_error)
+    tables |= {"alpha": unmarked_alpha, "peers": peers, "causes": causes}
+    tables |= {"axes": axes, "misplaced": misplaced}
     flags_of_runs = [results.table(f"flags/{stage}/{medium}.csv") for stage in FLAGGING]
     checked = check_medium(results.campaign, medium, tables, copies, Flags(*flags_of_runs))
     verdicts = pd.DataFrame([check.row(medium) for check in checked], columns=COLUMNS)
@@ -157,7 +167,7 @@ def measure_and_check(campaign: Campaign) -> tuple[pd.DataFrame, dict[str, Verdi
 
 
 def legs(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Average the tared force of every leg run of a medium over steps of theta: curves, counts of log rows."""
+    """Average the tared force of every leg run of a medium over steps of theta; return curves and counts of log rows."""
     runs, tared = results.table(f"runs/{medium}.csv"), results.table(f"tared/{medium}.parquet")
     curves, book = leg_curves(results.campaign, medium, runs, tared)
     mark = marks_of(results.table(f"checks/{medium}.csv"), results.config.media).get(medium, ())

@@ -19,7 +19,7 @@ from rftfit.store.digests import source_digests
 _digests_before = dict(source_digests())
 
 from rftfit.workflow.stages import FOLDER_BY_RULE, RULES_TO_COME, STAGES
-from rftfit.workflow.state import States, handed_over
+from rftfit.workflow.state import States, take_over
 
 _RULES = os.environ.get(RULES_TO_COME, " ".join([*STAGES, *FOLDER_BY_RULE])).split()
 _DRAWS = any(rule in FOLDER_BY_RULE for rule in _RULES)
@@ -34,13 +34,13 @@ _MODULES = (
 
 
 def campaign_states() -> States | None:
-    """Return the states of the campaign that was handed over; None where its config or run sheet has changed since."""
-    return _handed[0] if _handed and _handed[0].campaign.is_as_read else None
+    """Return the states of the campaign that `rftfit run` has read; None where its config or run sheet has changed since."""
+    return _states if _states and _states.campaign.is_as_read else None
 
 
 for _name in _MODULES:
     import_module(_name)
-_handed = handed_over()
+_states = take_over()
 if _DRAWS:
     from rftfit.figures.registry import figures
 

@@ -19,17 +19,17 @@ from rftfit.store.files import lock, open_note, open_unshared
 
 
 _NOTE = Path("rftfit") / "holder"
+"""Path of the note, from ``.snakemake``."""
 _BOOT = Path("/proc/sys/kernel/random/boot_id")
-_held: list[int] = []
-"""Handles of notes: open until this process ends, which ends the lock on them."""
+"""File with an identifier that is new at each start of the computer (Linux)."""
 
 
 def hold_lock(folder: Path) -> None:
     """Note in ``.snakemake`` that this process holds the lock, for as long as it lives; failing is no error."""
     note = folder / _NOTE
     with contextlib.suppress(OSError, OutputError):
+        # the handle is never closed: its lock ends with this process
         handle = open_note(note)
-        _held.append(handle)
         if lock(handle):
             os.ftruncate(handle, 0)
             os.write(handle, _name_computer().encode())
@@ -37,7 +37,7 @@ def hold_lock(folder: Path) -> None:
 
 @contextlib.contextmanager
 def stale_lock(folder: Path) -> Iterator[bool]:
-    """Tell whether the lock in ``.snakemake`` is certainly left by a process that no longer lives.
+    """Yield True if the lock in ``.snakemake`` is certainly left by a process that no longer lives.
 
     No other process gets True until the block is left, so that two do not clear the lock one after the other.
     """
@@ -77,10 +77,10 @@ def _name_computer() -> str:
 # --- A process that ends when the one that started it has ended, so that no orphan goes on writing.
 
 
-VARIABLE = "RFTFIT_PARENT"
+PARENT_VARIABLE = "RFTFIT_PARENT"
 """Process id of the process to watch, in the environment of its child."""
 
-SHELL_PREFIX = f"{VARIABLE}=$PPID exec " if os.name == "posix" else ""
+SHELL_PREFIX = f"{PARENT_VARIABLE}=$PPID exec " if os.name == "posix" else ""
 """Words before the command of a job: `exec` lets the stage replace the shell, and the stage watches the shell's parent."""
 
 _POLL_S = 0.5
@@ -90,19 +90,27 @@ _ORPHANED = 143
 """Exit status of a process that ended with the one it watched: as of SIGTERM."""
 
 
-def end_with_parent(end: Callable[[], None] | None = None) -> bool:
-    """Watch the process that `VARIABLE` names, and call `end` soon after that process has ended.
+def end_now() -> None:
+    """End this process at once, without clearing up."""
+    try:
+        sys.stderr.write("rftfit: ended, since the workflow that started this has ended\n")
+        sys.stderr.flush()
+    finally:
+        os._exit(_ORPHANED)
 
-    `end`: Function that ends this process; default: `end_now`. The variable is removed from the environment, so that
-    processes started from here do not watch, too. Returns True where a process is watched: only on POSIX systems, and
-    where the environment asks for it.
+
+def end_with_parent(end: Callable[[], None] = end_now) -> bool:
+    """Watch the process that `PARENT_VARIABLE` names, and call `end` soon after that process has ended.
+
+    `end`: Function that ends this process. The variable is removed from the environment, so that processes started from
+    here do not watch, too. Returns True where a process is watched: only on POSIX systems, and where the environment asks
+    for it.
     """
-    process_id = os.environ.pop(VARIABLE, "")
+    process_id = os.environ.pop(PARENT_VARIABLE, "")
     if os.name != "posix" or not process_id.isdecimal():
         return False
     import psutil
 
-    end = end or end_now
     parent, starter = os.getppid(), int(process_id)
     # where another program stands between the named process and this one, that program is watched
     if parent != starter and (parent == _INIT or not psutil.pid_exists(starter)):
@@ -112,8 +120,8 @@ def end_with_parent(end: Callable[[], None] | None = None) -> bool:
     return True
 
 
-def end_with(process_id: int, end: Callable[[], None] | None = None) -> None:
-    """Watch a process from a thread, and call `end` (default: `end_now`) soon after that process has ended."""
+def end_with(process_id: int, end: Callable[[], None] = end_now) -> None:
+    """Watch a process from a thread, and call `end` soon after that process has ended."""
     import psutil
 
     def watch() -> None:
@@ -122,18 +130,9 @@ def end_with(process_id: int, end: Callable[[], None] | None = None) -> None:
             # an ended process that nobody has waited for still has its id
             while process.is_running() and process.status() != psutil.STATUS_ZOMBIE:
                 time.sleep(_POLL_S)
-        (end or end_now)()
+        end()
 
     threading.Thread(target=watch, name="end with parent", daemon=True).start()
-
-
-def end_now() -> None:
-    """End this process at once, without clearing up."""
-    try:
-        sys.stderr.write("rftfit: ended, since the workflow that started this has ended\n")
-        sys.stderr.flush()
-    finally:
-        os._exit(_ORPHANED)
 
 
 def end_group() -> None:

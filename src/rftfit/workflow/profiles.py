@@ -29,6 +29,7 @@ def symmetry(results: Results) -> pd.DataFrame:
         table = results.alpha_table(medium)
         grid = torus(*directions(table))
         alpha = grid.complete(*alpha_columns(table))
+        # the marks of a medium are the same in all rows
         marks = (next(iter(table[name]), "") for name in MARKS)
         columns = (medium, np.degrees(grid.beta), np.degrees(grid.gamma), *alpha, *marks)
         parts.append(pd.DataFrame(dict(zip(SYMMETRY_COLUMNS, columns, strict=True))))

@@ -6,7 +6,7 @@ import json
 import subprocess
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from hashlib import sha256
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -21,7 +21,7 @@ from rftfit.store.digests import plugin_digest, read_sums, source_digests, sums_
 from rftfit.store.environment import PACKAGE, versions
 from rftfit.store.tables import unguarded
 from rftfit.workflow.records import Recorded
-from rftfit.workflow.state import States, cells
+from rftfit.workflow.state import States, cells_of_run
 
 FORMAT = 3
 RECORD, SUMS, SHEET = "results/provenance.json", "results/manifest.sha256", "results/run_sheet.csv"
@@ -33,7 +33,8 @@ class Provenance:
 
     `logs`: SHA-256 of logs and of the robot's files, by path from the campaign's folder. `rows`: Rows of the
     run sheet, by run_id. `settings`: The configuration. `modules`: Digests of source files. `versions`: Versions of
-    Python and packages, also of those whose dialects are used.
+    Python and packages, also of those whose dialects are used. `commit`: Commit of the program, empty without one.
+    `jobs`: Records of all jobs by name, as dictionaries; of recorded provenance alone.
     """
 
     logs: dict[str, str]
@@ -41,17 +42,19 @@ class Provenance:
     settings: dict[str, Any]
     modules: dict[str, str]
     versions: dict[str, str]
+    commit: str = ""
+    jobs: dict[str, dict[str, Any]] = field(default_factory=dict)
 
 
 def present_provenance(states: States) -> Provenance:
     """Collect what the results of a campaign depend on, as it is now."""
     campaign = states.campaign
     raw = campaign.raw.relative_to(campaign.root).as_posix()
-    logs = {f"{raw}/{name}": digest for name, digest in states.all_logs.items() if digest}
+    logs = {f"{raw}/{name}": digest for name, digest in states.all_log_digests.items() if digest}
     runs = sorted(campaign.runs, key=lambda run: run.run_id)
     return Provenance(
-        logs | {name: digest for name, digest in states.robot_files.items() if digest},
-        {run.run_id: cells(run) for run in runs},
+        logs | {name: digest for name, digest in states.robot_digests.items() if digest},
+        {run.run_id: cells_of_run(run) for run in runs},
         campaign.config.model_dump(mode="json"),
         source_digests()
         | {origin.module: plugin_digest(origin.module) for origin in states.dialects},
@@ -64,9 +67,10 @@ def commit() -> str:
     words = ["git", "-C", str(PACKAGE), "describe", "--always", "--abbrev=12"]
     words += ["--dirty=+", "--exclude=*"]
     with suppress(OSError, subprocess.SubprocessError):
-        options: Any = {"stderr": subprocess.DEVNULL, "text": True, "timeout": 10}
         # no word of this command comes from outside
-        return str(subprocess.check_output(words, **options)).strip()  # noqa: S603
+        return subprocess.check_output(  # noqa: S603
+            words, stderr=subprocess.DEVNULL, text=True, timeout=10
+        ).strip()
     return ""
 
 
@@ -80,7 +84,7 @@ def provenance(results: Results, states: States) -> tuple[str, str, pd.DataFrame
     makers = [recorded.maker[path] for path in sorted(results.allowed) if path in recorded.maker]
     records = {record.name: record for record in makers}
     if changed := dict.fromkeys(
-        finding.what for name in records for finding in recorded.findings(name)
+        finding.what for name in records for finding in recorded.findings_of_job(name)
     ):
         raise RftfitError(
             f"while the workflow ran, these changed: {', '.join(changed)}. What the results were made "
@@ -95,10 +99,11 @@ def provenance(results: Results, states: States) -> tuple[str, str, pd.DataFrame
         "commit": commit(),
         "jobs": {name: asdict(record) for name, record in sorted(records.items())},
     }
-    text = json.dumps(data, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
+    record_of_run = json.dumps(data, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
     sheet = pd.DataFrame([*state.rows.values()])
     digests = {path: digest for record in makers for path, digest in record.writes.items()}
-    return text, sums_text(state.logs), sheet, data_package(results, digests, csv_bytes(sheet))
+    package = data_package(results, digests, csv_bytes(sheet))
+    return record_of_run, sums_text(state.logs), sheet, package
 
 
 _PAPER = "https://doi.org/10.1126/science.1229163"
@@ -109,26 +114,32 @@ def data_package(results: Results, digests: Mapping[str, str], sheet: bytes) -> 
 
     `digests`: SHA-256 of results by path. `sheet`: Content of the run sheet.
     """
+
+    def describe_table(path: str, digest: str, size: int, header: bytes) -> ResultFile:
+        """Describe a table; `header`: its first line, which names the columns."""
+        (columns,) = read_cells(header)
+        return ResultFile(path, digest, size, tuple(columns))
+
     files = []
     for path in sorted(digests):
         if path in results.allowed and path.endswith(".csv"):
             file = results.root / path
             with file.open("rb") as handle:
-                (columns,) = read_cells(handle.readline())
-            files.append(ResultFile(path, digests[path], file.stat().st_size, tuple(columns)))
-    (columns,) = read_cells(sheet.partition(b"\n")[0])
-    files.append(ResultFile(SHEET, sha256(sheet).hexdigest(), len(sheet), tuple(columns)))
-    about = (
+                header = handle.readline()
+            files.append(describe_table(path, digests[path], file.stat().st_size, header))
+    header = sheet.partition(b"\n")[0]
+    files.append(describe_table(SHEET, sha256(sheet).hexdigest(), len(sheet), header))
+    description = (
         "Force-transducer logs of plates and legs, and the resistive-force model made from them."
     )
     if results.campaign.reenacted:
-        about += " The logs were simulated from published results: they are no recordings."
+        description += " The logs were simulated from published results: they are no recordings."
     origin = _PAPER if results.campaign.reenacted else ""
-    return package_text(results.config.title, about, files, results.config.publish, origin)
+    return package_text(results.config.title, description, files, results.config.publish, origin)
 
 
-def read_provenance(folder: Path) -> tuple[Provenance, dict[str, Any]]:
-    """Read from a folder of results what they depended on, and the whole content of the record that `provenance` wrote."""
+def read_provenance(folder: Path) -> Provenance:
+    """Read from a folder of results what they depended on, as the stage `provenance` has recorded it."""
     path, sums, sheet = (folder / PurePosixPath(name).name for name in (RECORD, SUMS, SHEET))
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
@@ -140,8 +151,11 @@ def read_provenance(folder: Path) -> tuple[Provenance, dict[str, Any]]:
         header, *table = read_cells(sheet.read_bytes())
         sheet_rows = [dict(zip(header, map(unguarded, texts), strict=True)) for texts in table]
         rows = {row["run_id"]: row for row in sheet_rows}
-        settings, modules, versions = (data[name] for name in ("settings", "modules", "versions"))
-        state = Provenance(read_sums(sums), rows, settings, modules, versions)
+        settings, modules, versions, jobs = (
+            data[name] for name in ("settings", "modules", "versions", "jobs")
+        )
+        commit = data.get("commit", "")
+        return Provenance(read_sums(sums), rows, settings, modules, versions, commit, jobs)
     except FileNotFoundError:
         raise InputError(
             f"{path}: there is no record of what the results were made from; a whole `rftfit run` "
@@ -151,8 +165,6 @@ def read_provenance(folder: Path) -> tuple[Provenance, dict[str, Any]]:
         raise InputError(
             f"{path}: the record is damaged ({type(error).__name__}: {error}); `rftfit run` makes it again"
         ) from error
-    else:
-        return state, data
 
 
 # --- what has changed since
@@ -204,14 +216,14 @@ def format_changes(changes: Sequence[Change], most: int | None) -> list[str]:
         return [*map(str, changes)]
 
     def group_of(change: Change) -> tuple[str, ...]:
-        """Return what changes of one line share: sort, beginning of the name, old and new text."""
+        """Return what changes of one line share: sort, name up to the first underscore, old and new value."""
         folder, slash, name = change.name.rpartition("/")
-        head, mark, _ = name.partition("_")
+        head, underscore, _ = name.partition("_")
+        pattern = f"{folder}{slash}{head}_*" if underscore else change.name
         # digests differ from log to log, which must not part a group
         was, now = (
-            "there" if text.startswith("sha256") else text for text in (change.was, change.now)
+            "there" if value.startswith("sha256") else value for value in (change.was, change.now)
         )
-        pattern = f"{folder}{slash}{head}{mark}*" if mark else change.name
         return change.sort, pattern, was, "another" if was == now else now
 
     groups: dict[tuple[str, ...], list[Change]] = {}
@@ -225,12 +237,12 @@ def format_changes(changes: Sequence[Change], most: int | None) -> list[str]:
 
 
 def _list_different(
-    was: Mapping[str, Any], now: Mapping[str, Any], nothing: Any
+    was: Mapping[str, Any], now: Mapping[str, Any], absent: Any
 ) -> list[tuple[str, Any, Any]]:
-    """List names whose values differ, with both values; `nothing` stands for a value that is not there."""
-    names = sorted(was.keys() | now.keys())
-    pairs = ((name, was.get(name, nothing), now.get(name, nothing)) for name in names)
-    return [(name, old, new) for name, old, new in pairs if old != new]
+    """List keys whose values differ, each with the old and the new value; `absent` stands for a value that is not there."""
+    keys = sorted(was.keys() | now.keys())
+    pairs = ((key, was.get(key, absent), now.get(key, absent)) for key in keys)
+    return [(key, old, new) for key, old, new in pairs if old != new]
 
 
 def _format_digest(digest: str) -> str:

@@ -19,7 +19,7 @@ from rftfit.store import files, write_text
 from rftfit.store.digests import digests_of_files
 from rftfit.store.links import RESULTS
 from rftfit.workflow.stages import LAST, RULES
-from rftfit.workflow.state import STATES, States, job_name
+from rftfit.workflow.state import STATES, FileDigests, States, job_name, job_of
 
 RECORDS = f"{RESULTS}/records"
 _NO_RESULTS = tuple(f"{RESULTS}/{name}/" for name in ("records", "state", "logs"))
@@ -59,7 +59,7 @@ def read_record(path: Path) -> Record | None:
     return record if all(isinstance(field, str) for field in fields) else None
 
 
-def read_fingerprint(path: Path) -> dict[str, str]:
+def read_state(path: Path) -> dict[str, str]:
     """Read the fingerprint of a job, the small file of its state; empty where it is not there or damaged."""
     try:
         return dict(json.loads(path.read_text(encoding="utf-8")))
@@ -83,7 +83,7 @@ def record_holds(root: Path, inputs: Iterable[str], outputs: Iterable[str]) -> b
     record = read_record(root / RECORDS / state.removeprefix(f"{STATES}/"))
     return (
         record is not None
-        and record.state == read_fingerprint(root / state)
+        and record.state == read_state(root / state)
         and record.reads == digests_of_files(root, reads)
         and record.writes == digests_of_files(root, record.writes)
         and set(outputs) <= set(record.writes)
@@ -107,7 +107,7 @@ def maker_of(root: Path, path: str) -> Record | None:
 
 @dataclass(frozen=True)
 class OutdatedResult:
-    """One thing about a job that is not as recorded.
+    """A finding: one thing about a job that is not as recorded.
 
     `job`: Name of the job. `sort`: ``new`` (never finished), ``edited`` or ``missing`` (a result that it wrote), ``input``
     (a result that it read) or ``changed`` (its state). `what`: Path of the result, or name of the changed part of the
@@ -143,16 +143,15 @@ class Recorded:
     def __init__(self, states: States) -> None:
         self.states = states
         self.root = states.campaign.root
-        self._digests: dict[str, str] = {}
+        self.digests = FileDigests(self.root).digests_of
 
     @cached_property
-    def all(self) -> dict[str, Record | None]:
+    def records(self) -> dict[str, Record | None]:
         """Record of every job of this campaign that has a state, by name, in the order of the data's way; None without a record."""
         paths = (self.root / STATES).rglob("[!.]*.json")
-        names = (path.relative_to(self.root / STATES).with_suffix("").as_posix() for path in paths)
-        jobs = [(rule, key) for rule, _, key in (name.partition("/") for name in sorted(names))]
+        jobs = sorted(job_of(path.relative_to(self.root).as_posix()) for path in paths)
         # a state may be left of a medium or figure that the campaign no longer has
-        jobs = [job for job in jobs if self.states.has(*job)]
+        jobs = [job for job in jobs if self.states.has_job(*job)]
         jobs.sort(key=lambda job: RULES.index(job[0]))
         names = (job_name(*job) for job in jobs)
         return {name: read_record(self.root / RECORDS / f"{name}.json") for name in names}
@@ -160,16 +159,17 @@ class Recorded:
     @cached_property
     def maker(self) -> dict[str, Record]:
         """Record of the job that wrote a result, by the path of the result."""
-        return {path: record for record in self.all.values() if record for path in record.writes}
+        return {
+            path: record for record in self.records.values() if record for path in record.writes
+        }
 
-    def collect_records(self, ending: Record | None = None) -> dict[str, Record]:
-        """Collect the records of a job and of all jobs that its results are made from, by name.
+    def collect_records(self, last: Record | None = None) -> dict[str, Record]:
+        """Collect the records of a job and of all jobs that its results are made from, by name, from the last job back.
 
-        `ending`: Record of the job to begin with, going back; default: the last job of a whole run.
+        `last`: Record of that job; default: of the last job of a whole run.
         """
-        last = ending or self.all.get(LAST)
+        waiting = [*filter(None, [last or self.records.get(LAST)])]
         records: dict[str, Record] = {}
-        waiting = [last] if last else []
         while waiting:
             record = waiting.pop()
             if record.name not in records:
@@ -178,8 +178,8 @@ class Recorded:
         return records
 
     @cached_property
-    def records_beside(self) -> dict[str, Record]:
-        """Records of jobs that a whole run does not need, such as a figure for a paper, by the path of each result still there."""
+    def extra_records(self) -> dict[str, Record]:
+        """Records of jobs that a whole run does not need, such as a figure for a paper, by each of their results that exists."""
         of_whole_run = self.collect_records()
         return {
             path: record
@@ -187,20 +187,13 @@ class Recorded:
             if record.name not in of_whole_run and (self.root / path).is_file()
         }
 
-    def digests(self, paths: Iterable[str]) -> dict[str, str]:
-        """Compute SHA-256 of results as they are now, each once; empty for a file that is not there."""
-        paths = [*paths]
-        new = [path for path in paths if path not in self._digests]
-        self._digests |= digests_of_files(self.root, new)
-        return {path: self._digests[path] for path in paths}
-
-    def findings(self, name: str) -> list[OutdatedResult]:
-        """List what is not as recorded about one job; nothing where its results are up to date."""
-        record = self.all.get(name)
+    def findings_of_job(self, name: str) -> list[OutdatedResult]:
+        """List what is not as recorded about one job, by its name; nothing where its results are up to date."""
+        record = self.records.get(name)
         if record is None:
             return [OutdatedResult(name, "new")]
         now = self.digests([*record.writes, *record.reads])
-        state = self.states.of(record.rule, record.key)
+        state = self.states.state_of(record.rule, record.key)
         findings = [
             OutdatedResult(name, "edited" if now[path] else "missing", path, digest)
             for path, digest in record.writes.items()
@@ -218,22 +211,28 @@ class Recorded:
         ]
         return findings
 
-    def findings_of(self, targets: Sequence[str] = ()) -> list[OutdatedResult]:
+    def findings_of_targets(self, targets: Sequence[str] = ()) -> list[OutdatedResult]:
         """List what is not as recorded about all jobs that the targets need; nothing where nothing is to do.
 
         `targets`: Paths of results or names of jobs; default: the last job, which needs all others.
         """
-        ends = [self.maker.get(name) or self.all.get(name) for name in targets or [LAST]]
-        needed = {name for end in ends if end for name in self.collect_records(end)}
-        # records alone tell what a target needs: without one it may need every job, and a job without one may be needed
-        perhaps_needed = [
-            name for name, record in self.all.items() if record is None or None in ends
-        ]
-        needed.update(name for name in perhaps_needed if not self.states.on_demand(name))
+        records = {
+            name: self.maker.get(name) or self.records.get(name) for name in targets or [LAST]
+        }
+        never_made = [name for name, record in records.items() if record is None]
+        needed = {
+            job for record in records.values() if record for job in self.collect_records(record)
+        }
+        # only records say what a target needs: a target without one may need every job, and a job without one may be needed
+        for job, record in self.records.items():
+            if (record is None or never_made) and not self.states.on_demand(job):
+                needed.add(job)
         findings = [
-            finding for name in self.all if name in needed for finding in self.findings(name)
+            finding
+            for job in self.records
+            if job in needed
+            for finding in self.findings_of_job(job)
         ]
-        never_made = [name for name, end in zip(targets or [LAST], ends, strict=True) if not end]
         return findings or [OutdatedResult(name, "new") for name in never_made]
 
     def list_foreign_files(self) -> list[str]:
@@ -249,38 +248,28 @@ class Recorded:
         """Names of the jobs that are not as recorded, and of all jobs made from their results."""
         names: set[str] = set()
         # in the order of the data's way: a job comes after those whose results it read
-        for name, record in self.all.items():
-            makers = (
-                self.maker[path].name
-                for path in (record.reads if record else ())
-                if path in self.maker
-            )
-            if record is None or self.findings(name) or not names.isdisjoint(makers):
+        for name, record in self.records.items():
+            reads = record.reads if record else ()
+            makers = {self.maker[path].name for path in reads if path in self.maker}
+            if self.findings_of_job(name) or makers & names:
                 names.add(name)
         return names
-
-    @cached_property
-    def stale(self) -> dict[str, list[OutdatedResult]]:
-        """Findings about each outdated job of a whole run, by its name; none where only a job before it has changed."""
-        return {
-            name: self.findings(name) for name in self.collect_records() if name in self.outdated
-        }
 
     def is_current(self, path: str) -> bool:
         """Tell whether a result is there, and it and all that it is made from are as recorded."""
         return path in self.maker and self.maker[path].name not in self.outdated
 
     def make_outdated(self, findings: Iterable[OutdatedResult]) -> None:
-        """Let Snakemake plan the jobs that are not as recorded, whatever the times of files say.
+        """Let Snakemake plan the jobs of some findings, whatever the times of files say.
 
         Their state files are emptied, to be written anew, and their results get a time before all others. No state file
-        is deleted, since these files list the jobs of the campaign; jobs that no target needs stay as recorded.
+        is deleted, since these files list the jobs of the campaign.
         """
         for name in {finding.job for finding in findings}:
             state = self.root / STATES / f"{name}.json"
             if state.is_file():
                 write_text(state, "")
-            record = self.all.get(name)
+            record = self.records.get(name)
             for path in record.writes if record else ():
                 set_time(self.root / path, LONG_AGO_S)
 
@@ -289,8 +278,7 @@ class Recorded:
         now_s = time.time()
         # more than the step of the coarsest file times, 2 s
         passed_s = 10.0
-        for folder in (RESULTS, STATES):
-            for path in (self.root / folder).rglob("*"):
-                with suppress(FileNotFoundError):
-                    if path.lstat().st_mtime > now_s and path.is_file():
-                        set_time(path, now_s - passed_s)
+        for path in (self.root / RESULTS).rglob("*"):
+            with suppress(FileNotFoundError):
+                if path.lstat().st_mtime > now_s and path.is_file():
+                    set_time(path, now_s - passed_s)

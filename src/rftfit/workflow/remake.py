@@ -7,12 +7,13 @@ records cannot tell, since whoever changes a result can renew its record.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from rftfit.campaign.problems import join_words
@@ -23,7 +24,7 @@ from rftfit.store.tables import read_cells, read_parquet
 from rftfit.store.text import count, first_of
 from rftfit.workflow.changed_cells import find_changed_cells
 from rftfit.workflow.closing import MOST_NAMED, list_others
-from rftfit.workflow.records import Record, Recorded
+from rftfit.workflow.records import Recorded
 from rftfit.workflow.run import Workflow
 from rftfit.workflow.snakemake import Job, Progress
 from rftfit.workflow.state import States
@@ -37,9 +38,9 @@ TextRows = list[list[str]]
 class Remade:
     """Results that were made again, compared with the recorded ones.
 
-    `same`: Paths of files with equal bytes. `unlike`: Where a file differs, by its path, in the order in which jobs
-    make the files. `not_made`: Recorded files that `rftfit run` does not make, such as the whole sweep of the robot.
-    `recorded`: Records and files as they were.
+    `same`: Paths of files with equal bytes. `unlike`: Description of the difference, by path of the file, in the order in
+    which jobs make the files. `not_made`: Recorded files that `rftfit run` does not make, such as the whole sweep of the
+    robot. `recorded`: Records and files as they were.
     """
 
     same: tuple[str, ...]
@@ -110,37 +111,33 @@ def remake(
         same: list[str] = []
         unlike: dict[str, str] = {}
         not_made: list[str] = []
-        for path in _list_results([*recorded.all.values(), *recorded_again.all.values()]):
-            original, remade = recorded.root / path, root / path
+        # in the order of the jobs that made them
+        for path in recorded.maker | recorded_again.maker:
             if path not in recorded_again.maker:
                 not_made.append(path)
             elif recorded.digests([path]) == recorded_again.digests([path]):
                 same.append(path)
             else:
-                unlike[path] = _describe_difference(original, remade)
+                unlike[path] = _describe_difference(recorded.root / path, root / path)
     return Remade(tuple(same), unlike, tuple(not_made), recorded)
 
 
 def _copy_settings(states: States, root: Path) -> Path:
-    """Lay out a campaign in the folder `root`: copies of its settings, a link to its logs. Returns the path of its config."""
+    """Make a campaign in the folder `root`: copies of all settings, a link to the logs. Returns the path of the new config."""
     campaign = states.campaign
     config = campaign.root / next(iter(campaign.read_from))
     raw = campaign.raw.relative_to(campaign.root)
-    settings = [path for path in config.parent.rglob("*") if path.is_file()]
-    if config.parent == campaign.root:
-        settings = [path for path in config.parent.iterdir() if path.is_file()]
-    named_paths = [campaign.sheet, *(campaign.root / name for name in states.robot_files)]
+    # a config may lie at the top of the campaign, whose other folders are no settings
+    is_at_top = config.parent == campaign.root
+    paths = config.parent.iterdir() if is_at_top else config.parent.rglob("*")
+    settings = [path for path in paths if path.is_file()]
+    named_paths = [campaign.sheet, *(campaign.root / name for name in states.robot_digests)]
     for path in dict.fromkeys([*settings, *named_paths]):
         name = path.relative_to(campaign.root)
         if not name.is_relative_to(raw) and not name.is_relative_to(RESULTS):
             copy_file(path, root / name)
     link_folder(root / raw, campaign.raw.resolve())
     return root / config.relative_to(campaign.root)
-
-
-def _list_results(records: Sequence[Record | None]) -> list[str]:
-    """List the paths of results, each once, in the order of the jobs that wrote them."""
-    return list(dict.fromkeys(path for record in records if record for path in record.writes))
 
 
 # --- Where two files differ.
@@ -186,26 +183,23 @@ def _describe_table_difference(original: TextRows, remade: TextRows) -> str:
     if not cells:
         return row_counts if len(original) != len(remade) else ""
     first = cells[0]
-    size = f" ({100 * first.share:.2g} %)" if math.isfinite(first.share) else ""
-    shares = [cell.share for cell in cells if math.isfinite(cell.share)]
-    cells_text = f"; {len(cells)} cells differ" if len(cells) > 1 else ""
-    if len(cells) > 1 and shares:
-        cells_text += f", by {100 * max(shares):.2g} % at most"
-    rows_text = f"; {row_counts}" if len(original) != len(remade) else ""
     column = names[first.column] if first.column < len(names) else f"column {first.column + 1}"
-    return f"line {first.row + 1}, {column}: {first.was!r}, made again {first.now!r}{size}{cells_text}{rows_text}"
+    sentence = f"line {first.row + 1}, {column}: {first.was!r}, made again {first.now!r}"
+    if math.isfinite(first.share):
+        sentence += f" ({100 * first.share:.2g} %)"
+    if len(cells) > 1:
+        sentence += f"; {len(cells)} cells differ"
+        if shares := [cell.share for cell in cells if math.isfinite(cell.share)]:
+            sentence += f", by {100 * max(shares):.2g} % at most"
+    return f"{sentence}; {row_counts}" if len(original) != len(remade) else sentence
 
 
 def _describe_byte_difference(original: Path, remade: Path) -> str:
     """Say which byte of a file differs first, counted from 1, and how many do; where lengths differ, both lengths."""
-    was, now = original.read_bytes(), remade.read_bytes()
-    first = next(
-        (place for place, pair in enumerate(zip(was, now, strict=False)) if pair[0] != pair[1]),
-        min(len(was), len(now)),
-    )
-    if len(was) != len(now):
-        return (
-            f"{len(was)} bytes, made again {len(now)}; the first that differs is byte {first + 1}"
-        )
-    differ = sum(old != new for old, new in zip(was, now, strict=True))
-    return f"{differ} of {len(now)} bytes differ, the first is byte {first + 1}"
+    was, now = (np.fromfile(path, np.uint8) for path in (original, remade))
+    common_length = min(was.size, now.size)
+    differing = np.flatnonzero(was[:common_length] != now[:common_length])
+    first = 1 + (differing[0] if differing.size else common_length)
+    if was.size != now.size:
+        return f"{was.size} bytes, made again {now.size}; the first that differs is byte {first}"
+    return f"{differing.size} of {now.size} bytes differ, the first is byte {first}"

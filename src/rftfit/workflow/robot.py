@@ -63,6 +63,7 @@ def robot_measured(results: Results) -> tuple[pd.DataFrame, ...]:
     section, robot = robot_of(campaign)
     calibrated_on = list(sweep.CALIBRATED_ON.values()) if robot == paper_robot() else []
     trials = trials_of(campaign)
+    # legs of the same phase are a tripod
     tripods = len({hip.phase_turns for hip in robot.legs.hips})
     folder = (campaign.raw / (section.runs or "")).parent
     rows, ledger_rows, stride_rows = [], [], list[tuple[object, ...]]()
@@ -79,13 +80,18 @@ def robot_measured(results: Results) -> tuple[pd.DataFrame, ...]:
             ]
         file = (folder / trial.track).relative_to(campaign.raw).as_posix()
         ledger_rows += [
-            (trial.run_id, trial.medium, "robot", file, fate, *reason_cells([why]), count)
-            for (fate, why), count in sorted(
-                counts.items(), key=lambda fate_count: [*map(str, fate_count[0])]
+            (
+                trial.run_id,
+                trial.medium,
+                "robot",
+                file,
+                fate,
+                *reason_cells([why]),
+                counts[fate, why],
             )
+            for fate, why in sorted(counts, key=lambda fate_and_why: [*map(str, fate_and_why)])
         ]
     table = pd.DataFrame(rows, columns=TRIALS)
-    published = campaign.config.media[section.medium].published_as
     if trials:
         speeds = measured_speeds(table, calibrated_on)
     else:
@@ -93,11 +99,11 @@ def robot_measured(results: Results) -> tuple[pd.DataFrame, ...]:
         # Fig. 4C shows one robot on one medium; other settings of a robot, such as the time step, do not matter
         paper = paper_robot()
         is_paper_robot = (robot.body, robot.legs) == (paper.body, paper.legs)
-        speeds = speeds if published == "poppy_LP" and is_paper_robot else speeds.iloc[:0]
+        if not is_paper_robot or campaign.config.media[section.medium].published_as != "poppy_LP":
+            speeds = speeds.iloc[:0]
     strides = pd.DataFrame(stride_rows, columns=MEAN_STRIDE)
     ledger = pd.DataFrame(ledger_rows, columns=LEDGER_COLUMNS)
-    flags_of_tracks = flag_table(section.medium, "robot_measured", flags)
-    return table, speeds, strides, ledger, flags_of_tracks
+    return table, speeds, strides, ledger, flag_table(section.medium, "robot_measured", flags)
 
 
 def _sweep_tables(results: Results, folder: str) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
@@ -110,10 +116,9 @@ def _sweep_tables(results: Results, folder: str) -> tuple[pd.DataFrame, pd.DataF
     measured, widths = (results.table(f"robot/{name}.csv") for name in ("measured", "intervals"))
     runs = {name: results.table(f"{folder}/runs_{name}.csv") for name in PROFILES}
     all_runs = pd.concat([table for table in runs.values() if len(table)], ignore_index=True)
+    # runs at a condition on whose measured speed the robot was calibrated are no test of it
     calibrated = measured[measured["calibrated"] == "yes"]
-    calibrated_on = set(
-        zip(calibrated["curvature_times_R"], calibrated["frequency_Hz"], strict=True)
-    )
+    calibrated_on = {*zip(calibrated["curvature_times_R"], calibrated["frequency_Hz"], strict=True)}
     conditions = zip(all_runs["curvature_times_R"], all_runs["frequency_Hz"], strict=True)
     all_runs["calibrated"] = [
         "yes" if condition in calibrated_on else "no" for condition in conditions
@@ -129,7 +134,7 @@ def _sweep_tables(results: Results, folder: str) -> tuple[pd.DataFrame, pd.DataF
 
 
 def profiles_of(results: Results) -> tuple[str, ...]:
-    """Names of the profiles that the robot runs on: the map only where the measured table has holes, which it fills."""
+    """List the profiles that the robot runs on: the map only where the measured table has holes, which it fills."""
     has_holes = robot_profile(results, "table").reason
     return tuple(name for name in PROFILES if has_holes or name != "map")
 
@@ -186,14 +191,13 @@ INTERVAL_PROFILES = ("table", "map", "generic")
 def robot_intervals(results: Results, threads: int) -> pd.DataFrame:
     """Estimate half widths of the intervals of speed and best curvature, by runs of the robot on draws of alpha."""
     section, robot = robot_of(results.campaign)
-    names = [name for name in profiles_of(results) if name in INTERVAL_PROFILES]
-    all_profiles = {name: results[section.medium].profile(name) for name in names}
-    # without draws of alpha there is no interval: the generic profile has none where no nine terms were fitted
-    profiles = {
-        name: profile
-        for name, profile in all_profiles.items()
-        if isinstance(profile.spread, Profile)
-    }
+    profiles = {}
+    for name in profiles_of(results):
+        if name in INTERVAL_PROFILES:
+            profile = results[section.medium].profile(name)
+            # without draws of alpha there is no interval: the generic profile has none where no nine terms were fitted
+            if isinstance(profile.spread, Profile):
+                profiles[name] = profile
     measured = results.table("robot/measured.csv")
     level, arc = results.config.fit.confidence, results.config.errors.arc_percent
     half_widths = widths(robot, profiles, measured, level, threads, arc)
@@ -210,14 +214,14 @@ def robot_motion(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, str]:
     section, robot = robot_of(results.campaign)
     name = "map" if "map" in profiles_of(results) else "table"
     profile = robot_profile(results, name)
-    motion, stances = [], []
-    for curvature, frequency in sweep.MOTION:
-        run = simulate(robot, profile, frequency, curvature, samples_per_stride=SAMPLES)
-        motion.append(tail_of(run, SAMPLES))
-        stances.append(stance_of(robot, profile, run, SAMPLES))
-    tables = [pd.concat(parts, ignore_index=True) for parts in (motion, stances)]
-    for table in tables:
+    runs = [
+        simulate(robot, profile, frequency, curvature, samples_per_stride=SAMPLES)
+        for curvature, frequency in sweep.MOTION
+    ]
+    motion = pd.concat([tail_of(run, SAMPLES) for run in runs], ignore_index=True)
+    stances = [stance_of(robot, profile, run, SAMPLES) for run in runs]
+    stance = pd.concat(stances, ignore_index=True)
+    for table in (motion, stance):
         table.insert(0, "profile", name)
-    data = frames_of(robot, profile) | {"medium": section.medium, "profile": name}
-    text = json.dumps(data, separators=(",", ":"), allow_nan=False)
-    return *tables, text + "\n"  # type: ignore[return-value]
+    pictures = frames_of(robot, profile) | {"medium": section.medium, "profile": name}
+    return motion, stance, json.dumps(pictures, separators=(",", ":"), allow_nan=False) + "\n"

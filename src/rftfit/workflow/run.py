@@ -24,12 +24,12 @@ from rftfit.workflow.records import OutdatedResult, Recorded
 from rftfit.workflow.snakemake import (
     Job,
     Progress,
-    failure_text,
-    failures,
+    describe_failed_jobs,
+    describe_failure,
+    failed_to_write,
     find_snakefile,
-    listen,
-    nothing_written,
-    working_in,
+    find_snakemakes,
+    run_snakemake,
 )
 from rftfit.workflow.stages import LAST
 from rftfit.workflow.state import HANDED, LEAST_MB, States, guard_written, hand_over, read_states
@@ -84,11 +84,11 @@ class JobsFailedError(WorkflowError):
 class Workflow:
     """One call of the workflow.
 
-    `config`: Path of the config. `targets`: Results to make, empty for all. `words`: Further options for Snakemake itself.
-    `cores`: Jobs at once; default: all cores. `cluster`: Profile that puts the jobs on a cluster. `snakefile`: Another
-    workflow instead of the shipped one. `results_at`: Folder that the results are to lie in. `say`: Function that gets
-    what is made again and why, line by line. `on_job`: Function that gets the progress after each line of Snakemake, and
-    the job where the line says that one has finished.
+    `config`: Path of the config. `targets`: Paths of results or names of jobs to make; empty for all. `words`: Further
+    options for Snakemake itself. `cores`: Jobs at once; default: all cores. `cluster`: Profile that puts the jobs on a
+    cluster. `snakefile`: Another workflow instead of the shipped one. `results_at`: Folder that the results are to lie in.
+    `say`: Function that gets what is made again and why, line by line. `on_job`: Function that gets the progress after
+    each line of Snakemake, and the job that has finished by this line, or None.
     """
 
     config: Path
@@ -102,7 +102,7 @@ class Workflow:
     on_job: Callable[[Progress, Job | None], None] = field(default=lambda *_: None)
 
     def __post_init__(self) -> None:
-        self.states, self.warnings = read_states(self.config)
+        self.states = read_states(self.config)
         self.recorded = Recorded(self.states)
         self.root = self.states.campaign.root
         self.reasons: list[str] = []
@@ -111,13 +111,13 @@ class Workflow:
             put_results_at(self.root, self.results_at)
         guard_written(self.states.campaign)
 
-    def add_printed(self) -> None:
-        """Make the figures for a paper too, beside the targets, or all results where there are none."""
-        self.targets = [*(self.targets or [f"{RESULTS}/{LAST}.json"]), *self.states.printed]
+    def add_paper_files(self) -> None:
+        """Add the figures for a paper to the targets; without targets, to all results of a whole run."""
+        self.targets = [*(self.targets or [f"{RESULTS}/{LAST}.json"]), *self.states.paper_files]
 
     def run(self) -> Progress:
         """Make all results that are missing or out of date."""
-        if self._is_up_to_date():
+        if not self._mark_outdated():
             return Progress(nothing_to_do=True)
         if not self.states.campaign.numbers:
             readers(self.states.campaign)  # refuses an unknown dialect before any job starts
@@ -125,16 +125,16 @@ class Workflow:
         self.recorded.bring_times_back()
         progress = self._watch(self._command(), self.root / LOG)
         self.recorded = Recorded(self.states)
-        self._refuse_outdated_rest()
+        self._refuse_outdated_targets()
         return progress
 
-    def _refuse_outdated_rest(self) -> None:
+    def _refuse_outdated_targets(self) -> None:
         """Raise where a run left a target out of date, since Snakemake was misled by the times of files."""
-        known_targets = {*self.recorded.maker, *self.recorded.all}
+        recorded_targets = {*self.recorded.maker, *self.recorded.records}
         # another workflow, or options for Snakemake, may leave results out of date on purpose
-        if self.snakefile or self.words or not known_targets.issuperset(self.targets):
+        if self.snakefile or self.words or not recorded_targets.issuperset(self.targets):
             return
-        findings = self.recorded.findings_of(self.targets)
+        findings = self.recorded.findings_of_targets(self.targets)
         jobs_left = list(dict.fromkeys(finding.job for finding in findings))
         if jobs_left:
             names = join_words([name.replace("/", " ") for name in jobs_left], MOST_NAMED)
@@ -145,38 +145,36 @@ class Workflow:
 
     def dry_run(self) -> Progress:
         """Find the jobs that a run would do, without doing them."""
-        if self._is_up_to_date():
+        if not self._mark_outdated():
             return Progress(nothing_to_do=True)
         return self._watch([*self._command(), "--dry-run"], None)
 
-    def _is_up_to_date(self) -> bool:
-        """Tell whether records agree with files and states, and nothing is to do.
-
-        Where they differ, say how, and let Snakemake plan the jobs concerned.
-        """
+    def _mark_outdated(self) -> bool:
+        """Find the jobs that are not as recorded, say why, and mark them for Snakemake; return False if it has nothing to do."""
+        # the records say nothing about another workflow
         if self.snakefile:
-            return False
-        findings = self.recorded.findings_of(self.targets)
+            return True
+        findings = self.recorded.findings_of_targets(self.targets)
         self.reasons = describe_findings(findings)
         for line in self.reasons:
             self.say(line)
         self.recorded.make_outdated(findings)
         # options for Snakemake may ask for jobs that are up to date
         if not findings and not self.words:
-            return True
+            return False
         for line in describe_memory(self.states, self.recorded):
             self.say(line)
-        return False
+        return True
 
     def unlock(self) -> None:
         """Clear the lock that a killed run has left."""
-        if process_ids := working_in(self.root):
+        if process_ids := find_snakemakes(self.root):
             raise WorkflowError(
                 f"a workflow is running in {self.root} (process {', '.join(map(str, process_ids))}), so its "
                 "lock stays; wait for it, or end it first"
             )
         lines: list[str] = []
-        if listen([*self._command(), "--unlock"], None, lines.append):
+        if run_snakemake([*self._command(), "--unlock"], None, lines.append):
             raise WorkflowError("the lock cannot be cleared: " + " ".join(lines[-3:]))
 
     def _command(self) -> list[str]:
@@ -207,7 +205,7 @@ class Workflow:
         progress = Progress()
 
         def on_line(line: str) -> None:
-            self.on_job(progress, progress.feed(line))
+            self.on_job(progress, progress.update_by(line))
 
         try:
             # a dry run has no jobs; those of a cluster or of another workflow are not forked from here
@@ -215,8 +213,8 @@ class Workflow:
             if forks_jobs and sys.platform == "linux":
                 command = [*command, "--executor", "rftfit"]
             with TemporaryFile(buffering=0) as file:
-                environment = {HANDED: hand_over(self.states, self.warnings, file)}
-                status = listen(command, log, on_line, **environment)
+                environment = {HANDED: hand_over(self.states, file)}
+                status = run_snakemake(command, log, on_line, **environment)
         except KeyboardInterrupt:
             raise KeyboardInterrupt(
                 "Stopped. Results that were finished are kept; to go on, give the same command again."
@@ -225,29 +223,27 @@ class Workflow:
             raise WorkflowError(self._describe_lock())
         if status:
             log_name = log.relative_to(self.root) if log else Path("(not kept in a dry run)")
-            text = failure_text(progress, self.root, log_name, status)
-            error = OutputError if nothing_written(progress, self.root) else WorkflowError
+            text = describe_failure(progress, self.root, log_name, status)
+            error = OutputError if failed_to_write(progress, self.root) else WorkflowError
             raise JobsFailedError(text, self.report(progress), error.exit_code)
         return progress
 
     def report(self, progress: Progress) -> RunReport:
-        """Report what a run did that has ended."""
-        jobs_made, jobs_skipped = (
-            [str(job) for job in jobs] for jobs in (progress.made, progress.skipped)
-        )
-        return RunReport(jobs_made, jobs_skipped, failures(progress, self.root), self.reasons)
+        """Report what a run has done, by its progress at the end."""
+        made, skipped = [*map(str, progress.made)], [*map(str, progress.skipped)]
+        return RunReport(made, skipped, describe_failed_jobs(progress, self.root), self.reasons)
 
     def _clear_stale_lock(self) -> None:
         """Clear the lock of a killed run where it is certain that nobody holds it."""
         with stale_lock(self.root / ".snakemake") as certain:
-            if certain and listen([*self._command(), "--unlock"], None, lambda _: None) == 0:
+            if certain and run_snakemake([*self._command(), "--unlock"], None, lambda _: None) == 0:
                 self.say(
                     "An earlier run was killed: its lock is cleared, and this one goes on from there."
                 )
 
     def _describe_lock(self) -> str:
         """Say who holds the lock of the campaign's folder, and what to do."""
-        if process_ids := working_in(self.root):
+        if process_ids := find_snakemakes(self.root):
             return (
                 f"another workflow is running in {self.root} (process {', '.join(map(str, process_ids))}): "
                 "two at once would write the same files. Wait for it; nothing was run."
@@ -297,7 +293,7 @@ def describe_memory(states: States, recorded: Recorded) -> list[str]:
 
 
 def _refuse_packages(root: Path) -> None:
-    """Refuse a campaign that brings packages along, which Snakemake would import."""
+    """Refuse a campaign folder with packages in it that Snakemake would import."""
     folder = root / ".snakemake" / "pip-deployments"
     if os.path.lexists(folder):
         raise InputError(
@@ -310,10 +306,7 @@ def _refuse_packages(root: Path) -> None:
 
 
 def _cluster_words(name: str, snakefile: Path, cores: int | None) -> list[str]:
-    """Return words for Snakemake that put the jobs on a cluster; `cores`: cores of the largest job.
-
-    `name`: As for `find_profile`.
-    """
+    """Return options of Snakemake that put the jobs on a cluster; `name`: as for `find_profile`; `cores`: of the largest job."""
     folder = find_profile(name, snakefile)
     executor = str(_read_profile(folder / _PROFILE_FILE).get("executor", "local"))
     _check_installed(executor, folder)
@@ -342,12 +335,12 @@ def _read_profile(path: Path) -> Mapping[str, Any]:
     import yaml
 
     try:
-        values = yaml.safe_load(path.read_text(encoding="utf-8"))
+        profile = yaml.safe_load(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise InputError(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
-    if not isinstance(values, dict):
+    if not isinstance(profile, dict):
         raise InputError(f"{path}: it must hold keys and values, as `executor: slurm`")
-    return values
+    return profile
 
 
 def _check_installed(executor: str, folder: Path) -> None:

@@ -16,11 +16,13 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 from textwrap import indent
+from typing import BinaryIO
 
 from rftfit.errors import OutputError
 from rftfit.store import open_growing
 from rftfit.store.environment import child_environment, shipped
-from rftfit.workflow.processes import VARIABLE
+from rftfit.store.text import count
+from rftfit.workflow.processes import PARENT_VARIABLE
 from rftfit.workflow.state import job_name, state_file
 
 _PATIENCE_S = 20.0
@@ -36,6 +38,8 @@ _STAGE_MESSAGE = re.compile(r"^rftfit [^:]+: (.*)$")
 _SLURM = re.compile(r"SLURM status is: '([\w ]+)'")
 _SIGNAL_OF_STATUS = {"137": "SIGKILL", "143": "SIGTERM", "139": "SIGSEGV"}
 _REFUSED = re.compile(r"OutputError: (.*: cannot write: .*)")
+"""Error of this program in Snakemake's process, which writes state files."""
+
 _NO_SPACE = rf"\[Errno (?:{errno.ENOSPC}|{errno.EROFS}|{errno.EDQUOT}|{errno.EFBIG})\] (.*)"
 _CURE = "free some space or allow writing there, then run again"
 _MEMORY = "most often because the memory was full; try --cores 1"
@@ -46,9 +50,9 @@ _SUMMARY_OF_END = "At least one job did not complete successfully."
 class Job:
     """One job, as Snakemake reports it.
 
-    `logs`: Log files that its rule declares. `wildcards`: Values by name. `status`: Exit status, name of the signal that
-    ended it, or the word of Slurm; empty where unknown. `grouped`: True where the job went to a cluster in a group, of
-    which Snakemake knows only that one job failed.
+    `logs`: Log files that its rule declares. `wildcards`: Values by name. `reason`: Why it is done, in Snakemake's words.
+    `status`: Exit status, name of the signal that ended it, or what Slurm says of it; empty where unknown. `grouped`: True
+    where the job went to a cluster in a group, of which Snakemake knows only that one job failed.
     """
 
     rule: str
@@ -69,12 +73,12 @@ class Job:
 
 @dataclass
 class Progress:
-    """State of a workflow, from the events that Snakemake reports.
+    """Progress of a workflow, from the events that Snakemake reports.
 
     `total`, `done`: Numbers of jobs. `jobs`: Jobs that began or, in a dry run, would begin, by Snakemake's number.
     `made`: Jobs that finished. `skipped`: Jobs whose record still held. `failed`: Failed jobs by number. `problem`: Lines
-    about an error that is not of a job. `plain`: Lines that are no events. `_ends`: Errors about commands of jobs: text
-    and exit status or signal.
+    about an error that is not of a job. `plain`: Lines that are no events. `_command_errors`: Snakemake's errors about
+    commands of jobs, each with the exit status or signal.
     """
 
     total: int = 0
@@ -87,10 +91,10 @@ class Progress:
     plain: list[str] = field(default_factory=list)
     nothing_to_do: bool = False
     locked: bool = False
-    _ends: list[tuple[str, str]] = field(default_factory=list)
+    _command_errors: list[tuple[str, str]] = field(default_factory=list)
 
-    def feed(self, line: str) -> Job | None:
-        """Update the state by one line of output. Returns the job that the line says is finished, if any."""
+    def update_by(self, line: str) -> Job | None:
+        """Update the progress by one line of Snakemake's output; return the job that has finished by it, or None."""
         try:
             event = json.loads(line) if line.startswith('{"snakemake"') else None
         except ValueError:
@@ -98,7 +102,7 @@ class Progress:
         if event is None:
             self.plain.append(line)
             return None
-        text, number = str(event["snakemake"]), str(event.get("jobid", event.get("job_id", "")))
+        message, number = str(event["snakemake"]), str(event.get("jobid", event.get("job_id", "")))
         match event.get("event"):
             case "run_info":
                 self.total = int(event.get("stats", {}).get("total", self.total))
@@ -122,40 +126,41 @@ class Progress:
                 job.status = f"Slurm says {slurm[1]}" if slurm else self._status_of(job)
                 self.failed[number] = job
             case "error":
-                if status_match := _STATUS_OF_COMMAND.search(text):
-                    self._ends.append((text, status_match[1] or status_match[2]))
-                elif "LockException" in text or "cannot be locked" in text:
+                if status_match := _STATUS_OF_COMMAND.search(message):
+                    self._command_errors.append((message, status_match[1] or status_match[2]))
+                elif "LockException" in message or "cannot be locked" in message:
                     self.locked = True
-                elif _SUMMARY_OF_END not in text:
-                    self.problem += [row for row in text.splitlines() if row.strip()][:_MOST_LINES]
+                elif _SUMMARY_OF_END not in message:
+                    lines = [row for row in message.splitlines() if row.strip()]
+                    self.problem += lines[:_MOST_LINES]
             case _:
-                self.nothing_to_do |= "Nothing to be done" in text
-                self.locked |= "cannot be locked" in text
+                self.nothing_to_do |= "Nothing to be done" in message
+                self.locked |= "cannot be locked" in message
         return None
 
     def _status_of(self, job: Job) -> str:
-        """Find the exit status or signal of a failed job, empty where unknown, and remove it from `_ends`.
+        """Find the exit status or signal of a failed job, empty where unknown, and remove its error.
 
-        Several commands may fail before Snakemake names the first job: the text with the job's state file is preferred.
+        Several commands may fail before Snakemake names the first job: the error with the job's state file is preferred.
         """
-        ends_of_job = [end for end in self._ends if f" {job.state} " in end[0]] or self._ends
-        if not ends_of_job:
+        errors = self._command_errors
+        errors_of_job = [error for error in errors if f" {job.state} " in error[0]] or errors
+        if not errors_of_job:
             return ""
-        text, status = ends_of_job[0]
-        self._ends.remove((text, status))
-        return status
+        errors.remove(error_of_job := errors_of_job[0])
+        return error_of_job[1]
 
 
-def failure_text(progress: Progress, root: Path, log: Path, status: int) -> str:
-    """Say what failed and why, without what Snakemake adds to it.
+def describe_failure(progress: Progress, root: Path, log: Path, status: int) -> str:
+    """Say what failed and why, in the words of the stages instead of Snakemake's.
 
-    `root`: The campaign's folder. `log`: The whole log, named in the text. `status`: Exit status of Snakemake; minus the
-    number of a signal that ended it.
+    `root`: The campaign's folder. `log`: Path of Snakemake's whole log, named in the message. `status`: Exit status of
+    Snakemake; minus the number of a signal that ended it.
     """
     done = f"{progress.done} of {progress.total}"
     if progress.failed:
-        causes = failures(progress, root)
-        failed = f"{len(causes)} job{'s' * (len(causes) > 1)} failed"
+        causes = describe_failed_jobs(progress, root)
+        failed = f"{count(len(causes), 'job')} failed"
         parts = [f"the workflow stopped: {failed}; {done} are done, and what is done is kept."]
         parts += [f"  {job}:\n{indent(why, '    ')}" for job, why in causes.items()]
     elif status < 0:
@@ -165,19 +170,19 @@ def failure_text(progress: Progress, root: Path, log: Path, status: int) -> str:
         parts = [f"{head} {done} jobs are done and kept; `rftfit run` goes on from there."]
     else:
         lines = _refusals(progress) or progress.problem or progress.plain[-_MOST_LINES:]
-        text = "\n".join(f"    {line}" for line in lines or ["Snakemake gave no reason"])
         when = f"after {done} jobs" if progress.done else "before any job"
-        parts = [f"the workflow stopped {when}:\n{text}"]
+        parts = [f"the workflow stopped {when}:"]
+        parts += [f"    {line}" for line in lines or ["Snakemake gave no reason"]]
     return "\n".join([*parts, f"The whole log: {log}"])
 
 
-def failures(progress: Progress, root: Path) -> dict[str, str]:
-    """Say why jobs failed, by the name of the job."""
-    jobs = _failed_by_own_log(progress, root)
+def describe_failed_jobs(progress: Progress, root: Path) -> dict[str, str]:
+    """Say why jobs failed, by rule and wildcard of the job."""
+    jobs = _list_failed_jobs(progress, root)
     return {str(job): "\n".join(_describe_cause(job, progress, root)) for job in jobs}
 
 
-def nothing_written(progress: Progress, root: Path) -> bool:
+def failed_to_write(progress: Progress, root: Path) -> bool:
     """Tell whether files that could not be written are the only cause why the workflow stopped."""
     if not progress.failed:
         return bool(_refusals(progress))
@@ -188,7 +193,7 @@ def nothing_written(progress: Progress, root: Path) -> bool:
 
 
 def _refusals(progress: Progress) -> list[str]:
-    """Find the first line of Snakemake about a file that it cannot write, in its folder or for a job to begin; at most one."""
+    """Return the first message of Snakemake that it cannot write a file, as a list; empty where there is none."""
     lines = [*progress.problem, *progress.plain]
     refusals = [match[1] for line in lines if (match := _REFUSED.search(line))]
     disk_errors = [match[1] for line in lines if (match := re.search(_NO_SPACE, line))]
@@ -202,28 +207,30 @@ def _logs_not_made(job: Job, root: Path) -> list[str]:
     return [name for name in job.logs if job.status == "1" and not (root / name).exists()]
 
 
-def _failed_by_own_log(progress: Progress, root: Path) -> list[Job]:
+def _list_failed_jobs(progress: Progress, root: Path) -> list[Job]:
     """List the failed jobs; of a group on a cluster only those whose log holds an error.
 
     Snakemake calls all jobs of a group failed where one is. Where no log of them holds an error, one entry stands for all.
     """
     jobs = list(progress.failed.values())
-    silent = [job for job in jobs if job.grouped and not _find_message(job, progress, root)]
-    if silent and len(silent) == len([job for job in jobs if job.grouped]):
-        group_job = Job(f"one of {', '.join(map(str, silent))}", status=silent[0].status)
-        return [job for job in jobs if not job.grouped] + [group_job]
-    return [job for job in jobs if job not in silent]
+    grouped = [job for job in jobs if job.grouped]
+    silent = [job for job in grouped if not _find_message(job, progress, root)]
+    failed = [job for job in jobs if job not in silent]
+    if silent and silent == grouped:
+        failed.append(Job(f"one of {', '.join(map(str, silent))}", status=silent[0].status))
+    return failed
 
 
 def _find_message(job: Job, progress: Progress, root: Path) -> list[str]:
-    """Find in the logs of a job the message of its stage, or the last line of a traceback; empty where there is none.
+    """Find in the logs of a job the lines of its stage's message, or the last line of a traceback; empty where there is none.
 
     A stage that cannot write its log writes its message to standard output, among Snakemake's lines.
     """
     for lines in _read_logs(job, root):
-        begin = next((i for i, line in enumerate(lines) if _STAGE_MESSAGE.match(line)), None)
-        if begin is not None:
-            return [_STAGE_MESSAGE.sub(r"\1", lines[begin]), *lines[begin + 1 :][:_MOST_LINES]]
+        starts = [place for place, line in enumerate(lines) if _STAGE_MESSAGE.match(line)]
+        if starts:
+            first, *further = lines[starts[0] :]
+            return [_STAGE_MESSAGE.sub(r"\1", first), *further[:_MOST_LINES]]
         if "Traceback (most recent call last):" in lines:
             end = "(an error that the program did not expect: its traceback is in the log)"
             return [lines[-1], end]
@@ -232,11 +239,11 @@ def _find_message(job: Job, progress: Progress, root: Path) -> list[str]:
 
 
 def _read_logs(job: Job, root: Path) -> Iterator[list[str]]:
-    """Yield the lines of each log of a job that can be read."""
+    """Yield the lines of each log of a job; a log that cannot be read is left out."""
     for name in job.logs:
         with contextlib.suppress(OSError):
-            text = (root / name).read_text(encoding="utf-8", errors="replace")
-            yield text.strip().splitlines()
+            content = (root / name).read_text(encoding="utf-8", errors="replace")
+            yield content.strip().splitlines()
 
 
 def _describe_cause(job: Job, progress: Progress, root: Path) -> list[str]:
@@ -246,14 +253,12 @@ def _describe_cause(job: Job, progress: Progress, root: Path) -> list[str]:
     if message := _find_message(job, progress, root):
         return message
     status = _SIGNAL_OF_STATUS.get(job.status, job.status)
-    if not status.startswith("SIG"):
-        for lines in _read_logs(job, root):
-            if lines:
-                return lines[-_MOST_LINES:]
     if status == "SIGKILL":
         return [f"killed (SIGKILL), {_MEMORY}"]
     if status.startswith("SIG"):
         return [f"ended by {status}"]
+    if lines := next(filter(None, _read_logs(job, root)), None):
+        return lines[-_MOST_LINES:]
     if status.isdecimal():
         status = f"exit status {status}"
     return [f"no message; {status}" if status else "no message"]
@@ -267,7 +272,7 @@ def find_snakefile() -> Path:
     return shipped("Snakefile")
 
 
-def listen(
+def run_snakemake(
     words: Sequence[str], log: Path | None, on_line: Callable[[str], None], **variables: str
 ) -> int:
     """Run ``python -P -m snakemake`` and hand on each line of its output; return its exit status.
@@ -275,33 +280,36 @@ def listen(
     Snakemake starts in the folder of the Snakefile and goes to the campaign by ``--directory``, because it reads profiles,
     which can hold Python, from the folder that it starts in.
 
-    `words`: Its options. `log`: File that keeps the lines as they come. `on_line`: Function that gets each line.
-    `variables`: Further variables of its environment.
+    `words`: Its options. `log`: File that keeps the lines as they come; None: none. `on_line`: Function that gets each
+    line. `variables`: Further variables of its environment.
     """
-    with contextlib.ExitStack() as stack:
-        log_file = None
-        if log is not None:
-            log_file = stack.enter_context(open_growing(log))
-        stack.enter_context(_signals_as_interrupts())
-        child = stack.enter_context(
-            # Snakemake, with words of its own that the user has given
-            subprocess.Popen(  # noqa: S603
-                [sys.executable, "-P", "-m", "snakemake", *words],
-                cwd=find_snakefile().parent,
-                env=_environment(**variables),
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                # in a process group of its own: Ctrl-C reaches this process alone, which ends the whole group
-                start_new_session=os.name == "posix",
-            )
-        )
+    opened_log: contextlib.AbstractContextManager[BinaryIO | None]
+    opened_log = open_growing(log) if log else contextlib.nullcontext()
+    with (
+        opened_log as log_file,
+        _signals_as_interrupts(),
+        # Snakemake, with words of its own that the user has given
+        subprocess.Popen(  # noqa: S603
+            [sys.executable, "-P", "-m", "snakemake", *words],
+            cwd=find_snakefile().parent,
+            env=_environment(**variables),
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            # in a process group of its own: Ctrl-C reaches this process alone, which ends the whole group
+            start_new_session=os.name == "posix",
+        ) as child,
+    ):
         try:
             assert child.stdout is not None
             for raw in child.stdout:
-                if log is not None and log_file is not None:
-                    with _errors_of_writing(log):
+                try:
+                    if log_file is not None:
                         log_file.write(raw)
+                except OSError as error:
+                    raise OutputError(
+                        f"{log}: cannot write the workflow's log: {error.strerror or error}; {_CURE}"
+                    ) from error
                 on_line(raw.decode("utf-8", "replace").rstrip("\r\n"))
             return child.wait()
         except BaseException:
@@ -309,8 +317,8 @@ def listen(
             raise
 
 
-def working_in(root: Path) -> list[int]:
-    """Find process ids of the Snakemakes that work in a folder, as far as this user may see processes."""
+def find_snakemakes(root: Path) -> list[int]:
+    """Find the process ids of Snakemake in a folder, as far as this user may see processes."""
     import psutil
 
     process_ids = []
@@ -330,19 +338,8 @@ def _environment(**variables: str) -> dict[str, str]:
     python_folder = os.path.dirname(sys.executable)  # noqa: PTH120
     path = os.pathsep.join(filter(None, [python_folder, os.environ.get("PATH", "")]))
     # Snakemake watches this process and ends with it, even where this process was killed
-    variables |= {VARIABLE: str(os.getpid()), "PYTHONUNBUFFERED": "1"}
+    variables |= {PARENT_VARIABLE: str(os.getpid()), "PYTHONUNBUFFERED": "1"}
     return child_environment(PATH=path, **variables)
-
-
-@contextlib.contextmanager
-def _errors_of_writing(log: Path) -> Iterator[None]:
-    """Turn an error of writing the log into an `OutputError` that names the log."""
-    try:
-        yield
-    except OSError as error:
-        raise OutputError(
-            f"{log}: cannot write the workflow's log: {error.strerror or error}; {_CURE}"
-        ) from error
 
 
 @contextlib.contextmanager

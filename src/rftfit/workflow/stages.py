@@ -11,8 +11,8 @@ from typing import Any
 ALL = "*"
 """All sections of the configuration."""
 
-OWN, EVERY = "own", "every"
-"""Values of `Stage.logs`: the logs of the job's medium (of the runs of no medium, where the job has none), or every log."""
+MEDIUM_LOGS, ALL_LOGS = "medium", "all"
+"""Values of `Stage.logs`: the logs of the job's medium (a job without medium: of the runs that belong to none), or every log."""
 
 FIGURE_RULES = {"figure": "figures", "quality": "quality"}
 """Rules that draw what `rftfit.figures` declares, and their folders below ``results/``."""
@@ -21,11 +21,12 @@ PRINT_RULES = {f"{rule}_pdf": folder for rule, folder in FIGURE_RULES.items()}
 """Rules that draw the same figures as files for a paper, on demand, and their folders."""
 
 FOLDER_BY_RULE = FIGURE_RULES | PRINT_RULES
+"""Folders below ``results/`` by the rules that draw figures."""
 
 
 @dataclass(frozen=True)
 class Stage:
-    """What a rule calls, and what its results depend on.
+    """What a rule calls, and what its results depend on besides input files.
 
     `run`: ``module:function``. The function takes `Results` and the value of the rule's wildcard, where there is one,
         and returns the contents of the files that the rule writes, in their order.
@@ -34,7 +35,7 @@ class Stage:
     `settings`: Sections of the configuration; `ALL` for all.
     `rows`: True where the stage reads the run sheet: the rows of its medium where it has one, else all.
     `order`: True where it reads the order of the plate runs of its medium.
-    `logs`: `OWN` or `EVERY` where it reads logs.
+    `logs`: `MEDIUM_LOGS` or `ALL_LOGS` where it reads logs.
     `robot`: True where it reads the robot's files.
     `estimated`: True where the stage exists only with ``clock.method: estimate``.
     `on_demand`: True where ``rftfit sweep`` or ``rftfit run --print`` makes the results, and not every ``rftfit run``.
@@ -52,92 +53,65 @@ class Stage:
     wildcard: str = ""
 
 
-_NAMES = ("measure", "profiles", "validate", "robot")
-_MEASURE, _PROFILES, _VALIDATE, _ROBOT = (f"rftfit.workflow.{name}" for name in _NAMES)
-
-
-def _robot_stage(name: str, *settings: str, **fields: Any) -> Stage:
-    """Declare a stage of the robot: it depends on the robot's files and on the sections ``media`` and ``robot``, too."""
-    sections = (*settings, "media", "robot")
-    return Stage(f"{_ROBOT}:{name}", "compare", sections, robot=True, **fields)
-
-
 _OF_LOGS = ("raw", "dialect", "force_log", "motion_log")
 """Sections by which logs are read."""
+_OF_CLOCKS = (*_OF_LOGS, "transducer", "arm", "clock")
+"""Sections on which the clocks of a run's logs depend."""
 _OF_FITS = ("force_log", "transducer", "container", "intruders", "fit", "errors", "table", "media")
 """Sections on which the slope of a push depends."""
+_OF_ROBOT = ("media", "robot")
+"""Sections that every stage of the robot reads."""
+
+
+def _measure_stage(
+    rule: str, *settings: str, room: str = "measure", wildcard: str = "medium", **fields: Any
+) -> Stage:
+    """Declare a stage of `rftfit.workflow.measure`, whose function has the name of the rule: all read the run sheet."""
+    run = f"rftfit.workflow.measure:{rule}"
+    return Stage(run, room, settings, rows=True, wildcard=wildcard, **fields)
+
+
+def _model_stage(module: str, rule: str, *settings: str, **fields: Any) -> Stage:
+    """Declare a stage of another module of `rftfit.workflow` with the highest room ``compare``."""
+    return Stage(f"rftfit.workflow.{module}:{rule}", "compare", settings, **fields)
+
+
+def _robot_stage(rule: str, *settings: str, **fields: Any) -> Stage:
+    """Declare a stage of `rftfit.workflow.robot`: all depend on the robot's files."""
+    return _model_stage("robot", rule, *settings, *_OF_ROBOT, robot=True, **fields)
+
 
 STAGES = {
-    "clocks": Stage(
-        f"{_MEASURE}:clocks",
-        "measure",
-        rows=True,
-        logs=OWN,
-        settings=(*_OF_LOGS, "transducer", "arm", "clock"),
-        estimated=True,
-        wildcard="medium",
+    "clocks": _measure_stage("clocks", *_OF_CLOCKS, logs=MEDIUM_LOGS, estimated=True),
+    "ingest": _measure_stage(
+        "ingest",
+        *_OF_CLOCKS,
+        "zero",
+        "surface",
+        "rigid_contact",
+        "intruders",
+        "fit",
+        logs=MEDIUM_LOGS,
     ),
-    "ingest": Stage(
-        f"{_MEASURE}:ingest",
-        "measure",
-        rows=True,
-        logs=OWN,
-        settings=(
-            *_OF_LOGS,
-            "transducer",
-            "zero",
-            "arm",
-            "clock",
-            "surface",
-            "rigid_contact",
-            "intruders",
-            "fit",
-        ),
-        wildcard="medium",
+    "tare": _measure_stage("tare", "fit", "force_log", "transducer"),
+    "slopes": _measure_stage("slopes", *_OF_FITS),
+    "checks": _measure_stage(
+        "checks", *_OF_FITS, "arm", "surface", "grid", room="compare", order=True
     ),
-    "tare": Stage(
-        f"{_MEASURE}:tare",
-        "measure",
-        ("fit", "force_log", "transducer"),
-        rows=True,
-        wildcard="medium",
+    "legs": _measure_stage("legs", "force_log", "media", "transducer", room="checks"),
+    "ledger": _measure_stage("ledger", *_OF_LOGS, "media", wildcard="", logs=MEDIUM_LOGS),
+    "symmetry": _model_stage("profiles", "symmetry"),
+    "fourier": _model_stage("profiles", "fourier", "fit", "fourier", "media"),
+    "scaling": _model_stage("profiles", "scaling", "fit", "fourier", "media"),
+    "legs_predicted": _model_stage(
+        "validate",
+        "legs_predicted",
+        *("arm", "fit", "errors", "fourier", "intruders", "maps", "media"),
     ),
-    "slopes": Stage(
-        f"{_MEASURE}:slopes", "measure", rows=True, settings=_OF_FITS, wildcard="medium"
+    "natural_sands": _model_stage(
+        "validate", "natural_sands", *_OF_FITS, "surface", "fourier", rows=True
     ),
-    "checks": Stage(
-        f"{_MEASURE}:checks",
-        "compare",
-        rows=True,
-        order=True,
-        settings=(*_OF_FITS, "arm", "surface", "grid"),
-        wildcard="medium",
-    ),
-    "legs": Stage(
-        f"{_MEASURE}:legs",
-        "checks",
-        ("force_log", "media", "transducer"),
-        rows=True,
-        wildcard="medium",
-    ),
-    "ledger": Stage(
-        f"{_MEASURE}:ledger", "measure", rows=True, logs=OWN, settings=(*_OF_LOGS, "media")
-    ),
-    "symmetry": Stage(f"{_PROFILES}:symmetry", "compare"),
-    "fourier": Stage(f"{_PROFILES}:fourier", "compare", ("fit", "fourier", "media")),
-    "scaling": Stage(f"{_PROFILES}:scaling", "compare", ("fit", "fourier", "media")),
-    "legs_predicted": Stage(
-        f"{_VALIDATE}:legs_predicted",
-        "compare",
-        ("arm", "fit", "errors", "fourier", "intruders", "maps", "media"),
-    ),
-    "natural_sands": Stage(
-        f"{_VALIDATE}:natural_sands",
-        "compare",
-        rows=True,
-        settings=(*_OF_FITS, "surface", "fourier"),
-    ),
-    "validate": Stage(f"{_VALIDATE}:validate", "compare", ("media",), rows=True),
+    "validate": _model_stage("validate", "validate", "media", rows=True),
     "robot_measured": _robot_stage("robot_measured", "raw"),
     "robot_runs": _robot_stage("robot_runs", "fit", "fourier", "maps", wildcard="runs"),
     "robot_full_runs": _robot_stage(
@@ -150,7 +124,12 @@ STAGES = {
     "workbooks": Stage("rftfit.page.workbooks:workbooks", "page", ("fit", "media")),
     "page": Stage("rftfit.page.page:report", "page", (ALL,), rows=True),
     "provenance": Stage(
-        "rftfit.workflow.provenance:provenance", "page", (ALL,), rows=True, logs=EVERY, robot=True
+        "rftfit.workflow.provenance:provenance",
+        "page",
+        (ALL,),
+        rows=True,
+        logs=ALL_LOGS,
+        robot=True,
     ),
 }
 """Stages by rule, in the order of the data's way. Figures are declared beside what draws them."""
@@ -166,7 +145,7 @@ RULES = (
 """All rules, in the order of the data's way."""
 
 RULES_TO_COME = "RFTFIT_RULES"
-"""Environment variable with the rules of a batch job of a cluster; where it is not set, any rule may come."""
+"""Environment variable: names of the rules that one batch job of a cluster runs; where it is not set, any rule may come."""
 
 LAST = "provenance"
 """The rule of the last job, which reads all results."""

@@ -10,8 +10,9 @@ import json
 import math
 import os
 import pickle
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import fields
 from functools import cache, cached_property
 from pathlib import Path
 from typing import IO, Any
@@ -28,7 +29,16 @@ from rftfit.robot import PROFILES
 from rftfit.store import write_bytes
 from rftfit.store.digests import code_digest, digest_of, digests_of_files, plugin_digest, seal
 from rftfit.store.links import RESULTS, cut_shared_files, refuse_links
-from rftfit.workflow.stages import ALL, EVERY, FOLDER_BY_RULE, LAST, OWN, PRINT_RULES, STAGES, Stage
+from rftfit.workflow.stages import (
+    ALL,
+    ALL_LOGS,
+    FOLDER_BY_RULE,
+    LAST,
+    MEDIUM_LOGS,
+    PRINT_RULES,
+    STAGES,
+    Stage,
+)
 
 STATES = f"{RESULTS}/state"
 HANDED = "RFTFIT_CAMPAIGN"
@@ -38,7 +48,7 @@ LEAST_MB = 1000
 """Memory that a cluster gives at least to a stage of a medium; `rftfit run` says where one needs more."""
 
 _FIELDS_LEFT_OUT = ("row", "note", "lacks_force_x", "rows_without_data")
-"""Fields of a run that its state leaves out: the number of its row, its note, and what the digest of a table tells."""
+"""Fields of a run that its state leaves out: the number of its row, its note, and two that the digest of a table covers."""
 
 
 def job_name(rule: str, key: str) -> str:
@@ -47,7 +57,7 @@ def job_name(rule: str, key: str) -> str:
 
 
 def state_file(name: str) -> str:
-    """Return the path of the file of a job's state, from the campaign's folder; `name`: as `job_name`."""
+    """Return the path of the file of a job's state, from the campaign's folder; `name`: as `job_name` makes it."""
     return f"{STATES}/{name}.json"
 
 
@@ -57,18 +67,34 @@ def job_of(path: str) -> tuple[str, str]:
     return rule, key
 
 
+class FileDigests:
+    """SHA-256 of files below a folder, each read once."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self._digests: dict[str, str] = {}
+
+    def digests_of(self, paths: Sequence[str]) -> dict[str, str]:
+        """Compute SHA-256 of files by their paths from the folder; empty for a file that is not there."""
+        unread = [path for path in paths if path not in self._digests]
+        self._digests |= digests_of_files(self.root, unread)
+        return {path: self._digests[path] for path in paths}
+
+
 class States:
     """States of the jobs of one campaign, as they are now; each log is read once.
 
     A state is a dict from ``code``, ``settings``, ``rows``, ``order``, ``logs``, ``robot files`` to a digest, as far as
-    the results of the job depend on them. A job is named by its rule and its key, the value of the rule's wildcard.
+    the results of the job depend on them; `state_of` returns it by rule and key, the value of the rule's wildcard.
+    `warnings`: Number of warnings on the campaign.
     """
 
-    def __init__(self, campaign: Campaign) -> None:
+    def __init__(self, campaign: Campaign, warnings: int = 0) -> None:
         self.campaign = campaign
-        self._state: Callable[[str, str], dict[str, str]] = cache(self._make_state)
-        self._rows = cache(lambda medium: digest_of(medium, sheet_cells(campaign, medium)))
-        self._log_digests: dict[str, str] = {}
+        self.warnings = warnings
+        self.state_of: Callable[[str, str], dict[str, str]] = cache(self._make_state)
+        self._sheet_digest = cache(lambda medium: digest_of(medium, sheet_cells(campaign, medium)))
+        self._logs = FileDigests(campaign.raw)
 
     @cached_property
     def config(self) -> dict[str, Any]:
@@ -85,30 +111,37 @@ class States:
         }
 
     def stage(self, rule: str, key: str) -> tuple[Stage, str]:
-        """Return the stage of a job, and the argument that its function takes besides `Results`: most often a medium."""
+        """Return the stage of a job, and the argument of its function besides `Results`: a medium, a table of runs, or none."""
         if rule in FOLDER_BY_RULE:
             figure, medium = self.figures[f"{FOLDER_BY_RULE[rule]}/{key}"]
-            logs = OWN if figure.logs else ""
+            logs = MEDIUM_LOGS if figure.logs else ""
             on_demand = figure.on_demand or rule in PRINT_RULES
             stage = Stage(figure.run, "figures", figure.settings, logs=logs, on_demand=on_demand)
             return stage, medium
         return STAGES[rule], key
 
-    def has(self, rule: str, key: str) -> bool:
-        """Tell whether the campaign has this job, by the same conditions as ``workflow/rules``."""
+    def has_job(self, rule: str, key: str) -> bool:
+        """Tell whether the campaign has a job of this rule and key."""
         if rule in FOLDER_BY_RULE:
             return f"{FOLDER_BY_RULE[rule]}/{key}" in self.figures
+        if not self.has_rule(rule):
+            return False
+        keys = {
+            "medium": self.campaign.media_with_runs,
+            "runs": [f"runs_{name}" for name in PROFILES],
+            "": [""],
+        }
+        return key in keys[STAGES[rule].wildcard]
+
+    def has_rule(self, rule: str) -> bool:
+        """Tell whether a rule exists that is no figure's, and the campaign has what it works on: a robot, clocks to estimate."""
         stage = STAGES.get(rule)
         if not stage or (stage.robot and rule != LAST and not self.campaign.robot_medium):
             return False
-        if stage.estimated and self.campaign.config.clock.method != "estimate":
-            return False
-        if stage.wildcard == "runs":
-            return key.removeprefix("runs_") in PROFILES
-        return key in (self.campaign.media_with_runs if stage.wildcard else ("",))
+        return not stage.estimated or self.campaign.config.clock.method == "estimate"
 
     @cached_property
-    def printed(self) -> list[str]:
+    def paper_files(self) -> list[str]:
         """Paths of the files for a paper of all figures of a whole run, from the campaign's folder."""
         return [
             f"{RESULTS}/{path}.{ending}"
@@ -118,52 +151,48 @@ class States:
         ]
 
     def on_demand(self, name: str) -> bool:
-        """Tell whether a job belongs to ``rftfit sweep`` or ``rftfit run --print``, and not to every ``rftfit run``."""
+        """Tell whether a job, by its name, belongs to ``rftfit sweep`` or ``rftfit run --print`` alone."""
         rule, _, key = name.partition("/")
         return self.stage(rule, key)[0].on_demand
 
-    def of(self, rule: str, key: str) -> dict[str, str]:
-        """Return the state of a job, made once."""
-        return self._state(rule, key)
+    def medium_of(self, rule: str, key: str) -> str:
+        """Return the medium that a job works on; empty where it works on none or on all."""
+        argument = self.stage(rule, key)[1]
+        return argument if argument in self.campaign.config.media else ""
 
     def _make_state(self, rule: str, key: str) -> dict[str, str]:
         """Make the state of a job: a digest of each thing that its stage depends on."""
-        stage, word = self.stage(rule, key)
-        medium = word if word in self.campaign.config.media else ""
-        state = {"code": self.code(stage)}
+        stage, medium = self.stage(rule, key)[0], self.medium_of(rule, key)
+        state = {"code": self.code_digest_of(stage)}
         if stage.settings:
             sections = self.config if ALL in stage.settings else stage.settings
             state["settings"] = digest_of({name: self.config[name] for name in sections})
         if stage.rows:
-            state["rows"] = self._rows(medium)
+            state["rows"] = self._sheet_digest(medium)
         if stage.order:
             state["order"] = digest_of(plate_run_order(self.campaign, medium))
         if stage.logs:
-            logs = self.all_logs if stage.logs == EVERY else self.logs(medium)
+            logs = self.all_log_digests if stage.logs == ALL_LOGS else self.log_digests(medium)
             state["logs"] = digest_of(sorted(logs.items()))
         if stage.robot and self.campaign.robot_medium:
-            state["robot files"] = digest_of(sorted(self.robot_files.items()))
+            state["robot files"] = digest_of(sorted(self.robot_digests.items()))
         return state
 
-    def input_of(self, rule: str) -> Callable[[Mapping[str, str]], str]:
-        """Return the input function of a rule: it writes the state of a job where it differs, and returns the file's path."""
+    def write_state(self, rule: str, wildcards: Mapping[str, str]) -> str:
+        """Write the state of a job where its file holds another one; return the path of the file, an input of the job."""
+        key = next(iter(dict(wildcards).values()), "")
+        data = (json.dumps(self.state_of(rule, key), indent=1, sort_keys=True) + "\n").encode()
+        name = state_file(job_name(rule, key))
+        path = self.campaign.root / name
+        # bytes: a damaged file may be no text
+        if not path.is_file() or path.read_bytes() != data:
+            write_bytes(path, data)
+        return name
 
-        def write_state(wildcards: Mapping[str, str]) -> str:
-            key = next(iter(dict(wildcards).values()), "")
-            data = (json.dumps(self.of(rule, key), indent=1, sort_keys=True) + "\n").encode()
-            name = state_file(job_name(rule, key))
-            path = self.campaign.root / name
-            # bytes: a damaged file may be no text
-            if not path.is_file() or path.read_bytes() != data:
-                write_bytes(path, data)
-            return name
-
-        return write_state
-
-    def code(self, stage: Stage) -> str:
+    def code_digest_of(self, stage: Stage) -> str:
         """Compute the digest of the code that a stage uses; dialects of other packages count where it reads logs."""
-        module = stage.run.partition(":")[0].split(".")[1:]
-        code = code_digest(stage.room, f"{'/'.join(module)}.py")
+        module = stage.run.partition(":")[0].removeprefix("rftfit.").replace(".", "/")
+        code = code_digest(stage.room, f"{module}.py")
         if not stage.logs or not self.dialects:
             return code
         dialects = [
@@ -179,49 +208,48 @@ class States:
         dialect_names = {config.dialect, config.force_log.dialect, config.motion_log.dialect}
         return [*origins(filter(None, dialect_names)).values()]
 
-    def logs(self, medium: str) -> dict[str, str]:
-        """Compute SHA-256 of the logs of a medium by name, empty for a file that is not there; `medium` ``""``: runs of none."""
-        names = log_names(self.campaign, medium)
-        new = [name for name in names if name not in self._log_digests]
-        self._log_digests |= digests_of_files(self.campaign.raw, new)
-        return {name: self._log_digests[name] for name in names}
+    def log_digests(self, medium: str) -> dict[str, str]:
+        """Compute SHA-256 of the logs of a medium by name, empty for a file that is not there; `medium`: as in `log_names`."""
+        return self._logs.digests_of(log_names(self.campaign, medium))
 
     def memory(self, medium: str) -> MemoryNeed:
-        """Estimate the memory that stages need which read the logs of a medium, or the samples of these logs."""
+        """Estimate the memory of a stage that reads the logs of a medium, or the samples of these logs."""
         return memory_need(self.campaign.raw, log_names(self.campaign, medium))
 
     @cached_property
-    def all_logs(self) -> dict[str, str]:
+    def all_log_digests(self) -> dict[str, str]:
         """SHA-256 of every log that the campaign names."""
         media = (*self.campaign.media_with_runs, "")
-        return {name: digest for medium in media for name, digest in self.logs(medium).items()}
+        return {
+            name: digest for medium in media for name, digest in self.log_digests(medium).items()
+        }
 
     @cached_property
-    def robot_files(self) -> dict[str, str]:
+    def robot_digests(self) -> dict[str, str]:
         """SHA-256 of the robot's file, sheet and tracks, by path from the campaign's folder."""
         return digests_of_files(self.campaign.root, robot_files(self.campaign))
 
 
-def read_states(config: Path) -> tuple[States, int]:
-    """Check a campaign, unless one was handed over; return its states and the number of warnings."""
-    if handed := handed_over(config):
-        return handed
+def read_states(config: Path) -> States:
+    """Return the states of a campaign: of the one that the parent process has read, else of the config, which is checked."""
+    if states := take_over(config):
+        return states
     campaign, problems = check_campaign(config)
     if campaign is None:
         raise CampaignError(problems)
-    return States(campaign), len(problems)
+    return States(campaign, len(problems))
 
 
-def hand_over(states: States, warnings: int, file: IO[bytes]) -> str:
+def hand_over(states: States, file: IO[bytes]) -> str:
     """Write a campaign for child processes; return their value of `HANDED`, which holds while the file is open."""
-    data = pickle.dumps((states.campaign, warnings), protocol=5)
+    data = pickle.dumps((states.campaign, states.warnings), protocol=5)
     with suppress(OSError):  # on a full disk the children read the campaign themselves
         file.write(data)
     return f"/proc/{os.getpid()}/fd/{file.fileno()} {seal(data)}"
 
 
 def guard_written(campaign: Campaign) -> None:
-    """Prevent that a run writes into files of somebody else: refuse links, replace files with second names by copies."""
+    """Prevent that a run writes into files of another folder: refuse links, replace files with a second name by copies."""
     root = campaign.root
     refuse_links(root)
     files = [path for path in root.iterdir() if path.is_file()]
@@ -229,19 +257,19 @@ def guard_written(campaign: Campaign) -> None:
     cut_shared_files(root, [campaign.raw, campaign.sheet, *files, *folders])
 
 
-def handed_over(config: Path | None = None) -> tuple[States, int] | None:
-    """Return the states that were handed over, and the number of warnings; None where there are none that fit.
+def take_over(config: Path | None = None) -> States | None:
+    """Return the states of the campaign that `hand_over` has written in a parent process; None where it does not fit.
 
-    They fit where they are of this config (default: any), and config, run sheet and code are still the same.
+    It fits where it is of this config (default: any), and config, run sheet and code are still the same.
     """
-    name, _, digest = os.environ.get(HANDED, "").rpartition(" ")
+    file, _, seal_of_file = os.environ.get(HANDED, "").rpartition(" ")
     with suppress(OSError):
-        if Path(name).is_file() and seal(data := Path(name).read_bytes()) == digest:
+        if Path(file).is_file() and seal(data := Path(file).read_bytes()) == seal_of_file:
             # the seal proves that these bytes are from this process's parent: they are safe to unpickle
             campaign, warnings = pickle.loads(data)  # noqa: S301
             config_path = Path(campaign.root, next(iter(campaign.read_from)))
             if campaign.is_as_read and (config is None or config_path.samefile(config)):
-                return States(campaign), warnings
+                return States(campaign, warnings)
     return None
 
 
@@ -258,9 +286,11 @@ def log_names(campaign: Campaign, medium: str) -> list[str]:
     if names and campaign.config.force_log.calibration is not None:
         names.add(campaign.config.force_log.calibration)
     # a recording of ROS is named by its metadata file: all files of its folder belong to it
-    bags = [name.removesuffix(BAG) for name in names if name.endswith(f"/{BAG}")]
-    parts = (bag + path.name for bag in bags for path in (campaign.raw / bag).glob("*.*"))
-    return sorted(names.union(parts))
+    bag_folders = [name.removesuffix(BAG) for name in names if name.endswith(f"/{BAG}")]
+    names.update(
+        bag + path.name for bag in bag_folders for path in (campaign.raw / bag).glob("*.*")
+    )
+    return sorted(names)
 
 
 def robot_files(campaign: Campaign) -> list[str]:
@@ -282,10 +312,12 @@ def robot_files(campaign: Campaign) -> list[str]:
 def sheet_cells(campaign: Campaign, medium: str) -> list[list[str]]:
     """Return the cells of a medium's rows of the run sheet, or of all rows, sorted: order and numbers do not count."""
     runs = campaign.runs_of(medium) if medium else campaign.runs
-    # one cell more in the state of the whole sheet: are the logs recordings at all
+    # the state of the whole sheet also says whether the logs are recordings
     origin = [] if medium else [[f"re-enacted: {campaign.reenacted}"]]
     digests = campaign.digests
-    return origin + sorted([*cells(run).values(), digests.get(run.run_id, "")] for run in runs)
+    return origin + sorted(
+        [*cells_of_run(run).values(), digests.get(run.run_id, "")] for run in runs
+    )
 
 
 def plate_run_order(campaign: Campaign, medium: str) -> list[str]:
@@ -294,9 +326,9 @@ def plate_run_order(campaign: Campaign, medium: str) -> list[str]:
     return [run.run_id for run in sorted(plates, key=lambda run: run.row)]
 
 
-def cells(run: Run) -> dict[str, str]:
+def cells_of_run(run: Run) -> dict[str, str]:
     """Return the fields of a run that its results depend on, as text by column."""
-    names = [name for name in run.__dataclass_fields__ if name not in _FIELDS_LEFT_OUT]
+    names = (field.name for field in fields(run) if field.name not in _FIELDS_LEFT_OUT)
     return {name: _format_cell(getattr(run, name)) for name in names}
 
 

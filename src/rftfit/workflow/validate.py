@@ -64,9 +64,9 @@ MAP_COLUMNS = [
 def legs_predicted(results: Results) -> tuple[pd.DataFrame, ...]:
     """Predict the force on every leg in every medium, and compare with what was measured.
 
-    Returns tables: the predicted curves with intervals; their errors against the measured curves; what each measured leg
-    teaches about the other legs, and about itself in other media; then the map of each medium. The maps are returned
-    here because some of the curves need them: a job of its own would estimate them once more.
+    Returns tables: the predicted curves with intervals; their errors against the measured curves; the error on other
+    legs, and on the same leg in other media, if the model learns from one measured leg (lessons); then the map of each
+    medium. The maps are returned here because some of the curves need them: another job would estimate them once more.
     """
     media = [results[name] for name in (*results.laboratory, *results.sands)]
     error_by_legs = error_of_legs([results[name] for name in results.laboratory])
@@ -97,7 +97,7 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, ...]:
     # a generic curve may be made from the published media: its errors get the same note
     is_generic = compared["medium"].isin(results.sands) & (compared["profile"] == "generic")
     note = results.reference().remarks if is_generic.any() else ()
-    compared = _add_note(compared, is_generic, note)
+    compared = _add_note(compared, note, is_generic)
     lessons = lesson_rows(results, model_error)
     tables = [results.marked(table) for table in (curves, compared, lessons)]
     return (*tables, *(estimated_map_rows(results, medium.name) for medium in media))
@@ -108,16 +108,16 @@ def estimated_map_rows(results: Results, medium: str) -> pd.DataFrame:
 
     A direction that was pushed keeps its measured alpha. Where no map can be estimated, one row says why.
     """
-    facts: dict[str, Any] = {"medium": medium} | mark_columns(results.marks.get(medium, ()))
+    columns: dict[str, Any] = {"medium": medium} | mark_columns(results.marks.get(medium, ()))
     try:
         estimated = results[medium].map()
         table = estimated.table()
     except InputError as error:
-        row = facts | reason_columns([quoted(error, "no-map")])
+        row = columns | reason_columns([quoted(error, "no-map")])
         return pd.DataFrame([row], columns=MAP_COLUMNS)
-    facts |= {"known_media": estimated.known_media, "chance_if_it_belongs": estimated.belongs}
-    facts |= {"horizontal": estimated.horizontal} | reason_columns([])
-    return table.assign(**facts)[MAP_COLUMNS]
+    columns |= {"known_media": estimated.known_media, "chance_if_it_belongs": estimated.belongs}
+    columns |= {"horizontal": estimated.horizontal} | reason_columns([])
+    return table.assign(**columns)[MAP_COLUMNS]
 
 
 def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -138,7 +138,7 @@ def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
         tables["alpha"] = results[medium].alpha
         rows += penetration_rows(results.campaign, medium, tables, chi)
     tests = pd.DataFrame(rows, columns=SAND_COLUMNS)
-    tests = _add_note(tests, True, note)
+    tests = _add_note(tests, note)
     curves = results.table("predicted.csv")
     measured = results.joined("legs/{medium}.csv", results.sands)
     corrections = fit_corrections(measured, curves[curves["profile"] == "generic"])
@@ -146,14 +146,14 @@ def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
 
 
 def _add_note(
-    table: pd.DataFrame, rows: pd.Series[bool] | bool, note: tuple[Remark, ...]
+    table: pd.DataFrame, note: tuple[Remark, ...], chosen: pd.Series[bool] | bool = True
 ) -> pd.DataFrame:
-    """Add remarks to the chosen rows of a table, but only where a row has a number.
+    """Add remarks to the chosen rows of a table (default: all), but only where a row has a number.
 
-    A row has a number where it has no reason, or the reason alone that the tare is missing. `rows`: A mask, or True for all.
+    A row has a number where it has no reason, or the reason alone that the tare is missing.
     """
-    has_number = rows & table["reason_code"].isin(["", "no-tare"])
-    return with_reasons(table, (note * bool(is_noted) for is_noted in has_number))
+    is_noted = chosen & table["reason_code"].isin(["", "no-tare"])
+    return with_reasons(table, (note if noted else () for noted in is_noted))
 
 
 def validate(results: Results) -> pd.DataFrame:

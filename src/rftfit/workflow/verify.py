@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -16,12 +16,13 @@ from rftfit.workflow.closing import list_others
 from rftfit.workflow.provenance import (
     RECORD,
     Change,
+    Provenance,
     changes_between,
     format_changes,
     present_provenance,
     read_provenance,
 )
-from rftfit.workflow.records import OutdatedResult, Record, Recorded
+from rftfit.workflow.records import OutdatedResult, Recorded
 
 
 @dataclass(frozen=True)
@@ -29,15 +30,14 @@ class Verified:
     """Answer of `rftfit verify`: results compared with their records.
 
     `now`: Records, with files and states as they are now. `asked`: Paths that were asked for by name, empty for all.
-    `changes`: Changes in logs, runs, settings, code and versions since the last whole run. `versions`, `commit`:
-    Versions of packages and commit of the program that made that run.
+    `changes`: Changes in logs, runs, settings, code and versions since the last whole run. `provenance`: What the results
+    of that run depended on.
     """
 
     now: Recorded
     asked: Sequence[str]
     changes: Sequence[Change]
-    versions: dict[str, str]
-    commit: str
+    provenance: Provenance
 
     @cached_property
     def recorded_paths(self) -> list[str]:
@@ -45,7 +45,7 @@ class Verified:
         of_whole_run = [
             path for record in self.now.collect_records().values() for path in record.writes
         ]
-        return [*of_whole_run, *self.now.records_beside]
+        return [*of_whole_run, *self.now.extra_records]
 
     @property
     def paths(self) -> Sequence[str]:
@@ -77,7 +77,7 @@ class Verified:
         results = count(len(self.paths), "result")
         if self.why or self.differ:
             lines += first_of(self.why, most)
-            by_name = self.asked or any(path in self.now.records_beside for path in self.differ)
+            by_name = self.asked or any(path in self.now.extra_records for path in self.differ)
             with_names = " with their names" if by_name else ""
             lines.append(
                 f"{len(self.differ)} of {results} not as recorded; `rftfit run`{with_names} makes "
@@ -90,8 +90,8 @@ class Verified:
                     "No result was edited, damaged or lost: what they are made from has changed."
                 )
         else:
-            made_with = f"made with rftfit {self.versions.get('rftfit', '')}"
-            made_with += f" at commit {self.commit}" if self.commit else ""
+            made_with = f"made with rftfit {self.provenance.versions.get('rftfit', '')}"
+            made_with += f" at commit {self.provenance.commit}" * bool(self.provenance.commit)
             lines.append(f"{results}: all as recorded, {made_with}.")
         return "\n".join([*lines, *list_others(self.now)])
 
@@ -102,7 +102,7 @@ class Verified:
             "changed": [str(change) for change in self.changes],
             "why": self.why,
             "others": self.now.list_foreign_files(),
-            "versions": self.versions,
+            "versions": self.provenance.versions,
         }
 
 
@@ -111,12 +111,11 @@ def verify_results(now: Recorded, results: Sequence[Path]) -> Verified:
 
     `results`: Files and folders whose results are compared; empty for all.
     """
-    recorded, data = read_provenance(now.root / RESULTS)
+    recorded = read_provenance(now.root / RESULTS)
     changes = changes_between(recorded, present_provenance(now.states))
-    verified = Verified(now, (), changes, recorded.versions, data.get("commit", ""))
     # a name may also ask for a result that a whole run does not make, such as a figure for a paper
     asked = _find_asked(results, now.root, [*now.maker])
-    return replace(verified, asked=asked)
+    return Verified(now, asked, changes, recorded)
 
 
 def list_reasons(now: Recorded) -> list[str]:
@@ -125,15 +124,18 @@ def list_reasons(now: Recorded) -> list[str]:
 
 
 _OF_RESULTS = ("edited", "missing", "new")
-"""Sorts of findings about the files of results; the others are about what results are made from."""
+"""Sorts of `OutdatedResult` about the files of results; the others are about what results are made from."""
 
 
 def _find_outdated(now: Recorded) -> list[OutdatedResult]:
     """Find what differs from the records of all jobs; without results, what they lack."""
-    findings_of_jobs = [*now.stale.values()] if now.collect_records() else [now.findings_of()]
-    jobs_beside = dict.fromkeys(record.name for record in now.records_beside.values())
-    findings_of_jobs += [now.findings(name) for name in jobs_beside if name in now.outdated]
-    return [finding for findings in findings_of_jobs for finding in findings]
+    of_whole_run = now.collect_records()
+    findings = [] if of_whole_run else now.findings_of_targets()
+    jobs = dict.fromkeys([*of_whole_run, *(record.name for record in now.extra_records.values())])
+    for job in jobs:
+        if job in now.outdated:
+            findings += now.findings_of_job(job)
+    return findings
 
 
 def _format_finding(finding: OutdatedResult) -> str:
@@ -156,27 +158,25 @@ def _find_asked(words: Sequence[Path], root: Path, recorded_paths: list[str]) ->
 
     Returns paths from the campaign's folder; a name that fits no recorded result is an error.
     """
-    chosen: dict[str, None] = {}
+    asked: dict[str, None] = {}
     for word in words:
-        candidates = [(Path.cwd() / word).resolve(), (root / word).resolve()]
-        names = [
-            path.relative_to(root).as_posix() for path in candidates if path.is_relative_to(root)
-        ]
-        chosen_paths = [
+        paths = [(Path.cwd() / word).resolve(), (root / word).resolve()]
+        candidates = [path for path in paths if root in path.parents]
+        asked_paths = [
             path
-            for name in names
+            for candidate in candidates
             for path in recorded_paths
-            if path == name or path.startswith(f"{name}/")
+            if (root / path).is_relative_to(candidate)
         ]
-        if not chosen_paths:
+        if not asked_paths:
             nearest = did_you_mean(word.as_posix(), recorded_paths)
             hint = f"; did you mean '{nearest}'?" if nearest else ""
             raise InputError(
                 f"{word}: not among the {len(recorded_paths)} results that are recorded, so nobody can say "
                 f"what it was made from{hint}"
             )
-        chosen |= dict.fromkeys(chosen_paths)
-    return list(chosen)
+        asked |= dict.fromkeys(asked_paths)
+    return list(asked)
 
 
 def _describe_chain(now: Recorded, name: str, most: int | None) -> list[str]:
@@ -191,13 +191,9 @@ def _describe_chain(now: Recorded, name: str, most: int | None) -> list[str]:
         f"    {rule}{' of ' + join_words(keys, most) if keys else ''}"
         for rule, keys in rules.items()
     ]
-    media = [
-        medium
-        for job in jobs.values()
-        if "logs" in job.state
-        if (medium := _medium_of_job(now, job))
-    ]
-    logs = list(dict.fromkeys(log for medium in media for log in now.states.logs(medium)))
+    jobs_with_logs = (job for job in jobs.values() if "logs" in job.state)
+    media = [*filter(None, (now.states.medium_of(job.rule, job.key) for job in jobs_with_logs))]
+    logs = list(dict.fromkeys(log for medium in media for log in now.states.log_digests(medium)))
     runs = {run.run_id for medium in media for run in now.states.campaign.runs_of(medium)}
     depends = dict.fromkeys(what for job in jobs.values() for what in job.state)
     lines += [
@@ -205,11 +201,5 @@ def _describe_chain(now: Recorded, name: str, most: int | None) -> list[str]:
         f"  {count(len(runs), 'row')} of the run sheet: {join_words(sorted(runs), most)}",
         f"  depends on: {', '.join(depends)}",
     ]
-    findings_of_chain = [finding for job in jobs for finding in now.findings(job)]
+    findings_of_chain = [finding for job in jobs for finding in now.findings_of_job(job)]
     return lines + [f"  {_format_finding(finding)}" for finding in findings_of_chain[:most]]
-
-
-def _medium_of_job(now: Recorded, job: Record) -> str:
-    """Return the medium that a job works on; empty where it works on none or on all."""
-    word = now.states.stage(job.rule, job.key)[1]
-    return word if word in now.states.campaign.config.media else ""
