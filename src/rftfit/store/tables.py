@@ -75,13 +75,16 @@ FLOAT_FORMAT = "%.6g"
 def _round_mixed_columns(table: pd.DataFrame) -> pd.DataFrame:
     """Round the numbers in columns that also hold texts: to_csv applies `FLOAT_FORMAT` to columns of numbers only."""
 
-    def short(value: object) -> object:
+    def rounded(value: object) -> object:
         return float(FLOAT_FORMAT % value) if isinstance(value, float) else value
 
-    texts = {str(name): column for name, column in table.items() if column.dtype == object}
-    unique = {name: column.dropna().unique() for name, column in texts.items()}
-    mixed = [name for name in texts if any(isinstance(value, float) for value in unique[name])]
-    return table.assign(**{name: texts[name].map(short) for name in mixed})
+    mixed = {
+        str(name): column
+        for name, column in table.items()
+        if column.dtype == object
+        and any(isinstance(value, float) for value in column.dropna().unique())
+    }
+    return table.assign(**{name: column.map(rounded) for name, column in mixed.items()})
 
 
 def write_csv(table: pd.DataFrame, target: str | Path) -> None:
