@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
-from rftfit.logs.quantities import names_and_units
+from rftfit.logs.quantities import units_by_name
 from rftfit.logs.text import ReadingPlan, TextReader
 from rftfit.store.chosen import read_toml
 from rftfit.table.parse import Layout
@@ -22,7 +22,9 @@ class PresetReader(TextReader):
         self.evidence = preset["evidence"]
         self._comment: str = preset["comment"]
         self._headers: Mapping[str, str] = preset["headers"]
-        self._names_allowed = {names_and_units(row.split(","))[0] for row in self._headers.values()}
+        self._names_allowed = {
+            tuple(units_by_name(row.split(","))) for row in self._headers.values()
+        }
 
     def detect(self, head: bytes) -> bool:
         """Return whether a file is in this dialect, judged by its first 64 kB."""
@@ -53,8 +55,8 @@ class PresetReader(TextReader):
 @lru_cache
 def _layout_of(header: str, comment: str) -> tuple[Layout, Mapping[str, str]]:
     """Return layout and units by a header row; cached, as the logs of a campaign have few different headers."""
-    names, units = names_and_units(header.split(","))
-    return Layout(names, comment=comment), dict(zip(names, units, strict=True))
+    units = units_by_name(header.split(","))
+    return Layout(tuple(units), comment=comment), units
 
 
 def presets() -> list[PresetReader]:

@@ -40,7 +40,7 @@ def plain_number(cell: str) -> str:
 IN_THOUSANDS = {
     mark: re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:\{mark}\d{{3}})+(?:[.,]\d*)?") for mark in ",."
 }
-"""Mark between thousands, to the pattern of a number that has it."""
+"""Mark between thousands, to the pattern of a number that has it: 1,442 or 1,442.21."""
 NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
 COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 """A number with one comma."""
@@ -52,12 +52,12 @@ _WITH_UNIT = re.compile(r"(?P<number>.*\d[.,)-]?)\s*(?P<unit>[^\W\d_].*|[°%].*)
 def number_of(cell: str, decimal: str = ".") -> float:
     """Read a number in any spelling; NaN where the cell holds none, or a mark that may be decimal or between thousands.
 
-    `decimal`: Decimal mark of the table.
+    `decimal`: Decimal mark of the table, a point or a comma; the other one may stand between thousands.
     """
     plain = plain_number(cell.strip())
-    mark = "," if decimal == "." else "."
-    if mark in plain and decimal in plain and IN_THOUSANDS[mark].fullmatch(plain):
-        plain = plain.replace(mark, "")
+    separator = "," if decimal == "." else "."
+    if separator in plain and decimal in plain and IN_THOUSANDS[separator].fullmatch(plain):
+        plain = plain.replace(separator, "")
     if decimal == "," and "." not in plain:
         plain = plain.replace(",", ".")
     # float() would also accept 1_0 as 10, and digits of every script
