@@ -20,7 +20,7 @@ import numpy as np
 
 from rftfit.logs import base
 from rftfit.logs.labels import LabelledReader, changed_header
-from rftfit.table.parse import REGROUPED, Kind, Layout, ParsedRows, parse
+from rftfit.table.parse import OTHER_SOURCE, REGROUPED, Kind, Layout, ParsedRows, parse
 from rftfit.table.text import utf16_of, without_byte_order_mark
 
 BLOCK_BYTES = 1 << 22
@@ -239,7 +239,7 @@ class TableReader(LabelledReader):
 
     def logs_of(self, path: Path, plan: ReadingPlan, blocks: Iterable[Block]) -> Iterator[base.Log]:
         """Parse the rows of a table, block by block, each to a log."""
-        rows_before = 0
+        has_rows, rows_before = False, 0
 
         def parse_block(block: Block) -> ParsedRows:
             return parse(plan.layout, *block, keep_blanks=self.keeps_blanks)
@@ -247,9 +247,11 @@ class TableReader(LabelledReader):
         for rows in base.parallel_map(parse_block, blocks):
             _refuse_changed_header(path, plan, rows, rows_before)
             if rows.rows:
+                has_rows = True
                 yield _log_of_rows(path, plan, rows, rows_before)
-            rows_before += rows.rows
-        if rows_before == 0:
+            # as within a block, rows of other sources have no number
+            rows_before += rows.rows - rows.dropped.get(OTHER_SOURCE, 0)
+        if not has_rows:
             raise base.LogError("header_only", f"{path}: a header and no data")
 
 

@@ -174,8 +174,8 @@ class ParsedRows:
     """Columns of the good rows of some lines, and counts of the bad ones.
 
     `columns`: Name to values of the n good rows: float64, int64, bool, or words. `line_numbers`: Number of the data
-    line of each good row, from 0, shape (n,); bad lines are counted, too. `rows`: Number of data lines, which is n
-    plus all counts in `dropped` (by reason). `not_finite`: Column to the number of its cells that are NaN or infinite.
+    line of each good row, from 0, shape (n,); bad lines are counted, too, but not those of another source. `rows`:
+    Number of data lines, which is n plus all counts in `dropped` (by reason). `not_finite`: Column to the number of its cells that are NaN or infinite.
     `blank`: Column to which good rows have no value, bool of shape (n,), and NaN in `columns`; only for columns with
     such a row. `word_lines`: Number and cells of the data lines with as many cells as there are columns and no number.
     """
