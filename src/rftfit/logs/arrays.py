@@ -32,6 +32,10 @@ _HDF5, _NPY, _NPZ, _MAT5, _MAT7 = (
 )
 
 
+_NUMBER_KINDS = "biuf"
+"""Kinds of numpy types that hold numbers: bool, integer, unsigned integer and float; V is a record, M a date."""
+
+
 class ArrayColumn(NamedTuple):
     """Values of a column, shape (n,), and what the attributes of the file say about them.
 
@@ -114,12 +118,15 @@ class ArraysReader(base.Reader):
             base.refuse_large_file(path)
             with path.open("rb") as file:
                 head = file.read(16)
-            child = self._child or ChildReader([path])
-            contents = dict(_limit_columns(path, _read_columns(path, head, child)))
-        array_columns = {
-            name: column for name, column in contents.items() if not isinstance(column, str)
-        }
-        omitted = [f"{name} ({what})" for name, what in contents.items() if isinstance(what, str)]
+            array_columns: dict[str, ArrayColumn] = {}
+            omitted = []
+            contents = _read_columns(path, head, self._child or ChildReader([path]))
+            for count, (name, content) in enumerate(contents, start=1):
+                _refuse_many(path, count)
+                if isinstance(content, str):
+                    omitted.append(f"{name} ({content})")
+                else:
+                    array_columns[name] = content
         return self._log(path, array_columns, omitted)
 
     def through(self, child: ChildReader) -> Self:
@@ -189,18 +196,11 @@ class ArraysReader(base.Reader):
         return log.without_blank_columns() if self.keeps_blanks and blank else log
 
 
-def _limit_columns(path: Path, columns: NamedColumns) -> NamedColumns:
-    """Yield the `columns`; refuse the file where there are more than a log may have."""
-    for count, column in enumerate(columns, start=1):
-        _refuse_many(path, count)
-        yield column
-
-
 def _refuse_many(path: Path, count: int) -> None:
     """Refuse a file with more arrays than a log may have."""
     if count > _BOUNDS.arrays:
-        text = f"more than {_BOUNDS.arrays} arrays, which no log of a run has"
-        raise base.LogError("too_large", f"{path}: {text}: save those of one run")
+        problem = f"more than {_BOUNDS.arrays} arrays, which no log of a run has"
+        raise base.LogError("too_large", f"{path}: {problem}: save those of one run")
 
 
 def _are_blanks(is_nan: np.ndarray) -> bool:
@@ -319,7 +319,7 @@ def _attributes_of(dataset: Any) -> dict[str, Any]:
     return {
         name: dataset.attrs[name]
         for name, kind in kinds.items()
-        if kind in "biuf"
+        if kind in _NUMBER_KINDS
         or "unit" in name.casefold()
         or name in (*_PACKING, *_NO_VALUE, *_VALID, _UNSIGNED, *_LISTS_OF_NAMES)
     }
@@ -461,7 +461,7 @@ def _outside_valid(stored: np.ndarray, attributes: Mapping[str, Any]) -> np.ndar
     """Return where stored numbers lie outside the range that the attributes call valid: bool, shape as `stored`."""
     low, high = -math.inf, math.inf
     valid_range = np.ravel(attributes.get("valid_range", ()))
-    if valid_range.size == 2 and valid_range.dtype.kind in "biuf":
+    if valid_range.size == 2 and valid_range.dtype.kind in _NUMBER_KINDS:
         low, high = map(float, valid_range)
     if (least := _number_of(attributes.get("valid_min", ""))) is not None:
         low = least
@@ -530,7 +530,9 @@ def _text_of(value: Any) -> str:
 def _number_of(value: Any) -> float | None:
     """Return an attribute as a number; None where it is no single finite number."""
     numbers = np.ravel(value)
-    is_number = numbers.size == 1 and numbers.dtype.kind in "biuf" and np.isfinite(numbers[0])
+    is_number = (
+        numbers.size == 1 and numbers.dtype.kind in _NUMBER_KINDS and np.isfinite(numbers[0])
+    )
     return float(numbers[0]) if is_number else None
 
 
@@ -554,7 +556,10 @@ def _is_table(dataset: Any) -> bool:
     shape = dataset.shape or ()  # None of a dataset without values
     wide = [length for length in shape if length > 1]
     is_narrow = len(wide) < 2 or (len(wide) == 2 and min(wide) <= _BOUNDS.columns)
-    is_numeric = dataset.dtype.kind in "biufV" and dataset.attrs.get("MATLAB_class", b"") != b"char"
+    is_numeric = (
+        dataset.dtype.kind in f"{_NUMBER_KINDS}V"
+        and dataset.attrs.get("MATLAB_class", b"") != b"char"
+    )
     return bool(shape) and is_narrow and is_numeric
 
 
@@ -601,7 +606,7 @@ def _columns_of_array(path: str, value: Any, unit: str = "") -> NamedColumns:
         )
     if array.dtype.kind in "SU":
         yield path, "text"
-    if array.dtype.kind not in "biufM" or array.size < 2:
+    if array.dtype.kind not in f"{_NUMBER_KINDS}M" or array.size < 2:
         return
     if array.dtype.kind == "M":
         array, unit = datetimes_to_s(array), "s"
@@ -627,7 +632,7 @@ def _columns_of_cells(path: str, cell_path: str, array: np.ndarray, unit: str) -
         yield path, "cells with objects"
         return
     cells = [np.asanyarray(cell) for cell in array.flat]
-    if all(cell.size == 1 and cell.dtype.kind in "biuf" for cell in cells):
+    if all(cell.size == 1 and cell.dtype.kind in _NUMBER_KINDS for cell in cells):
         yield path, ArrayColumn(np.array([cell.item() for cell in cells]), unit)
     elif len(cells) > _BOUNDS.columns:
         yield path, f"a list of {len(cells)} cells, more than {_BOUNDS.columns}"

@@ -135,10 +135,6 @@ class Log:
             labels={name: labels[keep] for name, labels in self.labels.items()},
         )
 
-    def finite(self) -> Log:
-        """Return the log without the rows in which a column is NaN or infinite."""
-        return self.without_blanks({}, keeps_blanks=True)
-
     def without_blanks(self, blank: Mapping[str, np.ndarray], *, keeps_blanks: bool) -> Log:
         """Return the log without rows of NaN or infinite numbers, and without rows with a blank cell.
 
@@ -147,7 +143,7 @@ class Log:
         """
         if blank and not keeps_blanks:
             is_whole = ~np.logical_or.reduce([*blank.values()])
-            return self.take(is_whole, BLANK).finite()
+            return self.take(is_whole, BLANK).without_blanks({}, keeps_blanks=True)
         is_good, not_finite = finite_rows(self.columns, blank)
         log = replace(self, not_finite=add_counts(self.not_finite, not_finite))
         return log.take(is_good, NAN_OR_INFINITE)

@@ -107,9 +107,7 @@ class DelimitedReader(TextReader):
         rows = [_cells(line, delimiter) for line in lines if line.whole]
         rows = self._rows_of_source(rows)[: FIRST.rows]
         name_cells, unit_cells = without_mark(name_cells, rows), without_mark(unit_cells, rows)
-        ends_blank = bool(name_cells and not name_cells[-1].strip())
-        width = _row_width(rows, len(name_cells), len(name_cells) - ends_blank)
-        units = units_by_name(name_cells, unit_cells, width)
+        units = units_by_name(name_cells, unit_cells, _row_width(rows, name_cells))
         layout = Layout(
             tuple(units),
             delimiter=delimiter,
@@ -353,21 +351,23 @@ def _cells(line: Line, delimiter: str) -> list[str]:
     return cells_of(line.text, delimiter) or line.text.split(delimiter)
 
 
-def _row_width(rows: Sequence[list[str]], most: int, least: int) -> int:
+def _row_width(rows: Sequence[list[str]], names: Sequence[str]) -> int:
     """Return the number of cells of a row: the number of names, but for a delimiter at the end of the names or rows.
 
-    `rows`: Cells of the first rows. `most`: Number of names. `least`: Number of names without a blank one at the end.
+    `rows`: Cells of the first rows. `names`: Cells of the row of names; empty: there is no such row.
     """
     if not rows:
-        return max(most, 1)
+        return max(len(names), 1)
     widths = [len(cells) for cells in rows]
     usual = most_frequent(widths)
-    if not most or usual == most or most in widths:
-        return most or usual
-    rows_end_blank = not any(cells[-1].strip() for cells in rows if len(cells) == most + 1)
-    if usual == least or (usual == most + 1 and rows_end_blank):
+    if not names or len(names) in widths:
+        return len(names) or usual
+    names_end_blank = not names[-1].strip() and usual == len(names) - 1
+    ends = [cells[-1].strip() for cells in rows if len(cells) == len(names) + 1]
+    rows_end_blank = not any(ends) and usual == len(names) + 1
+    if names_end_blank or rows_end_blank:
         return usual
-    raise ValueError(f"{most} names, but {usual} cells in most rows")
+    raise ValueError(f"{len(names)} names, but {usual} cells in most rows")
 
 
 class ColumnKinds(NamedTuple):
@@ -633,7 +633,10 @@ def _header_above(above: Sequence[list[str]], width: int, decimal: str) -> tuple
 
 
 def _share_of_numbers(cells: Sequence[str], decimal: str) -> float:
-    """Return the share of the cells that are numbers or times; 1 where only blank cells are neither."""
+    """Return the share of the cells of a line that are numbers or times; 1 where only blank cells are neither.
+
+    A blank cell at the end does not count; a line of one cell, which may be any text, has no share.
+    """
     plain = [plain_number(cell.strip()) for cell in cells]
     if len(plain) > 1 and not plain[-1]:  # a delimiter at the end of a line
         plain.pop()
@@ -647,11 +650,9 @@ def _share_of_numbers(cells: Sequence[str], decimal: str) -> float:
 def _are_names(cells: Sequence[str], width: int, decimal: str) -> bool:
     """Return whether cells may be the names of `width` columns: about as many, and less than half are numbers."""
     filled = [cell for cell in cells if cell.strip()]
-    return (
-        bool(filled)
-        and abs(len(cells) - width) <= 1
-        and _share_of_numbers([*filled, ""], decimal) < 0.5
-    )
+    is_near_width = abs(len(cells) - width) <= 1
+    # the blank cell at the end does not count, but then a single number does
+    return bool(filled) and is_near_width and _share_of_numbers([*filled, ""], decimal) < 0.5
 
 
 def encoding_of(head: bytes) -> str:

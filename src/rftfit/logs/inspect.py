@@ -323,16 +323,16 @@ def log_kinds(log_survey: Survey) -> list[str]:
 
 def describe_needs(log_survey: Survey) -> list[str]:
     """Return a sentence for each thing that the measurement needs beyond this file."""
-    sorts = log_kinds(log_survey)
+    kinds = log_kinds(log_survey)
     needs = [] if "time" in log_survey.quantities else _describe_table_instead(log_survey)
-    if sorts == ["force", "motion"]:
+    if kinds == ["force", "motion"]:
         needs.append("a row of the run sheet that names this file as both logs")
     else:
         missing_log = "the motion log of the same run (time, x, z, angle)"
-        if sorts == ["motion"]:
+        if kinds == ["motion"]:
             missing_log = "the force log of the same run (time, arm_moving, F1, F2, F3)"
         needs += [missing_log, "a row of the run sheet that names both"]
-    if not sorts:
+    if not kinds:
         needs.append("which columns are forces or positions: name them in the config")
     if "time" not in log_survey.quantities:
         needs.append("a time: the column that holds it, or rate_Hz, under text or options")
@@ -343,7 +343,7 @@ def describe_needs(log_survey: Survey) -> list[str]:
             f"more digits, or no time and the rate of the rows, rate_Hz, under text or options{by_stamps}"
         )
     for kind, quantities in (("force", FORCE), ("motion", MOTION)):
-        if kind in sorts:
+        if kind in kinds:
             missing = [name for name in quantities[1:] if name not in log_survey.quantities]
             needs += [f"{name}: {MEANING[name]}; {_describe_substitute(name)}" for name in missing]
     unknown = [
@@ -353,10 +353,10 @@ def describe_needs(log_survey: Survey) -> list[str]:
     ]
     if unknown:
         needs.append(f"the unit of {', '.join(unknown)}: the file does not state it")
-    if "force" in sorts:
+    if "force" in kinds:
         needs.append("transducer range, axes and turn, in config.yaml")
-        needs += _clock_needs(log_survey, one_file="motion" in sorts)
-    if "motion" in sorts:
+        needs += _clock_needs(log_survey, one_file="motion" in kinds)
+    if "motion" in kinds:
         needs.append("the arm z of the free surface, in config.yaml or the run sheet")
     if log_survey.used < 2:
         needs.append("at least two usable rows")
@@ -435,7 +435,7 @@ def config_block(
     if dialect == "rig":
         return ["dialect: rig"]
     lines = []
-    sorts = log_kinds(log_survey)
+    kinds = log_kinds(log_survey)
     settings = dict((options or {}) if text is None else text)
     by_rate = "rate_Hz" in settings
     in_two_columns = bool(_nanoseconds_column(log_survey.quantities.get("time", ""), log_survey))
@@ -452,9 +452,9 @@ def config_block(
             lines.append(
                 "# rate_Hz: the stamps of the file are coarser than its rows: state it, under text or options"
             )
-    if not sorts:
+    if not kinds:
         lines.append("# force_log: for a log of forces; write motion_log: for one of positions")
-    for kind in sorts or ["force"]:
+    for kind in kinds or ["force"]:
         lines.append(f"{kind}_log:")
         if text is None:
             lines.append(f"  dialect: {dialect}")
@@ -468,7 +468,7 @@ def config_block(
             quantities = (*quantities, "arm_moving")
         lines += _missing_line(log_survey, quantities)
         # where one file is both logs, the config has to name the columns of each
-        is_both = len(sorts) == 2
+        is_both = len(kinds) == 2
         column_lines = [
             line for name in quantities for line in _column_line(log_survey, name, always=is_both)
         ]
@@ -478,7 +478,7 @@ def config_block(
             # a section of comments alone would be read as null
             lines.append("  columns: {} # quantity: column, a line each")
         lines += column_lines
-    if len(sorts) == 2:
+    if len(kinds) == 2:
         lines.append("clock: {method: same_clock}")
     return lines
 

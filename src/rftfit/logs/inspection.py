@@ -103,8 +103,16 @@ def inspect_file(path: Path, dialect: str | None, options: Mapping[str, str | fl
 
 def _facts_of(survey: Survey) -> dict[str, Any]:
     """Return a survey as a dictionary for scripts; clock: None where no column is the time."""
-    survey_fields: tuple[str, ...] = ("rows", "used", "dropped", "missing", "notes")
-    survey_fields += ("time_unit", "not_finite", "unread")
+    survey_fields = (
+        "rows",
+        "used",
+        "dropped",
+        "missing",
+        "notes",
+        "time_unit",
+        "not_finite",
+        "unread",
+    )
     clock_fields = ("duration", "rate", "step", "jitter", "gaps", "repeated", "backwards")
     return {
         "columns": [asdict(column) for column in survey.columns],

@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime as dt
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import islice
 from pathlib import Path
@@ -229,17 +229,7 @@ def _read_segment(file: _File, header: bytes, first_rows: bytes) -> _Segment:
             channels[name], x_of[name] = len(channels), x
             # the unit that LabVIEW states goes before a unit in the name, which a user has typed
             units[name] = canonical_unit(next(stated_units, "")) or units[name]
-    asked = file.asked or frozenset(channels)
-    if asked.difference(names, QUANTITIES) or not asked.intersection(channels):
-        # with all channels, the caller can name those that the file has
-        asked = frozenset(channels)
-    blank_names = set(_blank_columns(file, names, first_rows)).intersection(channels)
-    if blank_names and file.asked is None:
-        asked = asked.difference(blank_names) or asked
-        if file.first is None:
-            file.notes.append(
-                f"no value in the first rows, not read: {', '.join(sorted(blank_names))}"
-            )
+    asked = _columns_asked_for(file, names, channels, first_rows)
     channels = {name: index for name, index in channels.items() if name in asked}
     x_of = {name: x_of[name] for name in channels}
     x_names_read = tuple(dict.fromkeys(x_of.values())) or (x,)
@@ -249,9 +239,9 @@ def _read_segment(file: _File, header: bytes, first_rows: bytes) -> _Segment:
         raise ValueError(
             f"a segment names no column; found {lines[-1].strip()[:40]!r} where its names stand"
         )
-    comments = cells[-1:] == ["Comment"]
+    n_comments = int(cells[-1] == "Comment")
     layout = Layout(
-        names, kinds, file.separator, file.decimal, optional=int(comments), no_value=NO_VALUE
+        names, kinds, file.separator, file.decimal, optional=n_comments, no_value=NO_VALUE
     )
     if file.first is None:
         file.began = settings.moment(0)
@@ -266,6 +256,22 @@ def _read_segment(file: _File, header: bytes, first_rows: bytes) -> _Segment:
         time_source = "X_Value" if any(x_names_read) else f"X0 + row x Delta_X ({segment.step:g})"
         file.notes.append(f"time is {time_source}" if timed else "X_Value is no time")
     return segment
+
+
+def _columns_asked_for(
+    file: _File, names: Sequence[str], channels: Collection[str], first_rows: bytes
+) -> frozenset[str]:
+    """Return the columns of a segment that are asked for: by default the channels with a value in the first rows."""
+    if file.asked is None:
+        blank_names = {*_blank_columns(file, names, first_rows)}.intersection(channels)
+        if blank_names and file.first is None:
+            listed = ", ".join(sorted(blank_names))
+            file.notes.append(f"no value in the first rows, not read: {listed}")
+        return frozenset({*channels} - blank_names or channels)
+    if file.asked.difference(names, QUANTITIES) or not file.asked.intersection(channels):
+        # with all channels, the caller can name those that the file has
+        return frozenset(channels)
+    return file.asked
 
 
 def _read_clocks(

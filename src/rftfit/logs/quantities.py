@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Collection, Iterable, Mapping
-from itertools import chain, islice, repeat, zip_longest
+from itertools import chain, islice, repeat
 
 import numpy as np
 
@@ -297,15 +297,13 @@ def units_by_name(
     units: list[str] = []
     if width is not None:
         cells = islice(chain(cells, repeat("")), width)
-    for cell, stated in zip_longest(cells, below):
-        if cell is None:
-            break
+    for cell, unit_below in zip(cells, chain(below, repeat("")), strict=False):
         name, unit = split_unit(cell)
         if not unit:
             name_before_mass, mass = split_unit(cell, _MASSES)
             if mass and _is_force(name_before_mass):
                 name, unit = name_before_mass, mass
-        unit = unit or canonical_unit(stated or "")
+        unit = unit or canonical_unit(unit_below)
         names.append(name)
         units.append(UNIT_OF_WEIGHT[unit] if unit in _MASSES and _is_force(name) else unit)
     return dict(zip(unique_names(names), units, strict=True))

@@ -27,7 +27,7 @@ from rftfit.logs.labels import LabelledReader, may_be_labels
 from rftfit.logs.quantities import units_by_name
 from rftfit.logs.sources import columns_of
 from rftfit.logs.text import Block, ReadingPlan, TableReader
-from rftfit.table.numbers import COMMA, MAY_BE_THOUSANDS, NO_VALUE, plain_number
+from rftfit.table.numbers import COMMA, IN_THOUSANDS, NO_VALUE, plain_number
 from rftfit.table.parse import OTHER_SOURCE, Layout, are_allowed, numbers_among_words
 from rftfit.table.stamps import DAY_S, RestartingClock, ns_to_s, seconds_of
 from rftfit.table.units import canonical_unit, is_units_row
@@ -187,7 +187,7 @@ def _judge_columns(rows: Sequence[Sequence[Any]], n_named: int) -> list[_Column]
         filled = [cell for cell in cells if text_of(cell) not in (*NO_VALUE, *ERROR_VALUES)]
         texts = [plain_number(cell.strip()) for cell in filled if isinstance(cell, str)]
         commas = [text for text in texts if COMMA.fullmatch(text)]
-        has_commas = not all(map(MAY_BE_THOUSANDS.fullmatch, commas))
+        has_commas = not all(map(IN_THOUSANDS[","].fullmatch, commas))
         count = sum(_is_number(cell) for cell in filled)
         columns.append(
             _Column(
@@ -212,7 +212,7 @@ def _blocks_of_lines(rows: Iterator[Sequence[Any]], columns: Sequence[_Column]) 
 
 
 def line_of(row: Sequence[Any], columns: Sequence[_Column]) -> str:
-    """Return a row as a line of text, with a tab between cells."""
+    """Return a row of a sheet as a line of text: a cell for each of the `columns`, with a tab between them."""
     # most cells are numbers: a call of a function for each would take as long as reading the file
     cells = [
         repr(cell) if type(cell) in _PLAIN_NUMBER_TYPES else " ".join(text_of(cell).split())

@@ -12,9 +12,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from io import BufferedReader
 from itertools import chain
 from pathlib import Path
-from typing import BinaryIO, NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
 
@@ -99,13 +100,13 @@ def _behind_last_line(content: bytes, stop: int) -> int:
     return max(content.rfind(b"\n", 0, stop), content.rfind(b"\r", 0, stop)) + 1
 
 
-def opened(path: Path) -> BinaryIO:
+def opened(path: Path) -> BufferedReader | gzip.GzipFile:
     """Open a file to be read, unpacked if it is packed by gzip."""
     handle = path.open("rb")
-    if handle.peek(len(GZIP))[: len(GZIP)] != GZIP:
+    if not handle.peek(len(GZIP)).startswith(GZIP):
         return handle
     handle.close()
-    return cast("BinaryIO", gzip.open(path))
+    return gzip.open(path)
 
 
 @contextmanager
@@ -121,7 +122,7 @@ def unpacking_errors(path: Path) -> Iterator[None]:
 def _chunks(path: Path) -> Iterator[bytes]:
     """Yield pieces of a file, unpacked, without a byte order mark; UTF-16 becomes UTF-8."""
     with base.file_errors(path), unpacking_errors(path), opened(path) as handle:
-        if isinstance(cast("object", handle), gzip.GzipFile):
+        if isinstance(handle, gzip.GzipFile):
             # a first pass, which keeps nothing: a small file may unpack to any size
             while handle.read(BLOCK_BYTES):
                 base.check_unpacked(path, handle.tell())
@@ -138,11 +139,9 @@ def _chunks(path: Path) -> Iterator[bytes]:
             chunk = handle.read(at_once)
 
 
-def _bytes_at_once(handle: BinaryIO) -> int:
+def _bytes_at_once(handle: BufferedReader | gzip.GzipFile) -> int:
     """Return the bytes to read at a time: for a small file its size, as allocating a block is slow."""
-    if isinstance(cast("object", handle), gzip.GzipFile):
-        return BLOCK_BYTES
-    size = os.fstat(handle.fileno()).st_size
+    size = 0 if isinstance(handle, gzip.GzipFile) else os.fstat(handle.fileno()).st_size
     # one byte more, so that one read shows the end; a size of 0 may be of a file without a known size
     return min(size + 1, BLOCK_BYTES) if size else BLOCK_BYTES
 
@@ -154,7 +153,7 @@ _TWO_COMMAS = re.compile(rb",\d{3},\d{3}")
 
 
 def regrouped_columns(path: Path, layout: Layout, start: int) -> frozenset[int]:
-    """Find the columns to be read that have two decimal commas in one number, anywhere in the file.
+    """Find the columns to be read that have two decimal commas in one number, anywhere behind the first `start` bytes.
 
     A spreadsheet that writes 1,000,292 for 100,0292 also writes 10,114 for 1,0114, which is a valid number and wrong.
     So a single cell with two commas makes its whole column doubtful.

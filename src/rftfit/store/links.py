@@ -84,10 +84,8 @@ def refuse_links(root: Path, names: Collection[str] = (RESULTS, SNAKEMAKE)) -> N
             entries = [*_entries(str(path))]
         links.update(Path(entry.path) for entry in entries if entry.is_symlink())
     if links:
-        elsewhere = (
-            "; to have the results on another disk, say so yourself: rftfit run --results-at DIR"
-        )
-        raise LinkError(links, elsewhere * (RESULTS in names))
+        cure = "; to have the results on another disk, say so yourself: rftfit run --results-at DIR"
+        raise LinkError(links, cure if RESULTS in names else "")
 
 
 def cut_shared_files(root: Path, lab_files: Collection[Path]) -> None:

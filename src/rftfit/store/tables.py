@@ -123,20 +123,20 @@ def read_csv(source: str | Path | bytes, kind_of: Callable[[str], str]) -> pd.Da
         content = content_bytes.decode("utf-8-sig")
         names = next(iter(read_cells(content_bytes.partition(b"\n")[0])), [])
         kinds = {name: kind_of(name) for name in names}
-        text = {name for name, kind in kinds.items() if kind in ("text", "yes or no")}
+        text_columns = {name for name, kind in kinds.items() if kind in ("text", "yes or no")}
         table = pd.read_csv(
             io.StringIO(content, newline=""),
             # a run may be called 007 or NA, which must not become a number or NaN
-            dtype=dict.fromkeys(text, str),
+            dtype=dict.fromkeys(text_columns, str),
             keep_default_na=False,
-            na_values={name: [""] for name in names if name not in text},
+            na_values={name: [""] for name in names if name not in text_columns},
         )
         for name, kind in kinds.items():
             if kind == "yes or no":
                 table[name] = table[name].map(_YES_OR_NO).astype("boolean")
         if table.empty:
             # pandas gives columns without rows the type of texts, which a join would pass on to numbers
-            table = table.astype({name: float for name in names if name not in text})
+            table = table.astype({name: float for name in names if name not in text_columns})
         return _change_texts(table, unguarded) if "'" in content else table
     except (OSError, ValueError) as error:
         name = "" if isinstance(source, bytes) else f"{source}: "

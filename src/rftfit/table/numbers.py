@@ -44,8 +44,6 @@ IN_THOUSANDS = {
 NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
 COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 """A number with one comma."""
-MAY_BE_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
-"""A number with one comma that may be decimal or between thousands: 10,114."""
 _WITH_UNIT = re.compile(r"(?P<number>.*\d[.,)-]?)\s*(?P<unit>[^\W\d_].*|[°%].*)")
 
 
@@ -78,6 +76,6 @@ def has_decimal_commas(cells: Iterable[str]) -> bool:
         return False
     numbers = [plain for cell in cells if (plain := plain_number(cell))[-1:].isdigit()]
     commas = [number for number in numbers if COMMA.fullmatch(number)]
-    may_be_thousands = all(map(MAY_BE_THOUSANDS.fullmatch, commas))
+    may_be_thousands = all(map(IN_THOUSANDS[","].fullmatch, commas))
     points = (number for number in numbers if "." in number and PLAIN_NUMBER.fullmatch(number))
     return bool(commas) and not may_be_thousands and not any(points)

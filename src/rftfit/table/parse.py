@@ -356,8 +356,9 @@ def _parse_halves(layout: Layout, body: bytes) -> list[ParsedRows]:
 
 @lru_cache
 def _odd_cell_pattern(delimiter: str) -> re.Pattern[bytes]:
-    """Return the pattern of whole cells that may be numbers in an odd spelling (`plain_number`)."""
+    """Return the pattern of whole cells that may be numbers in an odd spelling: ="007", 12-, (12) and 1.2D3."""
     edge = rb"[\s\"%b]" % re.escape(delimiter.encode())
+    # a comma that separates cells is no part of a number
     number = rb"\d[\d%b]*" % b".,".replace(delimiter.encode(), b"")
     return re.compile(
         rb'="[^"\r\n]*"|(?:(?<=%b)|^)(?:%b-|\(%b\)|[+-]?%b[dD][+-]?\d{1,3})(?=%b|$)'

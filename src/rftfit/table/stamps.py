@@ -27,10 +27,11 @@ _AM_PM = r"(?: ?(?P<half>[AaPp])\.?[Mm]\.?)?"
 """AM or PM behind a time: `half` is A or P, the half of the day."""
 _DATE = re.compile(
     r"(?P<d0>\d{4}|\d\d?)[-/.](?P<d1>\d\d?)[-/.](?P<d2>\d{4}|\d\d?)[T ] *(?P<hour>\d\d?):(?P<minute>[0-5]\d)"
-    r"(?::(?P<second>[0-5]\d)(?:[.,](?P<part>\d{1,9}))?)?"
+    r"(?::(?P<second>[0-5]\d)(?:[.,](?P<fraction>\d{1,9}))?)?"
     + _AM_PM
     + r" ?(?P<zone>Z|UTC|GMT|[+-]\d\d(?::?\d\d)?)?"
 )
+"""A date of three numbers, d0 to d2 in any order, with a time of day."""
 _MONTH_NAMES = "jan/ene feb mar/mär/mrz apr/abr may/mai jun jul aug/ago sep oct/okt nov dec/dez/dic"
 _MONTHS = {
     name: number
@@ -46,7 +47,7 @@ _NAMED_MONTHS = (_DAY_FIRST, _MONTH_FIRST, _YEAR_FIRST)
 _CLOCK = re.compile(
     r"(\d\d?:[0-5]\d:[0-5]\d(?:[.,:]\d{1,9})?|[0-5]?\d:[0-5]\d[.,]\d{1,9})" + _AM_PM
 )
-_COLON_BEFORE_PART = re.compile(r"(\d\d?:[0-5]\d:[0-5]\d):(\d{1,9})")
+_COLON_BEFORE_FRACTION = re.compile(r"(\d\d?:[0-5]\d:[0-5]\d):(\d{1,9})")
 """A clock time with a colon before the fraction of a second."""
 _ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:[^AaPp]*")
 
@@ -112,13 +113,14 @@ def seconds_of(text: str, order: str = "") -> float:
     `order`: Order of day, month and year (``dmy``); empty: the text must show the order, else NaN.
     """
     if clock := _CLOCK.fullmatch(text):
-        text = _COLON_BEFORE_PART.sub(r"\1.\2", clock[0])
+        text = _COLON_BEFORE_FRACTION.sub(r"\1.\2", clock[0])
         hours = "" if text.count(":") == 2 else "00:"
         text, order = f"1970-01-01 {hours}{text}", "ymd"
     if _named_month(text):
         text, order = _with_month_number(text), "ymd"
     date = _DATE.fullmatch(text)
     order = order or date_order([text])
+    # a year has four digits, or two
     if not date or not order or len(date[f"d{order.index('y')}"]) == 1:
         return np.nan
     year, month, day = (int(date[f"d{order.index(letter)}"]) for letter in "ymd")
@@ -142,7 +144,7 @@ def seconds_of(text: str, order: str = "") -> float:
     if zone[0] in "+-":
         hhmm = zone[1:].replace(":", "").ljust(4, "0")
         ahead_of_utc_s = int(f"{zone[0]}1") * (int(hhmm[:2]) * 3600 + int(hhmm[2:]) * 60)
-    return moment.timestamp() - ahead_of_utc_s + float(f"0.{date['part'] or 0}")
+    return moment.timestamp() - ahead_of_utc_s + float(f"0.{date['fraction'] or 0}")
 
 
 def seconds_of_column(cells: Any, order: str = "") -> FloatArray | None:
@@ -166,9 +168,9 @@ def seconds_of_column(cells: Any, order: str = "") -> FloatArray | None:
         first = cells[0].as_py().strip(" \t")
         cells = pc.utf8_trim(cells, " \t")
         if _CLOCK.fullmatch(first):
-            if _COLON_BEFORE_PART.fullmatch(first):
+            if _COLON_BEFORE_FRACTION.fullmatch(first):
                 cells = pc.replace_substring_regex(
-                    cells, f"^{_COLON_BEFORE_PART.pattern}$", r"\1.\2"
+                    cells, f"^{_COLON_BEFORE_FRACTION.pattern}$", r"\1.\2"
                 )
                 first = cells[0].as_py()
             hours = "" if first.count(":") == 2 else "00:"
