@@ -318,15 +318,15 @@ def find_line_marks(lines: Sequence[str], delimiter: str) -> LineMarks:
         for line in filled
         if (cells := cells_of(line.decode(), delimiter))
     ]
-    usual = max(set(labels_of_lines), key=labels_of_lines.count, default=())
-    if not any(usual) or labels_of_lines.count(usual) <= max(1, len(labels_of_lines) / 2):
+    labels = max(set(labels_of_lines), key=labels_of_lines.count, default=())
+    if not any(labels) or labels_of_lines.count(labels) <= max(1, len(labels_of_lines) / 2):
         return LineMarks(arrow, (), tuple(rewrites))
     between = r"\s" if delimiter == " " else re.escape(delimiter)
     # long labels first: force_x ends with the label x
-    for label in sorted({*usual} - {""}, key=len, reverse=True):
+    for label in sorted({*labels} - {""}, key=len, reverse=True):
         before = rf"(^|{between})[ \t]*{re.escape(label)}\s*[:=][ \t]*"
         rewrites.append((re.compile(before.encode(), re.MULTILINE), rb"\1"))
-    return LineMarks(arrow, usual, tuple(rewrites))
+    return LineMarks(arrow, labels, tuple(rewrites))
 
 
 def _take_row(lines: list[Line]) -> Line:

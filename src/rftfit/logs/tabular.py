@@ -121,24 +121,11 @@ class XlsxReader(TableReader):
         head = list(islice(rows, FIRST.sheet_rows))
         first = _first_row_of_table(head)
         first_rows = head[first:]
-        # cells beside the table, which are left out, are neither names nor units
-        width = 1 + max(chain([-1], *map(_number_columns, first_rows[:2])))
-        header = head[first - 1] if first else ()
-        while width < len(header) and header[width] is not None:
-            width += 1  # a name above cells that are filled further below
-        above = [
-            cells
-            for row in head[:first]
-            if any(cells := [text_of(cell) for cell in row[: width or None]])
-        ]
-        if not above:
+        name_cells, unit_cells = _header_above(head, first)
+        if not name_cells:
             raise LogError("header", f"{path}: no row of names above the numbers of the sheet")
-        below: list[str] = []
-        if len(above) > 1 and is_units_row(above[-1], len(above[-2])):
-            below = above.pop()
-        columns = _judge_columns(first_rows, len(above[-1]))
-        width = len(columns)
-        units = units_by_name(above[-1], below, width)
+        columns = _judge_columns(first_rows, len(name_cells))
+        units = units_by_name(name_cells, unit_cells, len(columns))
         names = tuple(units)
         layout = Layout(names, delimiter="\t", no_value=(*NO_VALUE, *ERROR_VALUES))
         cells_of_rows = [line_of(row, columns).split("\t") for row in first_rows]
@@ -162,6 +149,25 @@ class XlsxReader(TableReader):
         )
         plan = self.narrow(path, plan)
         return plan, _blocks_of_lines(chain(first_rows, rows), columns)
+
+
+def _header_above(head: Sequence[Sequence[Any]], first: int) -> tuple[list[str], list[str]]:
+    """Return the cells of the row of names above a table, and of the row of units below the names; empty without.
+
+    `head`: First rows of the sheet. `first`: Row in which the table begins.
+    """
+    # cells beside the table, which are left out, are neither names nor units
+    width = 1 + max(chain([-1], *map(_number_columns, head[first : first + 2])))
+    row_above = head[first - 1] if first else ()
+    while width < len(row_above) and row_above[width] is not None:
+        width += 1  # a name above cells that are filled further below
+    above = [
+        cells
+        for row in head[:first]
+        if any(cells := [text_of(cell) for cell in row[: width or None]])
+    ]
+    units = above.pop() if len(above) > 1 and is_units_row(above[-1], len(above[-2])) else []
+    return (above[-1] if above else []), units
 
 
 class _Column(NamedTuple):

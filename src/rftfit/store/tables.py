@@ -55,9 +55,7 @@ def _change_texts(table: pd.DataFrame, change: Callable[[str], str]) -> pd.DataF
             text: changed_text for text in texts if (changed_text := change(text)) != text
         }
         if replacements:
-            values = [
-                replacements.get(cell, cell) if isinstance(cell, str) else cell for cell in column
-            ]
+            values = [replacements.get(cell, cell) for cell in column]
             dtype = object if isinstance(column.dtype, pd.CategoricalDtype) else column.dtype
             changed[str(name)] = pd.Series(values, table.index, dtype=dtype)
     return table.assign(**changed) if changed else table

@@ -390,22 +390,7 @@ def _without_thousands(layout: Layout, body: bytes) -> bytes:
         # 10.204 where the decimal mark is a comma
         grouped += _grouped_pattern(re.escape(separator), decimal, delimiter, b"?").finditer(body)
         grouped.sort(key=re.Match.start)
-    if not grouped:
-        return body
-    numbers_by_column: dict[int, list[re.Match[bytes]]] = {}
-    for number in grouped:
-        numbers_by_column.setdefault(_column_of(layout, body, number.start()), []).append(number)
-    # the numbers of these lines decide on separators of thousands
-    lines = islice(filter(layout.is_data, body.splitlines()), 1000)
-    rows = [*map(layout.split, lines)]
-    doubtful: set[re.Match[bytes]] = set()
-    for column, numbers in numbers_by_column.items():
-        column_cells = [cells[column].strip(" \t") for cells in rows if column < len(cells)]
-        doubtful |= _doubtful_thousands(numbers, column_cells, decimal)
-        comma = separator.decode()
-        if any(comma in cell and not IN_THOUSANDS[comma].fullmatch(cell) for cell in column_cells):
-            # the separator is the decimal mark, whatever the config states
-            doubtful |= {number for number in numbers if separator in number[0]}
+    doubtful = _doubtful_in_block(layout, body, grouped, separator.decode()) if grouped else set()
     pieces: list[bytes] = []
     stop = 0
     for number in grouped:
@@ -418,6 +403,27 @@ def _without_thousands(layout: Layout, body: bytes) -> bytes:
     return b"".join([*pieces, body[stop:]])
 
 
+def _doubtful_in_block(
+    layout: Layout, body: bytes, grouped: Sequence[re.Match[bytes]], separator: str
+) -> set[re.Match[bytes]]:
+    """Return those of the numbers with separators for which other numbers of their columns leave a doubt."""
+    numbers_by_column: dict[int, list[re.Match[bytes]]] = {}
+    for number in grouped:
+        numbers_by_column.setdefault(_column_of(layout, body, number.start()), []).append(number)
+    # the numbers of these lines decide
+    lines = islice(filter(layout.is_data, body.splitlines()), 1000)
+    rows = [*map(layout.split, lines)]
+    doubtful: set[re.Match[bytes]] = set()
+    for column, numbers in numbers_by_column.items():
+        column_cells = [cells[column].strip(" \t") for cells in rows if column < len(cells)]
+        doubtful |= _doubtful_thousands(numbers, column_cells, layout.decimal)
+        marked = [cell for cell in column_cells if separator in cell]
+        if not all(map(IN_THOUSANDS[separator].fullmatch, marked)):
+            # the separator is the decimal mark, whatever the config states
+            doubtful |= {number for number in numbers if separator.encode() in number[0]}
+    return doubtful
+
+
 def _column_of(layout: Layout, body: bytes, offset: int) -> int:
     """Return the column, from 0, of the cell that begins at an offset, in bytes, of a block."""
     line_start = body.rfind(b"\n", 0, offset) + 1
@@ -427,7 +433,7 @@ def _column_of(layout: Layout, body: bytes, offset: int) -> int:
 
 
 def _doubtful_thousands(
-    grouped: Sequence[re.Match[bytes]], column_cells: Sequence[str], decimal: bytes
+    grouped: Sequence[re.Match[bytes]], column_cells: Sequence[str], decimal: str
 ) -> set[re.Match[bytes]]:
     """Return the numbers of a column whose separators may not stand between thousands.
 
@@ -435,14 +441,16 @@ def _doubtful_thousands(
     without a decimal mark are doubtful if the column has decimal marks, unless it has both whole numbers, and grouped
     numbers with a mark. `grouped`: Numbers with separators. `column_cells`: All cells. `decimal`: Decimal mark.
     """
-    mark = decimal.decode()
-    plain = [cell.replace(mark, ".", 1) for cell in column_cells if mark == "." or "." not in cell]
+    mark = decimal.encode()
+    plain = [
+        cell.replace(decimal, ".", 1) for cell in column_cells if decimal == "." or "." not in cell
+    ]
     plain = [cell.lstrip("+-") for cell in plain if PLAIN_NUMBER.fullmatch(cell)]
     digits = [len(re.split("[.eE]", cell)[0]) for cell in plain]
-    grouped_digits = [len(re.sub(rb"\D", b"", n[0].partition(decimal)[0])) for n in grouped]
+    grouped_digits = [len(re.sub(rb"\D", b"", n[0].partition(mark)[0])) for n in grouped]
     if max(digits, default=0) >= min(grouped_digits):
         return {*grouped}
-    without_mark = {number for number in grouped if decimal not in number[0]}
+    without_mark = {number for number in grouped if mark not in number[0]}
     has_marks = len(without_mark) < len(grouped)
     has_wholes = not all("." in cell for cell in plain)
     is_safe = has_wholes if has_marks else not any("." in cell for cell in plain)
@@ -508,11 +516,12 @@ def _join_parts(parts: list[ParsedRows]) -> ParsedRows:
 def count_lines(body: bytes) -> int:
     """Count the lines of a body that ends with a line end."""
     # several times faster than bytes.count where lines are short
-    text = np.frombuffer(body, dtype=np.uint8)
-    feeds = text == _FEED
+    letters = np.frombuffer(body, dtype=np.uint8)
+    feeds = letters == _FEED
     lines = int(np.count_nonzero(feeds))
     if b"\r" in body:
-        returns = text == _RETURN
+        returns = letters == _RETURN
+        # \r\n is one line end
         lines += int(np.count_nonzero(returns)) - int(np.count_nonzero(returns[:-1] & feeds[1:]))
     return lines
 
