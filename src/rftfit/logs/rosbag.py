@@ -195,18 +195,17 @@ def _read_ros2(path: Path, topic_name: str, head: bytes) -> Topic:
             bag.close()
     store = get_typestore(Stores.LATEST)
     if kind not in store.fielddefs:
-        makers = {
-            MessageDefinitionFormat.MSG: lambda: get_types_from_msg(definition.data, kind),
-            MessageDefinitionFormat.IDL: lambda: get_types_from_idl(definition.data),
-        }
-        if definition.format not in makers:
+        if definition.format == MessageDefinitionFormat.MSG:
+            store.register(get_types_from_msg(definition.data, kind))
+        elif definition.format == MessageDefinitionFormat.IDL:
+            store.register(get_types_from_idl(definition.data))
+        else:
             raise LogError(
                 "type",
                 f"{path}: the bag does not bring the definition of {kind}, and it is no type of ROS "
                 "itself: record it as MCAP, which does, or convert it",
                 len(messages),
             )
-        store.register(makers[definition.format]())
     return Topic(name, kind, store.fielddefs, messages, True, False)
 
 

@@ -11,7 +11,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from io import BufferedReader
 from itertools import chain
 from pathlib import Path
@@ -234,7 +233,7 @@ class TableReader(LabelledReader):
         self.check_asked(path, plan.unread, layout.names)
         names_to_read = plan.keep.union(self.choose_columns(layout.names))
         labels = plan.labels.difference(self.where)
-        return replace(plan, layout=narrowed(layout, names_to_read, labels))
+        return replace(plan, layout=_narrowed(layout, names_to_read, labels))
 
     def logs_of(self, path: Path, plan: ReadingPlan, blocks: Iterable[Block]) -> Iterator[base.Log]:
         """Parse the rows of a table, block by block, each to a log."""
@@ -307,12 +306,8 @@ def _refuse_changed_header(
             )
 
 
-@lru_cache
-def narrowed(layout: Layout, names_to_read: frozenset[str], labels: frozenset[str]) -> Layout:
-    """Return a layout that skips all columns but `names_to_read` and `labels`; unchanged if none could be read then.
-
-    Cached, as the logs of a campaign have few different layouts.
-    """
+def _narrowed(layout: Layout, names_to_read: frozenset[str], labels: frozenset[str]) -> Layout:
+    """Return a layout that skips all columns but `names_to_read` and `labels`; unchanged if none could be read then."""
 
     def kind_of(name: str, kind: Kind) -> Kind:
         if name in names_to_read and not (kind == "skip" and name in labels):
