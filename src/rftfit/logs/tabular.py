@@ -6,7 +6,7 @@ import fnmatch
 import zipfile
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from itertools import chain, islice
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -499,53 +499,59 @@ def _numbers_of_batch(
 
 def _number_fields(file: Any) -> tuple[dict[str, _Field], dict[str, str]]:
     """Return the fields that hold numbers, by name, and column to the reason why it is not read."""
-    from pyarrow import types
-
     schema = file.schema_arrow
     units = units_by_name(schema.names)
+    # read once, and only if a field needs them
+    first_rows = cache(partial(_first_rows, file))
     fields, unread = {}, {}
-    head: Any = None
     for field, (name, unit_in_name) in zip(schema, units.items(), strict=True):
         metadata = field.metadata or {}
         stated = metadata.get(b"unit") or metadata.get(b"units") or b""
-        field_unit = unit_in_name or canonical_unit(stated.decode("utf-8", "replace"))
-        kind = _type_of(field)
-        if types.is_timestamp(kind) or types.is_duration(kind) or types.is_time(kind):
-            fields[field.name] = _Field([name], "s", _read_seconds)
-        elif _is_of_numbers(kind):
-            fields[field.name] = _Field([name], field_unit, _read_numbers)
-        elif types.is_fixed_size_list(kind) or types.is_list(kind) or types.is_large_list(kind):
-            if not _is_of_numbers(kind.value_type):
-                unread[name] = f"lists of {kind.value_type}"
-                continue
-            head = _first_rows(file) if head is None else head
-            width = _list_width(head, field.name)
-            if 0 < width <= BOUNDS.columns:
-                listed = [f"{name} column {number}" for number in range(1, width + 1)]
-                fields[field.name] = _Field(listed, field_unit, partial(_read_lists, width))
-            else:
-                most = f"more than {BOUNDS.columns}" if width else "so no columns"
-                unread[name] = f"lists of {width} numbers a row, {most}"
-        elif types.is_struct(kind):
-            inside = [inner.name for inner in kind if _is_of_numbers(inner.type)]
-            if inside:
-                members = [f"{name}.{member}" for member in inside]
-                fields[field.name] = _Field(members, field_unit, partial(_read_records, inside))
-            else:
-                unread[name] = f"values of the type {kind}"
-        elif _is_of_texts(kind):
-            head = _first_rows(file) if head is None else head
-            cells = [cell for cell in head[field.name].to_pylist() if cell is not None]
-            seen = judge_columns([[cell, "0"] for cell in cells], ["text", "number"])
-            if seen.kinds[0] == "skip" or not any(cell.strip() for cell in cells):
-                unread[name] = seen.unread.get("text", "text without a value in the first rows")
-            elif seen.kinds[0] == "stamp":
-                fields[field.name] = _Field([name], "s", partial(_read_text_seconds, seen.dates))
-            else:
-                fields[field.name] = _Field([name], field_unit, _read_text_numbers)
+        unit = unit_in_name or canonical_unit(stated.decode("utf-8", "replace"))
+        number_field = _number_field(field, name, unit, first_rows)
+        if isinstance(number_field, str):
+            unread[name] = number_field
         else:
-            unread[name] = f"values of the type {kind}"
+            fields[field.name] = number_field
     return fields, unread
+
+
+def _number_field(
+    field: Any, name: str, unit: str, first_rows: Callable[[], Mapping[str, Any]]
+) -> _Field | str:
+    """Return how a field is read as numbers, or the reason why it is not read.
+
+    `name`, `unit`: Name and unit of its column. `first_rows`: Returns each field with its first values.
+    """
+    from pyarrow import types
+
+    kind = _type_of(field)
+    if types.is_timestamp(kind) or types.is_duration(kind) or types.is_time(kind):
+        return _Field([name], "s", _read_seconds)
+    if _is_of_numbers(kind):
+        return _Field([name], unit, _read_numbers)
+    if types.is_fixed_size_list(kind) or types.is_list(kind) or types.is_large_list(kind):
+        if not _is_of_numbers(kind.value_type):
+            return f"lists of {kind.value_type}"
+        width = _list_width(first_rows(), field.name)
+        if not 0 < width <= BOUNDS.columns:
+            most = f"more than {BOUNDS.columns}" if width else "so no columns"
+            return f"lists of {width} numbers a row, {most}"
+        listed = [f"{name} column {number}" for number in range(1, width + 1)]
+        return _Field(listed, unit, partial(_read_lists, width))
+    if types.is_struct(kind):
+        if inside := [inner.name for inner in kind if _is_of_numbers(inner.type)]:
+            members = [f"{name}.{member}" for member in inside]
+            return _Field(members, unit, partial(_read_records, inside))
+    elif _is_of_texts(kind):
+        cells = [cell for cell in first_rows()[field.name].to_pylist() if cell is not None]
+        seen = judge_columns([[cell, "0"] for cell in cells], ["text", "number"])
+        if seen.kinds[0] == "skip" or not any(cell.strip() for cell in cells):
+            return seen.unread.get("text", "text without a value in the first rows")
+        if seen.kinds[0] == "stamp":
+            return _Field([name], "s", partial(_read_text_seconds, seen.dates))
+        return _Field([name], unit, _read_text_numbers)
+    return f"values of the type {kind}"
 
 
 def _type_of(field: Any) -> Any:
