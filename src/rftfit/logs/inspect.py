@@ -61,7 +61,8 @@ class ColumnExtreme(NamedTuple):
         counts: Counter[float] = Counter()
         for extreme in (self, next_extreme):
             counts.update({extreme.value: extreme.times, extreme.inner: 0})
-        distinct = np.array(sorted(filter(np.isfinite, counts), reverse=sign > 0))
+        stated = [value for value in counts if np.isfinite(value)]
+        distinct = np.array(sorted(stated, reverse=sign > 0))
         return ColumnExtreme.of(distinct, np.array([counts[value] for value in distinct]))
 
 
@@ -655,8 +656,9 @@ def recognised(
             reader = dialect(str(name))
             reader = reader.with_options(settings) if settings else reader
             return Recognised(reader, None, settings, other_dialects)
-        text = {**text, **settings}
-        return Recognised(DelimitedReader(_text_format(text)), text, {}, other_dialects)
+        text_format = {**text, **settings}
+        reader = DelimitedReader(_text_format(text_format))
+        return Recognised(reader, text_format, {}, other_dialects)
     except ValueError as error:
         key = "options" if text is None else "text"
         raise InputError(f"{key}: {' '.join(str(error).split())}") from error
