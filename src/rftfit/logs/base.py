@@ -250,9 +250,11 @@ class Reader:
                 allowed = ", ".join(self.takes) or f"none: the dialect {self.name} has no options"
                 raise ValueError(f"found the option {name!r}; allowed: {allowed}")
             types, allowed_values = _OPTIONS.get(name, (str, "a text"))
-            # a bool would count as an int
-            is_allowed = isinstance(value, types) and not isinstance(value, bool)
-            if not is_allowed or (name == "rate_Hz" and not 0 < value < 1e9):
+            if (
+                isinstance(value, bool)  # which would count as an int
+                or not isinstance(value, types)
+                or (name == "rate_Hz" and not 0 < value < 1e9)
+            ):
                 raise ValueError(f"{name}: found {value!r}; allowed: {allowed_values}")
         return self._changed(options=options)
 

@@ -678,7 +678,8 @@ def _single_blanks(body: bytes) -> bytes:
     # a blank at the start of a line is dropped
     is_dropped = letters == _BLANK
     is_dropped[1:] &= _is_line_end(letters)[:-1]
-    return letters[~is_dropped].tobytes()
+    letters = letters[~is_dropped]
+    return letters.tobytes()
 
 
 def _is_line_end(letters: np.ndarray) -> np.ndarray:
