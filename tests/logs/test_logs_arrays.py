@@ -9,7 +9,7 @@ from makers import sentence_of
 from numpy.testing import assert_array_equal
 from scipy.io import savemat
 
-from rftfit.logs.base import Log, LogError, run_apart
+from rftfit.logs.base import Log, LogError, run_in_child
 from rftfit.logs.inspect import recognised, survey
 from rftfit.logs.registry import dialect, load_each
 
@@ -159,9 +159,9 @@ def test_files_that_several_readers_want(tmp_path, monkeypatch):
 
     def noted(files, work):
         files_read.extend(files)
-        return run_apart(files, work)
+        return run_in_child(files, work)
 
-    monkeypatch.setattr("rftfit.logs.base.run_apart", noted)
+    monkeypatch.setattr("rftfit.logs.base.run_in_child", noted)
     force, motion = ARRAYS.only({"t", "F"}), ARRAYS.only({"t", "z"})
     logs = load_each([(reader, path) for path in paths for reader in (force, motion)])
     assert files_read == paths

@@ -66,6 +66,16 @@ def test_two_sources_are_refused_or_one_of_them_is_read(
     assert log.dropped == {OTHER_SOURCE: int(is_other.sum())}
 
 
+def test_the_rate_counts_rows_of_one_source_in_blocks_of_any_size(tmp_path, monkeypatch):
+    path = tmp_path / "log.csv"
+    path.write_text("sensor,Fz_N\n" + "".join(f"{'ab'[n % 2]},{n}\n" for n in range(400)))
+    reader = text_reader(delimiter=",", rate_Hz=100).of_source({"sensor": ("b",)})
+    monkeypatch.setattr("rftfit.logs.text.BLOCK_BYTES", 500)
+    log = reader.load(path)
+    np.testing.assert_allclose(log.columns["time"], np.arange(200) / 100)
+    assert (log.rows, log.dropped) == (400, {OTHER_SOURCE: 200})
+
+
 def test_a_workbook_of_two_sensors(tmp_path):
     table, is_other = table_of(1, 0.5, "sensor", ("ft_plate", "ft_other"))
     path = tmp_path / "log.xlsx"

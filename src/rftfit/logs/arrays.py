@@ -7,7 +7,6 @@ import re
 import warnings
 import zipfile
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from copy import copy
 from itertools import groupby
 from pathlib import Path
 from typing import Any, NamedTuple, Self
@@ -16,11 +15,11 @@ import numpy as np
 
 from rftfit.conventions import FloatArray
 from rftfit.logs import base
-from rftfit.logs.beside import heed_labels, may_be_labels
+from rftfit.logs.labels import heed_labels, may_be_labels
 from rftfit.logs.mat5 import MOST_EXPANSION, NoArray, load_mat5
-from rftfit.logs.quantities import names_and_units
+from rftfit.logs.quantities import units_by_name
 from rftfit.table.stamps import datetimes_to_s
-from rftfit.table.units import unit_word, units_like
+from rftfit.table.units import canonical_unit, units_like
 
 _BOUNDS = base.BOUNDS
 
@@ -33,10 +32,14 @@ _HDF5, _NPY, _NPZ, _MAT5, _MAT7 = (
 )
 
 
+_NUMBER_KINDS = "biuf"
+"""Kinds of numpy types that hold numbers: bool, integer, unsigned integer and float; V is a record, M a date."""
+
+
 class ArrayColumn(NamedTuple):
     """Values of a column, shape (n,), and what the attributes of the file say about them.
 
-    `unit`: As the file states it. `note`: Sentence on how the attributes were applied. `blank`: Whether some values
+    `unit`: As the file states it. `note`: Sentence on how the attributes were applied. `has_blanks`: Whether some values
     are NaN because the file says that the stored number stands for no value. `unapplied`: Scaling that the file
     states under a name that is no convention, and that was not applied.
     """
@@ -44,7 +47,7 @@ class ArrayColumn(NamedTuple):
     values: np.ndarray
     unit: str
     note: str = ""
-    blank: bool = False
+    has_blanks: bool = False
     unapplied: str = ""
 
 
@@ -52,7 +55,7 @@ NamedColumns = Iterator[tuple[str, ArrayColumn | str]]
 """Name and column; for an array that is no column, name and a few words on what the array is."""
 
 
-class FilesApart:
+class ChildReader:
     """Files of MATLAB and HDF5 that are read one after another in a child process, which a damaged file may end.
 
     `paths`: All files that will be asked for, in this order; a file of another kind has no columns here.
@@ -61,8 +64,9 @@ class FilesApart:
     def __init__(self, paths: Sequence[Path]) -> None:
         # a file that is asked for twice in turn is read once
         files = [path for path, _ in groupby(paths)]
-        self._contents = zip(files, base.run_apart(files, _load_apart), strict=True)
-        self._last: tuple[Path | None, list[tuple[str, ArrayColumn | str]] | Exception] = None, []
+        self._contents = zip(files, base.run_in_child(files, _load_in_child), strict=True)
+        self._last_read: tuple[Path | None, list[tuple[str, ArrayColumn | str]] | Exception]
+        self._last_read = None, []
 
     def read(self, path: Path) -> list[tuple[str, ArrayColumn | str]]:
         """Read the columns of a file.
@@ -74,15 +78,15 @@ class FilesApart:
         ValueError
             If the file does not hold what it states.
         """
-        while self._last[0] != path:
-            self._last = next(self._contents)
-        content = self._last[1]
+        while self._last_read[0] != path:
+            self._last_read = next(self._contents)
+        content = self._last_read[1]
         if isinstance(content, Exception):
             raise content
         return content
 
 
-def _load_apart(path: Path) -> list[tuple[str, ArrayColumn | str]]:
+def _load_in_child(path: Path) -> list[tuple[str, ArrayColumn | str]]:
     """Read the columns of a MATLAB or HDF5 file, in the child process; none for a file of another kind."""
     with path.open("rb") as file:
         head = file.read(16)
@@ -99,7 +103,7 @@ class ArraysReader(base.Reader):
     description = "arrays of MATLAB (.mat), HDF5 (.h5) or NumPy (.npy, .npz), by their paths"
     takes = ("rate_Hz",)
     evidence = "the first bytes of a MATLAB, HDF5 or NumPy file"
-    _files: FilesApart | None = None
+    _child: ChildReader | None = None
 
     def detect(self, head: bytes) -> bool:
         """Return whether a file is in this dialect, judged by its first 64 kB."""
@@ -114,114 +118,104 @@ class ArraysReader(base.Reader):
             base.refuse_large_file(path)
             with path.open("rb") as file:
                 head = file.read(16)
-            files = self._files or FilesApart([path])
-            contents = dict(_limit_columns(path, _read_columns(path, head, files)))
-        array_columns = {
-            name: column for name, column in contents.items() if not isinstance(column, str)
-        }
-        omitted = [f"{name} ({what})" for name, what in contents.items() if isinstance(what, str)]
+            array_columns: dict[str, ArrayColumn] = {}
+            omitted = []
+            contents = _read_columns(path, head, self._child or ChildReader([path]))
+            for count, (name, content) in enumerate(contents, start=1):
+                _refuse_many(path, count)
+                if isinstance(content, str):
+                    omitted.append(f"{name} ({content})")
+                else:
+                    array_columns[name] = content
         return self._log(path, array_columns, omitted)
 
-    def from_files(self, files: FilesApart) -> Self:
-        """Return a reader that reads through `files`, so that one child process reads them all."""
-        reader = copy(self)
-        reader._files = files
-        return reader
+    def through(self, child: ChildReader) -> Self:
+        """Return a reader that reads through `child`, so that one child process reads many files."""
+        return self._changed(_child=child)
 
     def _log(
         self, path: Path, array_columns: dict[str, ArrayColumn], omitted: list[str]
     ) -> base.Log:
         """Make a log of the columns of one length; `omitted`: contents of the file that are no columns."""
-        names, units_in_names = names_and_units(array_columns)
-        columns, units = {}, {}
-        unapplied: dict[str, str] = {}
-        notes = []
-        stated_blank = set()
-        for name, unit, column in zip(names, units_in_names, array_columns.values(), strict=True):
-            columns[name], units[name] = column.values, column.unit or unit
-            notes += [column.note] if column.note else []
-            if column.blank:
-                stated_blank.add(name)
-            if column.unapplied:
-                unapplied[name] = column.unapplied
-        if not columns:
+        if not array_columns:
             listed = f"; found {', '.join(omitted)}: save plain arrays" if omitted else ""
             raise base.LogError(
                 "header_only", f"{path}: no array of numbers with more than one value{listed}"
             )
+        units_in_names = units_by_name(array_columns)
+        columns = dict(zip(units_in_names, array_columns.values(), strict=True))
+        notes = [column.note for column in columns.values() if column.note]
         if omitted:
             notes.append(f"no arrays of numbers, left out: {', '.join(omitted)}")
         columns_to_read = self.choose_columns(columns)
-        sizes = {name: values.size for name, values in columns.items() if name in columns_to_read}
+        sizes = {name: columns[name].values.size for name in columns if name in columns_to_read}
         size = base.most_frequent([*sizes.values()])
-        omitted = [f"{name} ({n})" for name, n in sizes.items() if n != size]
+        other_sizes = [f"{name} ({n})" for name, n in sizes.items() if n != size]
         # columns that the config names must not be left out
-        if omitted and set(columns_to_read) != set(columns):
+        if other_sizes and set(columns_to_read) != set(columns):
             same = ", ".join(name for name, n in sizes.items() if n == size)
             raise base.LogError(
                 "lengths",
                 f"{path}: the columns of a log have one length, found {size} values of {same}, and "
-                f"others: {', '.join(omitted)}",
+                f"others: {', '.join(other_sizes)}",
                 max(sizes.values()),
             )
-        notes += [f"arrays of another length, left out: {', '.join(omitted)}"] if omitted else []
-        kept = {n: columns[n].astype(float, copy=False) for n, k in sizes.items() if k == size}
-        units = {name: units[name] for name in kept}
+        if other_sizes:
+            notes.append(f"arrays of another length, left out: {', '.join(other_sizes)}")
+        read = {name: columns[name] for name, n in sizes.items() if n == size}
+        numbers = {name: column.values.astype(float, copy=False) for name, column in read.items()}
+        blank = {
+            name: is_nan
+            for name, values in numbers.items()
+            if _are_blanks(is_nan := np.isnan(values)) or read[name].has_blanks
+        }
+        units = {name: column.unit or units_in_names[name] for name, column in read.items()}
         if self.rate:
-            kept, units = {**kept, "time": np.arange(size) / self.rate}, {**units, "time": "s"}
+            numbers["time"], units["time"] = np.arange(size) / self.rate, "s"
+            blank.pop("time", None)
             notes.append(f"time is the place in the array / {self.rate:g} Hz (the config)")
         labels = {
-            name: np.array([f"{value:g}" for value in values], dtype=object)
-            for name, values in columns.items()
-            if name not in sizes and values.size == size and may_be_labels(values.astype(float))
+            name: np.array([f"{value:g}" for value in column.values], dtype=object)
+            for name, column in columns.items()
+            if name not in sizes
+            and column.values.size == size
+            and may_be_labels(column.values.astype(float))
         }
         log = base.Log(
             path,
-            kept,
+            numbers,
             units,
             size,
             notes=tuple(notes),
-            places=tuple(columns),
+            names_in_file=tuple(columns),
             labels=labels,
-            unapplied={name: what for name, what in unapplied.items() if name in kept},
+            unapplied={name: column.unapplied for name, column in read.items() if column.unapplied},
         )
-        blank = {
-            name: rows
-            for name, values in kept.items()
-            if _has_blanks(rows := np.isnan(values)) or name in stated_blank
-        }
         log = log.without_blanks(blank, keeps_blanks=self.keeps_blanks)
         log = heed_labels(log, self)
         return log.without_blank_columns() if self.keeps_blanks and blank else log
 
 
-def _limit_columns(path: Path, columns: NamedColumns) -> NamedColumns:
-    """Yield the `columns`; refuse the file where there are more than a log may have."""
-    for count, column in enumerate(columns, start=1):
-        _refuse_many(path, count)
-        yield column
-
-
 def _refuse_many(path: Path, count: int) -> None:
     """Refuse a file with more arrays than a log may have."""
     if count > _BOUNDS.arrays:
-        text = f"more than {_BOUNDS.arrays} arrays, which no log of a run has"
-        raise base.LogError("too_large", f"{path}: {text}: save those of one run")
+        problem = f"more than {_BOUNDS.arrays} arrays, which no log of a run has"
+        raise base.LogError("too_large", f"{path}: {problem}: save those of one run")
 
 
-def _has_blanks(is_nan: np.ndarray) -> bool:
-    """Return whether the NaN of a column, shape (n,), are so many that they stand for no value."""
+def _are_blanks(is_nan: np.ndarray) -> bool:
+    """Return whether NaN of a column, where `is_nan`, are so many that they stand for no value; a rarer NaN is damage."""
     is_often = np.count_nonzero(is_nan) * base.FIRST.blank_by_share >= is_nan.size > 0
     return bool(is_often and not is_nan.all())
 
 
-def _read_columns(path: Path, head: bytes, files: FilesApart) -> NamedColumns:
+def _read_columns(path: Path, head: bytes, child: ChildReader) -> NamedColumns:
     """Yield the columns of a file of any kind; `head`: its first bytes, which say of which kind."""
     if head.startswith(_MAT5):
         # imported before the fork, so that no child has to
         import scipy.io.matlab  # noqa: F401
 
-        yield from files.read(path)
+        yield from child.read(path)
     elif head.startswith(_NPY):
         with path.open("rb") as file:
             base.check_unpacked(path, _unpacked_bytes(*_npy_header(file)))
@@ -248,7 +242,7 @@ def _read_columns(path: Path, head: bytes, files: FilesApart) -> NamedColumns:
     elif head.startswith((_HDF5, _MAT7)):
         with base.needed_package(path, "HDF5 files and .mat of version 7.3", "h5py", "hdf5"):
             import h5py  # noqa: F401
-        yield from files.read(path)
+        yield from child.read(path)
     else:
         raise base.LogError("header", f"{path}: neither a MATLAB (5 or 7.3), HDF5 nor NumPy file")
 
@@ -262,8 +256,8 @@ def _load_hdf5(path: Path) -> list[tuple[str, ArrayColumn | str]]:
     with file:
         with base.limited_memory(_BOUNDS.names_bytes):
             tables = [*_tables_of_hdf5(path, file)]
-        stated = sum(_unpacked_bytes(dataset.shape, dataset.dtype) for _, dataset, _ in tables)
-        most_bytes = min(_BOUNDS.array_copies * stated, MOST_EXPANSION * path.stat().st_size)
+        stated_bytes = sum(_unpacked_bytes(data.shape, data.dtype) for _, data, _ in tables)
+        most_bytes = min(_BOUNDS.array_copies * stated_bytes, MOST_EXPANSION * path.stat().st_size)
         with base.limited_memory(most_bytes + _BOUNDS.library_bytes):
             return [
                 column
@@ -279,7 +273,7 @@ def _tables_of_hdf5(path: Path, file: Any) -> Iterator[tuple[str, Any, dict[str,
     datasets: dict[str, Any] = {}
 
     def visit(name: str, node: Any) -> bool | None:
-        # h5py follows no link to another file here
+        # h5py follows no link to another file here, and ends at the first answer but None
         if isinstance(node, h5py.Dataset):
             datasets[name] = node
         return len(datasets) > _BOUNDS.arrays or None
@@ -325,7 +319,7 @@ def _attributes_of(dataset: Any) -> dict[str, Any]:
     return {
         name: dataset.attrs[name]
         for name, kind in kinds.items()
-        if kind in "biuf"
+        if kind in _NUMBER_KINDS
         or "unit" in name.casefold()
         or name in (*_PACKING, *_NO_VALUE, *_VALID, _UNSIGNED, *_LISTS_OF_NAMES)
     }
@@ -339,15 +333,13 @@ _SCALING = re.compile(
     re.IGNORECASE,
 )
 """Names, in the words of a lab, of attributes that say how values follow from stored numbers."""
-_CHANGES_NOTHING = {True: 0.0, False: 1.0}
-"""Number that changes nothing: 0 where it is added (True), 1 where it multiplies (False)."""
 _ADDED = re.compile(r"offset|bias|versatz|nullpunkt", re.IGNORECASE)
 
 
 def _is_scaling(name: str, number: float) -> bool:
     """Return whether an attribute, by its name and number, states a scaling that would change the values."""
-    is_added = _ADDED.search(name) is not None
-    return _SCALING.search(name) is not None and number != _CHANGES_NOTHING[is_added]
+    number_without_effect = 0.0 if _ADDED.search(name) else 1.0
+    return _SCALING.search(name) is not None and number != number_without_effect
 
 
 def _columns_of_dataset(name: str, dataset: Any, attributes: dict[str, Any]) -> NamedColumns:
@@ -358,11 +350,11 @@ def _columns_of_dataset(name: str, dataset: Any, attributes: dict[str, Any]) -> 
         for column, content in _columns_of_array(name, stored):
             field = column.removeprefix(f"{name}.").partition(" column ")[0]
             unit = units.get(field, "")
-            yield column, content if isinstance(content, str) else ArrayColumn(content.values, unit)
+            yield column, content if isinstance(content, str) else content._replace(unit=unit)
         return
     listed = _names_of_columns(attributes, stored.shape)
     stated = attributes.get("unit", attributes.get("units", ""))
-    unit = "" if listed and np.size(stated) > 1 else unit_word(_text_of(stated))
+    unit = "" if listed and np.size(stated) > 1 else canonical_unit(_text_of(stated))
     packing = {key: _number_of(attributes[key]) for key in _PACKING if key in attributes}
     if unclear := [key for key, value in packing.items() if not value and key != "add_offset"]:
         yield name, f"its attribute {unclear[0]} is no number, or 0"
@@ -371,6 +363,7 @@ def _columns_of_dataset(name: str, dataset: Any, attributes: dict[str, Any]) -> 
         unit, in_si = _unit_of_si(attributes, unit, packing["unitSI"] or 1.0)
         if not in_si:
             del packing["unitSI"]
+    values, notes, has_blanks = _unpack(stored, attributes, packing)
     unknown = {
         key: number
         for key, value in attributes.items()
@@ -378,49 +371,53 @@ def _columns_of_dataset(name: str, dataset: Any, attributes: dict[str, Any]) -> 
         and key not in (*_PACKING, *_NO_VALUE, *_VALID, _UNSIGNED)
         and (number := _number_of(value)) is not None
     }
+    if unknown:
+        what = ", ".join(f"{key} {number:g}" for key, number in unknown.items())
+        notes.append(f"attributes that are not applied: {what}")
+    note = f"{name}: {'; '.join(notes)}" if notes else ""
     scaling = [f"{key} {number:g}" for key, number in unknown.items() if _is_scaling(key, number)]
+    for column, content in listed_columns(_columns_of_array(name, values, unit), name, listed):
+        if isinstance(content, str):
+            yield column, content
+        else:
+            facts = (note, has_blanks, ", ".join(scaling))
+            yield column, ArrayColumn(content.values, content.unit, *facts)
+
+
+def _unpack(
+    stored: np.ndarray, attributes: Mapping[str, Any], packing: Mapping[str, float | None]
+) -> tuple[np.ndarray, list[str], bool]:
+    """Return the values that stored numbers mean, phrases on how they follow, and whether some stand for no value.
+
+    Those are NaN. `packing`: Those of the attributes `_PACKING` that are applied.
+    """
     applied = [
         f"x {packing[key]:g} ({key})" for key in ("scale_factor", "unitSI") if key in packing
     ]
     if packing.get("add_offset"):
         applied.append(f"+ {packing['add_offset']:g} (add_offset)")
     notes = [f"stored values {', '.join(applied)}, as the file's attributes say"] if applied else []
-    missing = [np.ravel(attributes[key]) for key in _NO_VALUE if key in attributes]
-    blank = False
     if stored.dtype.kind == "i" and _text_of(attributes.get(_UNSIGNED, "")).casefold() == "true":
         stored = stored.view(stored.dtype.str.replace("i", "u"))
-    is_invalid = _outside_valid(stored, attributes)
-    if missing or packing or is_invalid.any():
-        values = stored.astype(float)
-        if is_invalid.any():
-            values[is_invalid] = np.nan
-            notes.append(
-                f"{np.count_nonzero(is_invalid)} values outside the range that the file calls valid stand for no value"
-            )
-            blank = True
-        for number in np.unique(np.concatenate(missing)) if missing else ():
-            without = stored == number
-            if without.any():
-                values[without] = np.nan
-                notes.append(
-                    f"{np.count_nonzero(without)} times {number:g}, which stands for no value"
-                )
-                blank = True
-        values *= packing.get("scale_factor") or 1.0
-        values += packing.get("add_offset") or 0.0
-        values *= packing.get("unitSI") or 1.0
-        stored = values
-    if unknown:
-        what = ", ".join(f"{key} {number:g}" for key, number in unknown.items())
-        notes.append(f"attributes that are not applied: {what}")
-    note = f"{name}: {'; '.join(notes)}" if notes else ""
-    for column, values in listed_columns(_columns_of_array(name, stored, unit), name, listed):
-        yield (
-            column,
-            values
-            if isinstance(values, str)
-            else values._replace(note=note, blank=blank, unapplied=", ".join(scaling)),
+    is_blank = _outside_valid(stored, attributes)
+    if n_invalid := np.count_nonzero(is_blank):
+        notes.append(
+            f"{n_invalid} values outside the range that the file calls valid stand for no value"
         )
+    codes = [np.ravel(attributes[key]) for key in _NO_VALUE if key in attributes]
+    for code in np.unique(np.concatenate(codes)) if codes else ():
+        is_code = stored == code
+        if is_code.any():
+            notes.append(f"{np.count_nonzero(is_code)} times {code:g}, which stands for no value")
+            is_blank = is_blank | is_code
+    has_blanks = bool(is_blank.any())
+    if not (codes or packing or has_blanks):
+        return stored, notes, False
+    values = np.where(is_blank, np.nan, stored.astype(float))
+    values *= packing.get("scale_factor") or 1.0
+    values += packing.get("add_offset") or 0.0
+    values *= packing.get("unitSI") or 1.0
+    return values, notes, has_blanks
 
 
 _LISTS_OF_NAMES = ("columns", "column_names", "names", "channels", "labels", "fields")
@@ -428,7 +425,10 @@ _LISTS_OF_NAMES = ("columns", "column_names", "names", "channels", "labels", "fi
 
 
 def _names_of_columns(attributes: Mapping[str, Any], shape: Sequence[int]) -> list[tuple[str, str]]:
-    """Return name and unit of each column of a table, from lists in its attributes; empty where there are none."""
+    """Return name and unit of each column of a table, from lists in its attributes; empty where there are none.
+
+    `shape`: Shape of the dataset; the shorter of two lengths is the number of columns.
+    """
     width = min((length for length in shape if length > 1), default=0)
     if len(shape) < 2 or not width:
         return []
@@ -442,7 +442,7 @@ def _names_of_columns(attributes: Mapping[str, Any], shape: Sequence[int]) -> li
     if names is None and units is None:
         return []
     names = names or [f"column {number}" for number in range(1, width + 1)]
-    return [*zip(names, map(unit_word, units or [""] * width), strict=True)]
+    return [*zip(names, map(canonical_unit, units or [""] * width), strict=True)]
 
 
 def listed_columns(
@@ -461,8 +461,8 @@ def _outside_valid(stored: np.ndarray, attributes: Mapping[str, Any]) -> np.ndar
     """Return where stored numbers lie outside the range that the attributes call valid: bool, shape as `stored`."""
     low, high = -math.inf, math.inf
     valid_range = np.ravel(attributes.get("valid_range", ()))
-    if valid_range.size == 2 and valid_range.dtype.kind in "biuf":
-        low, high = float(valid_range[0]), float(valid_range[1])
+    if valid_range.size == 2 and valid_range.dtype.kind in _NUMBER_KINDS:
+        low, high = map(float, valid_range)
     if (least := _number_of(attributes.get("valid_min", ""))) is not None:
         low = least
     if (most := _number_of(attributes.get("valid_max", ""))) is not None:
@@ -482,16 +482,16 @@ _SI_UNITS = (*_DIMENSIONS.values(), "rad")
 
 
 def _unit_of_si(attributes: Any, unit: str, scale: float) -> tuple[str, bool]:
-    """Return the unit of the values, and whether to multiply by `unitSI` (`scale`).
+    """Return the unit of the values, and whether to multiply by `unitSI` (`scale`), which makes them SI.
 
     Not where the stated unit has the same factor: a stored number in mm with `unitSI` 0.001 is already in mm.
     """
     in_si = {word: (si, factor) for si in _SI_UNITS for word, factor in units_like(si).items()}
-    stated, factor = in_si.get(unit, ("", math.nan))
+    si_unit, factor = in_si.get(unit, ("", math.nan))
     if math.isclose(factor, scale, rel_tol=1e-6):
         return unit, False
     powers = tuple(map(float, np.ravel(attributes.get("unitDimension", ()))))
-    return _DIMENSIONS.get(powers, stated), True
+    return _DIMENSIONS.get(powers, si_unit), True
 
 
 def _units_of_fields(attributes: Any, fields: Sequence[str]) -> dict[str, str]:
@@ -506,10 +506,10 @@ def _units_of_fields(attributes: Any, fields: Sequence[str]) -> dict[str, str]:
         if len(listed) == 1 and listed[0].count(",") == len(fields) - 1 > 0:
             listed = listed[0].split(",")
         if len(listed) == len(fields):
-            return {f: unit_word(unit) for f, unit in zip(fields, listed, strict=True)}
+            return {f: canonical_unit(unit) for f, unit in zip(fields, listed, strict=True)}
     # PyTables numbers the attributes of its fields; h5py's users name them
     return {
-        field: unit_word(_text_of(attributes[key]))
+        field: canonical_unit(_text_of(attributes[key]))
         for number, field in enumerate(fields)
         for key in (
             f"FIELD_{number}_UNITS",
@@ -530,7 +530,9 @@ def _text_of(value: Any) -> str:
 def _number_of(value: Any) -> float | None:
     """Return an attribute as a number; None where it is no single finite number."""
     numbers = np.ravel(value)
-    is_number = numbers.size == 1 and numbers.dtype.kind in "biuf" and np.isfinite(numbers[0])
+    is_number = (
+        numbers.size == 1 and numbers.dtype.kind in _NUMBER_KINDS and np.isfinite(numbers[0])
+    )
     return float(numbers[0]) if is_number else None
 
 
@@ -554,7 +556,10 @@ def _is_table(dataset: Any) -> bool:
     shape = dataset.shape or ()  # None of a dataset without values
     wide = [length for length in shape if length > 1]
     is_narrow = len(wide) < 2 or (len(wide) == 2 and min(wide) <= _BOUNDS.columns)
-    is_numeric = dataset.dtype.kind in "biufV" and dataset.attrs.get("MATLAB_class", b"") != b"char"
+    is_numeric = (
+        dataset.dtype.kind in f"{_NUMBER_KINDS}V"
+        and dataset.attrs.get("MATLAB_class", b"") != b"char"
+    )
     return bool(shape) and is_narrow and is_numeric
 
 
@@ -601,7 +606,7 @@ def _columns_of_array(path: str, value: Any, unit: str = "") -> NamedColumns:
         )
     if array.dtype.kind in "SU":
         yield path, "text"
-    if array.dtype.kind not in "biufM" or array.size < 2:
+    if array.dtype.kind not in f"{_NUMBER_KINDS}M" or array.size < 2:
         return
     if array.dtype.kind == "M":
         array, unit = datetimes_to_s(array), "s"
@@ -627,7 +632,7 @@ def _columns_of_cells(path: str, cell_path: str, array: np.ndarray, unit: str) -
         yield path, "cells with objects"
         return
     cells = [np.asanyarray(cell) for cell in array.flat]
-    if all(cell.size == 1 and cell.dtype.kind in "biuf" for cell in cells):
+    if all(cell.size == 1 and cell.dtype.kind in _NUMBER_KINDS for cell in cells):
         yield path, ArrayColumn(np.array([cell.item() for cell in cells]), unit)
     elif len(cells) > _BOUNDS.columns:
         yield path, f"a list of {len(cells)} cells, more than {_BOUNDS.columns}"

@@ -10,7 +10,7 @@ from rftfit.logs.base import LogError, PacketCount, number_or_zero
 from rftfit.logs.text import ReadingPlan, TextReader
 from rftfit.table.parse import Kind, Layout
 from rftfit.table.text import cells_of, decode_first_lines, text_head
-from rftfit.table.units import unique, unit_word
+from rftfit.table.units import canonical_unit, unique_names
 
 SEQUENCE = "RDT Sequence"
 STATUS = "the transducer reports an error or saturation (status is not 0x0)"
@@ -40,7 +40,7 @@ class AtiDaqReader(TextReader):
         header_cells = [cell.strip() for cell in lines[1].text.split(",")]
         while header_cells and not header_cells[-1]:
             header_cells.pop()
-        names = unique(header_cells)
+        names = unique_names(header_cells)
         setting = lines[2].text.split(",")[0]
         rate = self.rate or number_or_zero(setting)
         if not 0 < rate < 1e9:
@@ -49,13 +49,15 @@ class AtiDaqReader(TextReader):
                 "0, in Hz, there or as options: {rate_Hz: ...} in the config"
             )
 
-        def derive(columns: dict[str, np.ndarray], index: np.ndarray) -> dict[str, np.ndarray]:
-            return {"time": index / rate, **columns}
+        def derive(
+            columns: dict[str, np.ndarray], line_numbers: np.ndarray
+        ) -> dict[str, np.ndarray]:
+            return {"time": line_numbers / rate, **columns}
 
         source = "the config" if self.rate else "line 3"
         notes = [f"time is the row number / {rate:g} Hz ({source})"]
-        twice = sorted({name for name in header_cells if header_cells.count(name) > 1})
-        notes += [f"the name {name} stands more than once in line 2" for name in twice]
+        repeated = sorted({name for name in header_cells if header_cells.count(name) > 1})
+        notes += [f"the name {name} stands more than once in line 2" for name in repeated]
         return ReadingPlan(Layout(names), {}, lines[2].stop, derive, notes=tuple(notes))
 
 
@@ -83,7 +85,7 @@ class AtiNetftReader(TextReader):
             settings[key.strip().casefold()] = value.strip()
         else:
             raise ValueError(f"no row of names that begins with {_HEADER!r}: cut in its header?")
-        names = unique(cells_of(line.text.replace(", ", ","), ",") or [])
+        names = unique_names(cells_of(line.text.replace(", ", ","), ",") or [])
         if SEQUENCE not in names:
             raise ValueError(f"no column {SEQUENCE!r}, found {', '.join(names)}: it gives the time")
         rate = self.rate or number_or_zero(settings.get("rdt sample rate", ""))
@@ -91,14 +93,19 @@ class AtiNetftReader(TextReader):
             raise _rate_refusal(settings, has_data=bool(head[line.stop :].strip()))
         packets = PacketCount(LOST)
 
-        def derive(columns: dict[str, np.ndarray], index: np.ndarray) -> dict[str, np.ndarray]:
-            return {"time": packets.follow(columns[SEQUENCE], index) / rate, **columns}
+        def derive(
+            columns: dict[str, np.ndarray], line_numbers: np.ndarray
+        ) -> dict[str, np.ndarray]:
+            return {"time": packets.follow(columns[SEQUENCE], line_numbers) / rate, **columns}
 
-        stated = {"F": "force units", "T": "torque units"}
-        units = {kind: unit_word(settings.get(key, "")) for kind, key in stated.items()}
+        key_of_unit = {"F": "force units", "T": "torque units"}
+        units = {
+            letter: canonical_unit(settings.get(key, "")) for letter, key in key_of_unit.items()
+        }
         source = "the config" if self.rate else "the preamble"
         return ReadingPlan(
-            Layout(names, tuple(map(_kind, names)), quote=True, same="0x0"),
+            Layout(names, tuple(map(_kind_of_column, names)), quote=True, same="0x0"),
+            # Fx is a force and Tx a torque; a name such as F/T Sequence is neither
             {name: units.get(name[:1], "") for name in names if "/" not in name},
             line.stop,
             derive,
@@ -112,8 +119,8 @@ class AtiNetftReader(TextReader):
         )
 
 
-def _kind(name: str) -> Kind:
-    """Return how a column is parsed: a status must be the same in all rows; the RDT Sequence replaces times."""
+def _kind_of_column(name: str) -> Kind:
+    """Return how a column is parsed: a status must be 0x0 in a row that counts; the RDT Sequence replaces times."""
     if name.startswith("Status"):
         return "same"
     return "skip" if name.startswith("Time") else "number"
@@ -123,11 +130,11 @@ def _rate_refusal(settings: Mapping[str, str], *, has_data: bool) -> LogError:
     """Make the error for a preamble without a sample rate."""
     rate = settings.get("rdt sample rate") or "nothing"
     unit = settings.get("force units") or "nothing"
-    text = (
+    refusal = (
         f"found RDT Sample Rate: {rate} and Force Units: {unit}; the program had not reached the "
         "transducer when it was started, so neither time nor force can be had. Record it again, or, "
         "if you know both, set options: {rate_Hz: ...} and the unit of each column in the config."
     )
     if has_data:
-        return LogError("rate", text)
-    return LogError("header_only", f"{text} There is no data below the header either.")
+        return LogError("rate", refusal)
+    return LogError("header_only", f"{refusal} There is no data below the header either.")

@@ -27,7 +27,7 @@ from rftfit.campaign.problems import escaped
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.store.chosen import chosen
-from rftfit.table.parse import BLANK, FINITE, add_counts, finite_rows
+from rftfit.table.parse import BLANK, NAN_OR_INFINITE, add_counts, finite_rows
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -37,10 +37,10 @@ NO_VALUE_AT_ALL = "no value in any row"
 """Reason for a column that is not read."""
 
 BOUNDS = chosen("logs", "bounds")
-"""Bounds of what is read."""
+"""Largest files, and parts of files, that are read: table ``bounds`` of ``chosen.toml``."""
 
 FIRST = chosen("logs", "first")
-"""Numbers of the first lines of a file, by which it is judged."""
+"""How many first lines of a file decide what it holds, and by which shares: table ``first`` of ``chosen.toml``."""
 
 MOST_WORKERS: int = BOUNDS.threads
 """Most threads that parse at once."""
@@ -75,7 +75,7 @@ class LogError(InputError):
 class Log:
     """One log as read: columns of numbers, and what became of every data line.
 
-    `columns`: Name without unit (``time``, ``F1``, ``x``...; for foreign logs the file's own names)
+    `columns`: Name without unit (``time``, ``F1``, ``x``...; for logs of other labs the names in the file)
         to values, all of shape (n,), in file order.
     `units`: Column to its unit as the file states it; an empty text where the file states none.
     `rows`: Number of data lines in the file.
@@ -85,7 +85,7 @@ class Log:
     `notes`: Sentences on how the numbers were made: where the time is from, for example.
     `not_finite`: Column to the number of its lines with NaN or an infinite number.
     `unread`: Column of the file that holds no numbers, to its first cell and why it was not read.
-    `places`: Names of all columns in the order of the file, also those that were not read; empty: as `columns`.
+    `names_in_file`: Names of all columns in the order of the file, also those that were not read; empty: as `columns`.
     `labels`: Further columns, of words or of whole numbers, which may say where a row is from: texts, shape (n,).
     `unapplied`: Column to a scaling that the file states and that was not applied to its numbers.
     `stretches`: Reason for which rows were left out, to the first and last time of each stretch of such rows.
@@ -101,15 +101,15 @@ class Log:
     notes: tuple[str, ...] = ()
     not_finite: dict[str, int] = field(default_factory=dict)
     unread: Mapping[str, str] = field(default_factory=dict)
-    places: tuple[str, ...] = ()
+    names_in_file: tuple[str, ...] = ()
     labels: Mapping[str, np.ndarray] = field(default_factory=dict)
     unapplied: Mapping[str, str] = field(default_factory=dict)
     stretches: Mapping[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
     clock_times: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
-        kept = {values.size for values in self.columns.values()}
-        if len(kept) != 1 or kept.pop() + sum(self.dropped.values()) != self.rows:
+        sizes = {values.size for values in self.columns.values()}
+        if len(sizes) != 1 or sizes.pop() + sum(self.dropped.values()) != self.rows:
             raise AssertionError(f"{self.path}: rows do not add up")
 
     @property
@@ -119,23 +119,21 @@ class Log:
 
     def name_of(self, column: str) -> str:
         """Return the name of the third column for ``column 3``; any other name comes back unchanged."""
-        return (
-            column if column in self.columns else by_number(column, self.places or (*self.columns,))
-        )
+        if column in self.columns:
+            return column
+        return by_number(column, self.names_in_file or self.columns)
 
     def take(self, keep: np.ndarray, reason: str) -> Log:
-        """Return the log without the rows where `keep` is False; they are counted under `reason`."""
+        """Return the rows where `keep`, bool of shape (n,), is True; the others are counted under `reason`."""
         lost = int(keep.size - np.count_nonzero(keep))
         if lost == 0:
             return self
-        dropped = add_counts(self.dropped, {reason: lost})
-        columns = {name: values[keep] for name, values in self.columns.items()}
-        labels = {name: words[keep] for name, words in self.labels.items()}
-        return replace(self, columns=columns, dropped=dropped, labels=labels)
-
-    def finite(self) -> Log:
-        """Return the log without the rows in which a column is NaN or infinite."""
-        return self.without_blanks({}, keeps_blanks=True)
+        return replace(
+            self,
+            columns={name: values[keep] for name, values in self.columns.items()},
+            dropped=add_counts(self.dropped, {reason: lost}),
+            labels={name: labels[keep] for name, labels in self.labels.items()},
+        )
 
     def without_blanks(self, blank: Mapping[str, np.ndarray], *, keeps_blanks: bool) -> Log:
         """Return the log without rows of NaN or infinite numbers, and without rows with a blank cell.
@@ -144,10 +142,11 @@ class Log:
         `keeps_blanks`: Whether a row with a blank cell stays, with its NaN.
         """
         if blank and not keeps_blanks:
-            whole_rows = ~np.logical_or.reduce([*blank.values()])
-            return self.take(whole_rows, BLANK).finite()
-        keep, bad = finite_rows(self.columns, blank)
-        return replace(self, not_finite=add_counts(self.not_finite, bad)).take(keep, FINITE)
+            is_whole = ~np.logical_or.reduce([*blank.values()])
+            return self.take(is_whole, BLANK).without_blanks({}, keeps_blanks=True)
+        is_good, not_finite = finite_rows(self.columns, blank)
+        log = replace(self, not_finite=add_counts(self.not_finite, not_finite))
+        return log.take(is_good, NAN_OR_INFINITE)
 
     def without_blank_columns(self) -> Log:
         """Return the log without the columns that have no value in any row; they are named as not read."""
@@ -178,8 +177,9 @@ class Reader:
     `marks`: First bytes of its files, for the default of `detect`.
     `takes`: Names of its options, and `options`: the values that the config sets.
     `asked`: Columns to be read, where a reader can choose; None: all.
-    `where`: Column to the words that its cells hold in the rows to be read; other rows are of other sources.
-    `selects`: Whether the dialect can tell the rows of several sources apart.
+    `where`: Column to the labels that it has in the rows to be read; other rows are of other sources, such as a
+        second sensor.
+    `selects`: Whether the dialect supports `where`.
     `keeps_blanks`: Whether rows with a cell that has no value are returned, with NaN there.
     """
 
@@ -195,25 +195,17 @@ class Reader:
     selects = False
 
     def of_source(self, where: Mapping[str, tuple[str, ...]]) -> Self:
-        """Return a reader of the rows that `where` chooses: column to the words that its cells may hold.
-
-        Raises ValueError if the dialect has no rows of several sources.
-        """
+        """Return a reader of the rows that `where` chooses; raises ValueError if the dialect does not support it."""
         if where and not self.selects:
             raise ValueError(f"the dialect {self.name} has no rows of several sources")
-        reader = copy(self)
-        reader.where = where
-        return reader
+        return self._changed(where=where)
 
     def only(self, columns: Collection[str], *, keeps_blanks: bool = False) -> Self:
         """Return a reader of these `columns` alone, so that damage or another clock in other columns does no harm.
 
         A row with a blank cell in one of the `columns` is left out, unless `keeps_blanks`.
         """
-        reader = copy(self)
-        reader.asked = frozenset(columns)
-        reader.keeps_blanks = keeps_blanks
-        return reader
+        return self._changed(asked=frozenset(columns), keeps_blanks=keeps_blanks)
 
     def choose_columns(self, names: Collection[str]) -> Collection[str]:
         """Return the columns to be read: those asked for, or all `names` where one asked for is not among them.
@@ -223,6 +215,7 @@ class Reader:
         if self.asked is None:
             return names
         asked = self.asked_among(names)
+        # a quantity that the file lacks is no mistake in the config: it is asked for by default
         return names if asked.difference(names, QUANTITIES) else asked
 
     def asked_among(self, names: Collection[str]) -> set[str]:
@@ -233,8 +226,6 @@ class Reader:
         self, path: Path, unread: Mapping[str, str], names: Collection[str] = ()
     ) -> None:
         """Refuse a file in which a column that is asked for is `unread`: column to the reason; `names`: all columns."""
-        if not unread:
-            return
         asked = self.asked_among(names)
         # all quantities are asked for, even where the file lacks them; only the time is always needed
         asked.difference_update({*QUANTITIES} - {"time"})
@@ -258,15 +249,19 @@ class Reader:
             if name not in self.takes:
                 allowed = ", ".join(self.takes) or f"none: the dialect {self.name} has no options"
                 raise ValueError(f"found the option {name!r}; allowed: {allowed}")
-            kinds, what = _OPTIONS.get(name, (str, "a text"))
+            types, allowed_values = _OPTIONS.get(name, (str, "a text"))
             if (
-                isinstance(value, bool)
-                or not isinstance(value, kinds)
+                isinstance(value, bool)  # which would count as an int
+                or not isinstance(value, types)
                 or (name == "rate_Hz" and not 0 < value < 1e9)
             ):
-                raise ValueError(f"{name}: found {value!r}; allowed: {what}")
+                raise ValueError(f"{name}: found {value!r}; allowed: {allowed_values}")
+        return self._changed(options=options)
+
+    def _changed(self, **attributes: object) -> Self:
+        """Return a copy of this reader with other `attributes`."""
         reader = copy(self)
-        reader.options = options
+        vars(reader).update(attributes)
         return reader
 
     @property
@@ -296,10 +291,8 @@ _OPTIONS: dict[str, tuple[Any, str]] = {
 
 def by_number(column: str, names: Collection[str]) -> str:
     """Return the third of the `names` for ``column 3`` or ``3``; a name or too large a number comes back unchanged."""
-    if column in names:
-        return column
-    number = _BY_NUMBER.fullmatch(column)
-    if not number or int(number[1]) > len(names):
+    number = None if column in names else _BY_NUMBER.fullmatch(column)
+    if number is None or int(number[1]) > len(names):
         return column
     return [*names][int(number[1]) - 1]
 
@@ -313,25 +306,25 @@ def most_frequent(numbers: Sequence[int]) -> int:
 
 
 def join_blocks(blocks: Iterable[Log]) -> Log:
-    """Join the blocks of one file, at least one, to one log; the blocks lose their columns."""
-    parts = list(blocks)
-    first = parts[0]
-    if len(parts) == 1:
+    """Join the blocks of one file, at least one, to one log; several blocks lose their columns."""
+    logs = list(blocks)
+    first = logs[0]
+    if len(logs) == 1:
         return first
     names = list(first.columns)
     # the blocks of a column are freed as soon as it is joined
-    joined = parallel_map(lambda name: np.concatenate([p.columns.pop(name) for p in parts]), names)
+    joined = parallel_map(
+        lambda name: np.concatenate([log.columns.pop(name) for log in logs]), names
+    )
     return replace(
         first,
         columns=dict(zip(names, joined, strict=True)),
-        rows=sum(block.rows for block in parts),
-        dropped=add_counts(*(block.dropped for block in parts)),
-        missing=add_counts(*(block.missing for block in parts)),
-        notes=tuple(dict.fromkeys(note for block in parts for note in block.notes)),
-        not_finite=add_counts(*(block.not_finite for block in parts)),
-        labels={
-            name: np.concatenate([part.labels[name] for part in parts]) for name in first.labels
-        },
+        rows=sum(log.rows for log in logs),
+        dropped=add_counts(*(log.dropped for log in logs)),
+        missing=add_counts(*(log.missing for log in logs)),
+        notes=tuple(dict.fromkeys(note for log in logs for note in log.notes)),
+        not_finite=add_counts(*(log.not_finite for log in logs)),
+        labels={name: np.concatenate([log.labels[name] for log in logs]) for name in first.labels},
     )
 
 
@@ -342,9 +335,9 @@ def parallel_map(work: Callable[[Item], Result], items: Iterable[Item]) -> Itera
     where `work` releases the interpreter's lock; a single item is worked on without a thread.
     """
     items = iter(items)
-    first = list(islice(items, 2))
-    if len(first) < 2:
-        yield from map(work, first)
+    first_two = list(islice(items, 2))
+    if len(first_two) < 2:
+        yield from map(work, first_two)
         return
     from concurrent.futures import ThreadPoolExecutor
 
@@ -353,7 +346,7 @@ def parallel_map(work: Callable[[Item], Result], items: Iterable[Item]) -> Itera
     workers = min(pa.cpu_count(), MOST_WORKERS)  # as many as OMP_NUM_THREADS allows
     waiting: deque[Future[Result]] = deque()
     with ThreadPoolExecutor(workers) as pool:
-        for item in chain(first, items):
+        for item in chain(first_two, items):
             waiting.append(pool.submit(work, item))
             if len(waiting) > workers:
                 yield waiting.popleft().result()
@@ -421,7 +414,7 @@ def file_errors(path: Path) -> Iterator[None]:
         raise system_refusal(path, error) from error
 
 
-def run_apart(
+def run_in_child(
     paths: Sequence[Path], work: Callable[[Path], Result]
 ) -> Iterator[Result | Exception]:
     """Yield what `work` returns or raises for each file; a child process does the work.
@@ -449,11 +442,12 @@ def run_apart(
         os.close(write_end)
         try:
             with os.fdopen(read_end, "rb") as results:
-                # the last result is read below, after which the child is waited for: a caller may stop after it
-                while len(left) > 1 and (result := _next_result(results)):
+                while len(left) > 1 and (result := _receive_result(results)):
                     left.popleft()
                     yield result[0]
-                result = _next_result(results)
+                # the last result, or none where the child has ended; it is yielded after the child is waited for, as a
+                # caller may stop there
+                result = _receive_result(results)
         finally:
             _, status = os.waitpid(child, 0)
         path = left.popleft()
@@ -463,12 +457,11 @@ def run_apart(
         cause = f"status {status}"
         if os.WIFSIGNALED(status):
             cause = signal.Signals(os.WTERMSIG(status)).name
-        text = f"{path}: damaged: it ends the library that reads it ({cause})"
-        yield LogError("damaged", text)
+        yield LogError("damaged", f"{path}: damaged: it ends the library that reads it ({cause})")
 
 
-def _next_result(results: BinaryIO) -> list[Any]:
-    """Receive a result as a list of one item; an empty list where the child process has ended."""
+def _receive_result(results: BinaryIO) -> list[Any]:
+    """Receive a result in a list, as it may be None; an empty list where the child process has ended."""
     try:
         return [pickle.load(results)]  # noqa: S301  # of this program
     except (EOFError, pickle.UnpicklingError):
@@ -537,10 +530,8 @@ def refuse_large_file(path: Path, most: int = BOUNDS.whole_file_bytes) -> None:
 def check_unpacked(path: Path, size: float) -> None:
     """Refuse a log whose content of `size` bytes is more than `MOST_UNPACKED`: a small file can unpack to any size."""
     if size > MOST_UNPACKED:
-        size_text = (
-            f"{size / 1e6:.0f} MB or more when unpacked; allowed: {MOST_UNPACKED / 1e6:.0f} MB"
-        )
-        raise LogError("too_large", f"{path}: {size_text}: export only the columns of one run")
+        sizes = f"{size / 1e6:.0f} MB or more when unpacked; allowed: {MOST_UNPACKED / 1e6:.0f} MB"
+        raise LogError("too_large", f"{path}: {sizes}: export only the columns of one run")
 
 
 def number_or_zero(text: str) -> float:
@@ -570,7 +561,7 @@ class PacketCount:
     def follow(self, numbers: FloatArray, lines: np.ndarray) -> FloatArray:
         """Return the numbers of the next packets, counted from the first packet of the file, which has number 0.
 
-        `numbers`, `lines`: Sequence number of each packet, and its place among the data lines of the file, shape (n,):
+        `numbers`, `lines`: Sequence number of each packet, and number of its data line in the file, shape (n,):
         an unreadable line in between had a packet, too, which is not lost.
         """
         if numbers.size == 0:
@@ -583,11 +574,11 @@ class PacketCount:
             steps = (steps + 2.0**31) % 2.0**32 - 2.0**31
         count: FloatArray = self._count + np.cumsum(steps)
         highest = np.maximum.accumulate(np.concatenate([[self._highest], count]))
-        unread = np.diff(lines, prepend=self._line) - 1
-        passed = np.maximum(np.diff(highest) - 1 - unread, 0)
+        unreadable_lines = np.diff(lines, prepend=self._line) - 1
+        skipped = np.maximum(np.diff(highest) - 1 - unreadable_lines, 0)
         # a late packet was counted as missing when a higher number came before it
         late = int(np.count_nonzero(steps < 0))
-        self.missing = max(self.missing + int(passed.sum()) - late, 0)
+        self.missing = max(self.missing + int(skipped.sum()) - late, 0)
         self._last, self._count = float(numbers[-1]), float(count[-1])
         self._line, self._highest = int(lines[-1]), float(highest[-1])
         return count
@@ -604,12 +595,12 @@ class MixedClocksError(LogError):
     """A log with more than one clock; `groups`: the names of the channels that share a clock, one group a clock."""
 
     def __init__(
-        self, path: Path, clocks_text: str, groups: Sequence[Sequence[str]], rows: int = 0
+        self, path: Path, listed_clocks: str, groups: Sequence[Sequence[str]], rows: int = 0
     ) -> None:
         super().__init__(
             "clocks",
             f"{path}: its channels were not sampled at the same times, and a log has one time: found "
-            f"{clocks_text}. Name those of one clock under force_log.columns and those of the other under "
+            f"{listed_clocks}. Name those of one clock under force_log.columns and those of the other under "
             "motion_log.columns, or export them on one clock",
             rows,
         )
@@ -624,8 +615,9 @@ class ChannelClock(NamedTuple):
 
     def same(self, other_clock: ChannelClock, samples: int) -> bool:
         """Return whether the first `samples` samples of two channels were taken at the same times."""
-        unknown = math.isnan(self.start) and math.isnan(other_clock.start)
-        start_difference = 0.0 if unknown else abs(self.start - other_clock.start)
+        both_unknown = math.isnan(self.start) and math.isnan(other_clock.start)
+        start_difference = 0.0 if both_unknown else abs(self.start - other_clock.start)
+        # false where one start is unknown, and the difference NaN
         return start_difference + samples * abs(self.step - other_clock.step) <= SAME_S
 
 
@@ -637,22 +629,22 @@ def common_clock(
     other_channels: Iterable[str] = (),
     rows: int = 0,
 ) -> ChannelClock:
-    """Return the clock that all channels share, or refuse the log.
+    """Return the clock that all channels share over the first `samples` samples, or refuse the log.
 
-    `other_channels`: Channels whose clock is not among `clocks`; a refused log names them as one more group.
+    `clocks`: Channel to its clock. `other_channels`: Channels whose clock is not stated; a refused log names them as
+    one more group. `rows`: Number of data lines, for the refusal.
     """
-    # first channel with a clock, to all channels with the same clock
-    by_first: dict[str, list[str]] = {}
+    channels_by_first: dict[str, list[str]] = {}
     for name, clock in clocks.items():
-        same = (first for first in by_first if clocks[first].same(clock, samples))
-        by_first.setdefault(next(same, name), []).append(name)
-    groups = list(by_first.values())
+        same = (first for first in channels_by_first if clocks[first].same(clock, samples))
+        channels_by_first.setdefault(next(same, name), []).append(name)
+    groups = list(channels_by_first.values())
     if len(groups) == 1:
         return clocks[groups[0][0]]
     zero = min((c.start for c in clocks.values() if not math.isnan(c.start)), default=0.0)
-    clocks_text = "; ".join(
+    listed_clocks = "; ".join(
         f"{name!r} from {round(clock.start - zero, 6):.12g} s, every {clock.step:.9g} s"
         for name, clock in clocks.items()
     )
     unclear = [list(other_channels)] if other_channels else []
-    raise MixedClocksError(path, clocks_text, [*groups, *unclear], rows)
+    raise MixedClocksError(path, listed_clocks, [*groups, *unclear], rows)

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import codecs
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from itertools import islice
+from itertools import compress, islice
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from rftfit.campaign.config import TextFormat
 from rftfit.logs.base import FIRST, HEAD_BYTES, most_frequent
-from rftfit.logs.quantities import names_and_units
-from rftfit.logs.sources import places_of
+from rftfit.logs.quantities import units_by_name
+from rftfit.logs.sources import columns_of
 from rftfit.logs.text import ReadingPlan, TableReader, TextReader
 from rftfit.table.numbers import IN_THOUSANDS, NO_VALUE, PLAIN_NUMBER, plain_number
-from rftfit.table.parse import Kind, Layout, is_meant, rewritten
+from rftfit.table.parse import Kind, Layout, are_allowed, rewritten
 from rftfit.table.stamps import (
     ORDERS,
     PERIOD_S,
@@ -75,75 +75,75 @@ class DelimitedReader(TextReader):
             raise ValueError("the dialect delimited needs `text` in the config: the format")
         delimiter = _DELIMITERS.get(text.delimiter, text.delimiter)
         head_lines = each_line(head, text.encoding)
-        skipped = list(islice(head_lines, text.skip_lines))
-        counted = (line for line in head_lines if _is_content(line, text.comment))
-        lines = [*islice(counted, FIRST.rows + FIRST.header_rows)]
-        printed = printed_marks([line.text for line in lines], delimiter)
+        above = list(islice(head_lines, text.skip_lines))
+        content = (line for line in head_lines if _is_content(line, text.comment))
+        lines = [*islice(content, FIRST.rows + FIRST.header_rows)]
+        marks = find_line_marks([line.text for line in lines], delimiter)
         # from here on lines have only cells and delimiters
-        if printed.rewrites:
-            lines = [line._replace(text=printed.plain(line.text)) for line in lines]
-        start = skipped[-1].stop if skipped else 0
-        where = f"names below the first {text.skip_lines} lines (skip_lines)"
-        header: list[list[str]] = []
-        below_names = "units below the row of names (units: true)"
-        for is_stated, what in ((text.names, where), (text.units, below_names)):
-            if is_stated and not (lines and lines[0].whole):
-                raise ValueError(f"no row of {what}")
-            line = _without_breaks(lines) if is_stated else None
-            start = line.stop if line else start
-            header.append(_cells(line, delimiter) if line else [])
-        name_cells, below = header
-        if printed.arrow and name_cells and is_stamp(name_cells[0].strip()):
+        lines = [line._replace(text=marks.strip(line.text)) for line in lines]
+        gef_names, gef_units = _columns_of_gef(above)
+        gef_voids = _voids_of_gef(above)
+
+        def take_row(description: str) -> list[str]:
+            """Remove a row of the header from `lines`, and return its cells."""
+            if not (lines and lines[0].whole):
+                raise ValueError(f"no row of {description}")
+            above.append(_take_row(lines))
+            return _cells(above[-1], delimiter)
+
+        name_cells: list[str] = []
+        unit_cells: list[str] = []
+        if text.names:
+            name_cells = take_row(f"names below the first {text.skip_lines} lines (skip_lines)")
+        if text.units:
+            unit_cells = take_row("units below the row of names (units: true)")
+        if marks.arrow and name_cells and is_stamp(name_cells[0].strip()):
             name_cells[0] = "time"
-        name_cells = name_cells or list(printed.labels)
+        name_cells = name_cells or list(marks.labels)
         if not name_cells:
-            name_cells, below = _columns_of_gef(skipped)
+            name_cells, unit_cells = gef_names, gef_units
         for _ in range(_further_header_rows([_cells(line, delimiter) for line in lines])):
-            start = lines.pop(0).stop
+            above.append(lines.pop(0))
         rows = [_cells(line, delimiter) for line in lines if line.whole]
         rows = self._rows_of_source(rows)[: FIRST.rows]
-        name_cells, below = without_mark(name_cells, rows), without_mark(below, rows)
-        ends_blank = bool(name_cells and not name_cells[-1].strip())
-        width = _row_width(rows, len(name_cells), len(name_cells) - ends_blank)
-        names, units = names_and_units(name_cells, below, width)
-
-        def further() -> Iterator[list[str]]:
-            """Yield the cells of the rows below the first ones."""
-            for line in each_line(head[lines[-1].stop :] if lines else b"", text.encoding):
-                if line.whole and _is_content(line, text.comment):
-                    yield printed.plain(line.text).split(delimiter)
-
+        name_cells, unit_cells = without_mark(name_cells, rows), without_mark(unit_cells, rows)
+        units = units_by_name(name_cells, unit_cells, _row_width(rows, name_cells))
         layout = Layout(
-            names,
+            tuple(units),
             delimiter=delimiter,
             decimal=text.decimal,
             quote=delimiter != " ",
             comment=text.comment,
             dates=ORDERS.get(text.dates, ""),
-            void=_voids_of_gef(skipped),
-            rewrites=printed.rewrites,
+            void=gef_voids,
+            rewrites=marks.rewrites,
         )
-        plan = plan_columns(self, layout, units, rows, text.rate_Hz, further)
-        return replace(plan, start=start)
+        # read only if the first rows leave a column unclear
+        rows_below = (
+            marks.strip(line.text).split(delimiter)
+            for line in each_line(head[lines[-1].stop :] if lines else b"", text.encoding)
+            if line.whole and _is_content(line, text.comment)
+        )
+        plan = plan_columns(self, layout, units, rows, text.rate_Hz, rows_below)
+        return replace(plan, start=above[-1].stop if above else 0)
 
     def _rows_of_source(self, rows: list[list[str]]) -> list[list[str]]:
         """Return the rows that `where` chooses by the number of a column; other rows may have other cells."""
-        for name, words in self.where.items():
-            if (number := re.fullmatch(r"column ([1-9]\d*)", name)) is None:
-                continue
-            place = int(number[1]) - 1
-            labels = [cells[place].strip() if place < len(cells) else "" for cells in rows]
-            rows = [row for row, meant in zip(rows, is_meant(labels, words), strict=True) if meant]
+        for name, allowed in self.where.items():
+            if number := re.fullmatch(r"column ([1-9]\d*)", name):
+                column = int(number[1]) - 1
+                labels = [cells[column].strip() if column < len(cells) else "" for cells in rows]
+                rows = [*compress(rows, are_allowed(labels, allowed))]
         return rows
 
 
 def plan_columns(
     reader: TableReader,
     layout: Layout,
-    units: Sequence[str],
+    units: Mapping[str, str],
     rows: Sequence[Sequence[str]],
     rate: float | None = None,
-    further: Callable[[], Iterable[Sequence[str]]] = tuple,
+    rows_below: Iterable[Sequence[str]] = (),
 ) -> ReadingPlan:
     """Plan how to read the columns of a table, by its first rows.
 
@@ -153,14 +153,14 @@ def plan_columns(
         Its `asked` are the columns asked for, its `where` the sources that the config chose.
     layout : Layout
         Names of the columns, and how a line is split into cells.
-    units : sequence of str
-        Unit of each column, as the header states it.
+    units : mapping of str to str
+        Column to its unit as the header states it.
     rows : sequence
         Cells of the first rows.
     rate : float, optional
-        Rows a second, Hz, where the time is the number of the row over this rate.
-    further : callable, optional
-        Returns the cells of the rows below; called only if the first rows leave a column unclear.
+        Rows a second, Hz; if it is given, the time is the number of the row over this rate.
+    rows_below : iterable, optional
+        Cells of the rows below; iterated over only if the first rows leave a column unclear.
 
     Returns
     -------
@@ -168,24 +168,24 @@ def plan_columns(
         The plan; its `start`, where the rows begin in the file, is left 0.
     """
     names = layout.names
-    seen = judge_columns(rows, names, layout.decimal, layout.dates, further)
+    seen = judge_columns(rows, names, layout.decimal, layout.dates, rows_below)
     notes = [f"time is the row number / {rate:g} Hz (the config)"] if rate else []
     clocks: dict[str, RestartingClock] = {}
     clock_times: set[str] = set()
-    for name, stamp in seen.stamps.items():
-        note = note_of(stamp, seen.dates)
+    for name, first_time in seen.first_times.items():
+        note = note_of(first_time, seen.dates)
         notes += [note.replace("time", name, 1)] if note else []
-        if is_clock_time(stamp):
+        if is_clock_time(first_time):
             clock_times.add(name)
         if note in PERIOD_S:
             clocks[name] = RestartingClock(PERIOD_S[note])
-    stated = dict(zip(names, units, strict=True)) | dict.fromkeys(seen.stamps, "s")
+    stated = {**units, **dict.fromkeys(seen.first_times, "s")}
 
-    def derive(columns: dict[str, np.ndarray], index: np.ndarray) -> dict[str, np.ndarray]:
+    def derive(columns: dict[str, np.ndarray], line_numbers: np.ndarray) -> dict[str, np.ndarray]:
         """Make clock times continuous, and add the time where the config states the rate."""
         for name in clocks.keys() & columns:
             columns[name] = clocks[name].follow(columns[name])
-        return {**columns, "time": index / rate} if rate else columns
+        return {**columns, "time": line_numbers / rate} if rate else columns
 
     if rate:
         seen.unread.pop("time", None)
@@ -198,7 +198,7 @@ def plan_columns(
             no_value=layout.no_value or NO_VALUE,
             mixed=seen.mixed,
             other_decimal=seen.other_decimal,
-            where=places_of(reader.where, names),
+            where=columns_of(reader.where, names),
         ),
         stated,
         0,
@@ -206,7 +206,7 @@ def plan_columns(
         notes=tuple(notes),
         unread=seen.unread,
         labels=_label_columns(reader, names, seen.kinds, rows),
-        header=(names, tuple(units)),
+        header=units,
         clock_times=frozenset(clock_times),
     )
 
@@ -231,11 +231,11 @@ def _label_columns(
 
 def _are_labels(cells: Sequence[str]) -> bool:
     """Return whether the cells of a column are whole numbers or blank, each twice on average or more often."""
-    words = {*cells}
-    return len(words) * 2 <= len(cells) and all(map(_WHOLE.fullmatch, words))
+    distinct = {*cells}
+    return len(distinct) * 2 <= len(cells) and all(map(_WHOLE_OR_BLANK.fullmatch, distinct))
 
 
-_WHOLE = re.compile(r"[+-]?\d+([.,]0+)?|")
+_WHOLE_OR_BLANK = re.compile(r"[+-]?\d+([.,]0+)?|")
 
 
 _GEF_COLUMN = re.compile(r"#COLUMNINFO\s*=\s*(\d+)\s*,\s*([^,]*),\s*([^,]*)", re.IGNORECASE)
@@ -261,9 +261,9 @@ def _voids_of_gef(lines: Sequence[Line]) -> tuple[float, ...]:
 
 def _further_header_rows(rows: Sequence[list[str]]) -> int:
     """Count the rows of words between a header and the first row with a number, as TOA5 and AGS4 have them."""
-    for place, cells in enumerate(rows[: FIRST.header_rows]):
-        if any(is_value(cell) for cell in cells):
-            return place
+    for rows_above, cells in enumerate(rows[: FIRST.header_rows]):
+        if any(map(is_value, cells)):
+            return rows_above
         if len(cells) != len(rows[0]) or not any(cell.strip() for cell in cells):
             break
     return 0
@@ -275,8 +275,8 @@ def is_value(cell: str) -> bool:
     return is_stamp(plain) or any(number.fullmatch(plain) for number in _NUMBERS.values())
 
 
-class Printed(NamedTuple):
-    """Texts before the numbers of each line, printed by a monitor of a serial port or by the board.
+class LineMarks(NamedTuple):
+    """What stands before the numbers of each line, printed by a monitor of a serial port or by the board.
 
     `arrow`: Whether each line begins with the Arduino monitor's ``12:03:36.100 -> ``. `labels`: A name for each
     cell, as in ``force:1.2``; empty without. `rewrites`: Patterns and replacements that leave only the cells.
@@ -286,49 +286,50 @@ class Printed(NamedTuple):
     labels: tuple[str, ...]
     rewrites: tuple[tuple[re.Pattern[bytes], bytes], ...]
 
-    def plain(self, line: str) -> str:
-        """Return a line without these texts: only cells and delimiters."""
+    def strip(self, line: str) -> str:
+        """Remove these marks from a line, so that only cells and delimiters are left."""
         return rewritten(line.encode(), self.rewrites).decode() if self.rewrites else line
 
 
 _EXCEL_TEXT = re.compile(rb'="([^"\r\n]*)"'), rb"\1"
-"""A cell that Excel is to take as text."""
+"""Pattern of a cell that Excel is to take as text, ``="007"``, and its replacement."""
 _ARROW = re.compile(rb"^(\d\d?:\d\d:\d\d(?:\.\d+)?) -> ", re.MULTILINE)
 _LABELLED = re.compile(r"\s*([^\W\d][\w .()/\[\]-]{0,40}?)\s*[:=]\s*([-+.\d].*)")
-
-
+"""A cell with a label before its number: ``force:1.2``, ``force = 1.2``."""
 _SPACED_LABEL = re.compile(rb"([A-Za-z_]\w*)[ \t]*[:=][ \t]+(?=[-+.\d])")
+"""A label with a blank behind it."""
 
 
-def printed_marks(lines: Sequence[str], delimiter: str) -> Printed:
+def find_line_marks(lines: Sequence[str], delimiter: str) -> LineMarks:
     """Find the stamps of a serial monitor and the labels of a serial plotter, which stand in most of the lines."""
     rewrites: list[tuple[re.Pattern[bytes], bytes]] = []
     filled = [line.encode() for line in lines if line.strip()]
     # where blanks separate cells, a label and its number must become one cell: "force: 1.2" -> "force:1.2"
-    joined = [(_SPACED_LABEL, rb"\1:")] if delimiter == " " else []
-    for rewrite in (_EXCEL_TEXT, (_ARROW, rb"\1" + delimiter.encode()), *joined):
+    join_label = [(_SPACED_LABEL, rb"\1:")] if delimiter == " " else []
+    for rewrite in (_EXCEL_TEXT, (_ARROW, rb"\1" + delimiter.encode()), *join_label):
         if sum(bool(rewrite[0].search(line)) for line in filled) * 2 > len(filled):
             rewrites.append(rewrite)
             filled = [rewritten(line, [rewrite]) for line in filled]
     arrow = any(pattern is _ARROW for pattern, _ in rewrites)
     if not any(b":" in line or b"=" in line for line in filled):
-        return Printed(arrow, (), tuple(rewrites))
-    labels = [
+        return LineMarks(arrow, (), tuple(rewrites))
+    labels_of_lines = [
         tuple(match[1] if (match := _LABELLED.fullmatch(cell)) else "" for cell in cells)
         for line in filled
         if (cells := cells_of(line.decode(), delimiter))
     ]
-    usual = max(set(labels), key=labels.count, default=())
-    if not any(usual) or not labels.count(usual) > max(1, len(labels) / 2):
-        return Printed(arrow, (), tuple(rewrites))
+    labels = max(set(labels_of_lines), key=labels_of_lines.count, default=())
+    if not any(labels) or labels_of_lines.count(labels) <= max(1, len(labels_of_lines) / 2):
+        return LineMarks(arrow, (), tuple(rewrites))
     between = r"\s" if delimiter == " " else re.escape(delimiter)
-    for label in sorted({*usual} - {""}, key=len, reverse=True):
+    # long labels first: force_x ends with the label x
+    for label in sorted({*labels} - {""}, key=len, reverse=True):
         before = rf"(^|{between})[ \t]*{re.escape(label)}\s*[:=][ \t]*"
         rewrites.append((re.compile(before.encode(), re.MULTILINE), rb"\1"))
-    return Printed(arrow, usual, tuple(rewrites))
+    return LineMarks(arrow, labels, tuple(rewrites))
 
 
-def _without_breaks(lines: list[Line]) -> Line:
+def _take_row(lines: list[Line]) -> Line:
     """Remove the first line from `lines` and return it, joined with the next ones up to the end of an open quote."""
     for count in range(1, min(FIRST.name_lines, len(lines)) + 1):
         text = " ".join(line.text.strip() for line in lines[:count])
@@ -350,33 +351,35 @@ def _cells(line: Line, delimiter: str) -> list[str]:
     return cells_of(line.text, delimiter) or line.text.split(delimiter)
 
 
-def _row_width(rows: Sequence[list[str]], most: int, least: int) -> int:
+def _row_width(rows: Sequence[list[str]], names: Sequence[str]) -> int:
     """Return the number of cells of a row: the number of names, but for a delimiter at the end of the names or rows.
 
-    `most`: Number of names. `least`: Number of names without a blank one at the end.
+    `rows`: Cells of the first rows. `names`: Cells of the row of names; empty: there is no such row.
     """
     if not rows:
-        return max(most, 1)
+        return max(len(names), 1)
     widths = [len(cells) for cells in rows]
     usual = most_frequent(widths)
-    if not most or usual == most or most in widths:
-        return most or usual
-    blank = all(not cells[-1].strip() for cells in rows if len(cells) == most + 1)
-    if usual == least or (usual == most + 1 and blank):
+    if not names or len(names) in widths:
+        return len(names) or usual
+    names_end_blank = not names[-1].strip() and usual == len(names) - 1
+    ends = [cells[-1].strip() for cells in rows if len(cells) == len(names) + 1]
+    rows_end_blank = not any(ends) and usual == len(names) + 1
+    if names_end_blank or rows_end_blank:
         return usual
-    raise ValueError(f"{most} names, but {usual} cells in most rows")
+    raise ValueError(f"{len(names)} names, but {usual} cells in most rows")
 
 
 class ColumnKinds(NamedTuple):
     """Kind of each column, as the first rows show it.
 
-    `stamps`: Column of times as text, to its first time. `dates`: Order of day, month and year. `unread`: Column that
-    holds neither numbers nor times, to its first cell and why it is not read. `mixed`: Places of columns of numbers
-    in which words or no values were found. `other_decimal`: Places of columns with the other decimal mark.
+    `first_times`: Column of times as text, to its first time. `dates`: Order of day, month and year. `unread`: Column
+    that holds neither numbers nor times, to its first cell and why it is not read. `mixed`: Indices of columns of
+    numbers in which words or no values were found. `other_decimal`: Indices of columns with the other decimal mark.
     """
 
     kinds: tuple[Kind, ...]
-    stamps: dict[str, str]
+    first_times: dict[str, str]
     dates: str
     unread: dict[str, str]
     mixed: frozenset[int] = frozenset()
@@ -388,15 +391,15 @@ def judge_columns(
     names: Sequence[str],
     decimal: str = ".",
     dates: str = "",
-    further: Callable[[], Iterable[Sequence[str]]] = tuple,
+    rows_below: Iterable[Sequence[str]] = (),
 ) -> ColumnKinds:
     """Find out which columns hold numbers, or times as text, by their cells that have a value.
 
-    A column of words and numbers is one of numbers, if any cell is a number: its words are no values. `further`
-    returns the rows below, which are searched for numbers if a column has none in the first `rows`.
+    A column of words and numbers is one of numbers, if any cell is a number: its words are no values. The
+    `rows_below` are searched for numbers if a column has none in the first `rows`.
     """
-    table = _rows_of_width(rows, len(names))
-    as_written = [*zip(*table, strict=True)] or [()] * len(names)
+    columns: list[Sequence[str]] = [*zip(*_rows_of_width(rows, len(names)), strict=True)]
+    columns = [_without_thousands(cells, decimal) for cells in columns or [()] * len(names)]
     number = _NUMBERS[decimal].fullmatch
 
     def count_numbers(cells: Sequence[str]) -> int:
@@ -404,67 +407,64 @@ def judge_columns(
         # the first test is enough for most cells, and faster
         return sum(bool(number(cell) or number(plain_number(cell))) for cell in cells)
 
-    columns = [_without_thousands(column, decimal) for column in as_written]
     other_decimal = {
-        place for place, column in enumerate(columns) if _has_other_decimal(column, decimal)
+        index for index, cells in enumerate(columns) if _has_other_decimal(cells, decimal)
     }
     other_mark = "," if decimal == "." else "."
-    for place in other_decimal:
-        columns[place] = [cell.replace(other_mark, decimal) for cell in columns[place]]
-    numbers = [*map(count_numbers, columns)]
+    for index in other_decimal:
+        columns[index] = [cell.replace(other_mark, decimal) for cell in columns[index]]
+    n_numbers = [*map(count_numbers, columns)]
     unclear = {
-        place
-        for place, column in enumerate(columns)
-        if not numbers[place] and not any(map(is_stamp, column))
+        index
+        for index, cells in enumerate(columns)
+        if not n_numbers[index] and not any(map(is_stamp, cells))
     }
     if unclear and len(unclear) < len(names):
-        below = [*zip(*_rows_of_width(further(), len(names)), strict=True)]
-        for place in unclear if below else ():
-            columns[place] = (*columns[place], *below[place])
-            numbers[place] = count_numbers(below[place])
+        below = [*zip(*_rows_of_width(rows_below, len(names)), strict=True)]
+        for index in unclear if below else ():
+            columns[index] = (*columns[index], *below[index])
+            n_numbers[index] = count_numbers(below[index])
     kinds: list[Kind] = []
-    first_stamps: dict[str, str] = {}
+    first_times: dict[str, str] = {}
     unread: dict[str, str] = {}
     mixed: set[int] = set()
-    for place, (name, column) in enumerate(zip(names, columns, strict=True)):
-        filled = [cell for cell in column if cell not in NO_VALUE]
-        stamps = list(filter(is_stamp, filled))
-        timed = len(stamps) * 2 > len(filled)
-        # numbers: most cells are, or some are and the others are words; mixed: blanks have to be allowed
-        if not column or numbers[place] * 2 > len(filled) or (numbers[place] and not timed):
+    for index, (name, cells) in enumerate(zip(names, columns, strict=True)):
+        filled = [cell for cell in cells if cell not in NO_VALUE]
+        times = list(filter(is_stamp, filled))
+        are_times = len(times) * 2 > len(filled)
+        are_numbers = n_numbers[index] * 2 > len(filled)
+        order = dates or date_order(times)
+        if not cells:
             kinds.append("number")
-            if not column:
-                continue
+        elif are_numbers or (n_numbers[index] and not are_times):
+            kinds.append("number")
             nan_count = sum(cell.casefold() == "nan" for cell in filled)
-            is_often_nan = nan_count * FIRST.blank_by_share >= len(column)
-            if numbers[place] * 2 <= len(filled) or is_often_nan:
-                mixed.add(place)
-            continue
-        if not filled and not name.startswith("column "):
+            is_often_nan = nan_count * FIRST.blank_by_share >= len(cells)
+            if not are_numbers or is_often_nan:
+                mixed.add(index)
+        elif not filled and not name.startswith("column "):
             # a column with a name and no value yet: its values may begin below
             kinds.append("number")
-            mixed.add(place)
-            continue
-        order = dates or date_order(stamps)
-        if timed and order:
+            mixed.add(index)
+        elif are_times and order:
             kinds.append("stamp")
-            first_stamps[name], dates = stamps[0], order
-            continue
-        kinds.append("skip")
-        why = (
-            "day or month first? the config says it (`text: {dates: month first}` of this log)"
-            if timed
-            else "no number and no time"
-        )
-        if filled:
-            unread[name] = f"{filled[0]!r} ({why})"
-    if any(kind == "number" and place not in mixed for place, kind in enumerate(kinds)):
-        mixed |= other_decimal
-        return ColumnKinds(
-            tuple(kinds), first_stamps, dates, unread, frozenset(mixed), frozenset(other_decimal)
-        )
-    # where no column holds numbers, all are read as numbers: each row is then counted with its reason
-    return ColumnKinds(tuple[Kind, ...](["number"] * len(names)), {}, "", {})
+            first_times[name], dates = times[0], order
+        else:
+            kinds.append("skip")
+            why = (
+                "day or month first? the config says it (`text: {dates: month first}` of this log)"
+                if are_times
+                else "no number and no time"
+            )
+            if filled:
+                unread[name] = f"{filled[0]!r} ({why})"
+    if not any(kind == "number" and index not in mixed for index, kind in enumerate(kinds)):
+        # where no column holds numbers alone, all are read as such: each row is then counted with its reason
+        return ColumnKinds(tuple[Kind, ...](["number"] * len(names)), {}, "", {})
+    mixed |= other_decimal
+    return ColumnKinds(
+        tuple(kinds), first_times, dates, unread, frozenset(mixed), frozenset(other_decimal)
+    )
 
 
 def _without_thousands(column: Sequence[str], decimal: str) -> Sequence[str]:
@@ -522,19 +522,23 @@ def guess_text_settings(head: bytes) -> dict[str, Any] | None:
     None where no format gives at least two rows of at least two cells, at least half of which are numbers.
     """
     first_lines = decode_first_lines(text_head(head), FIRST.format_lines)
-    physical = [line for line in first_lines if line.whole]
-    left, lines, line_numbers = list(physical), [], []
+    left = [line for line in first_lines if line.whole]
+    n_lines = len(left)
+    # rows, and the number of the line in which each begins: a row of names may have several lines
+    rows, line_numbers = [], []
     while left:
-        line_numbers.append(len(physical) - len(left))
-        lines.append(_without_breaks(left))
-    marks = [(d, m) for d in (",", ";", "\t", "|", " ") for m in (".", ",") if d != m]
+        line_numbers.append(n_lines - len(left))
+        rows.append(_take_row(left))
     scored_formats = [
-        scored for mark in marks if (scored := _score_format(lines, *mark)) is not None
+        scored
+        for delimiter in (",", ";", "\t", "|", " ")
+        for decimal in ".,"
+        if delimiter != decimal and (scored := _score_format(rows, delimiter, decimal)) is not None
     ]
     if not scored_formats:
         return None
     _, text = max(scored_formats, key=lambda scored: scored[0])
-    # the config counts lines of the file, where a row of names may have several
+    # the config counts lines of the file
     text["skip_lines"] = line_numbers[text["skip_lines"]]
     try:
         DelimitedReader(TextFormat.model_validate(_without_defaults(text))).plan(head)
@@ -553,26 +557,29 @@ def _without_defaults(text: dict[str, Any]) -> dict[str, Any]:
 def _score_format(
     lines: Sequence[Line], delimiter: str, decimal: str
 ) -> tuple[float, dict[str, Any]] | None:
-    """Read the lines with a delimiter and a decimal mark; return a score (high is good) and the keys of `text`."""
-    printed = printed_marks([line.text for line in lines], delimiter)
-    table = [cells_of(printed.plain(line.text), delimiter) or [] for line in lines]
+    """Read the lines with a delimiter and a decimal mark; return a score (high is good) and the keys of `text`.
+
+    None where fewer than two lines look like rows of two or more cells.
+    """
+    marks = find_line_marks([line.text for line in lines], delimiter)
+    table = [cells_of(marks.strip(line.text), delimiter) or [] for line in lines]
     shares = [_share_of_numbers(cells, decimal) for cells in table]
     widths = [len(cells) for cells, share in zip(table, shares, strict=True) if share >= 0.5]
     if not widths:
         return None
     width = most_frequent(widths)
-    good = [
-        place
-        for place, (cells, share) in enumerate(zip(table, shares, strict=True))
+    candidates = [
+        number
+        for number, (cells, share) in enumerate(zip(table, shares, strict=True))
         if len(cells) == width and share >= 0.5
     ]
-    first = _first_of_data(good, len(table))
-    rows = [place for place in good if place >= first]
+    first = _first_of_data(candidates, len(table))
+    rows = [number for number in candidates if number >= first]
     if width < 2 or len(rows) < 2:
         return None
     above = [without_mark(cells, [[""] * width]) for cells in table[:first]]
     # labels within the cells are the names, whatever stands above
-    names_at, units = (None, False) if printed.labels else _header_above(above, width, decimal)
+    names_at, units = (None, False) if marks.labels else _header_above(above, width, decimal)
     names = names_at is not None
     text = {
         "delimiter": DELIMITER_WORDS.get(delimiter, delimiter),
@@ -581,47 +588,55 @@ def _score_format(
         "names": names,
         "units": units and names,
     }
-    score = sum(shares[place] for place in rows) / (len(table) - first) + 0.01 * min(width, 20)
+    score = sum(shares[number] for number in rows) / (len(table) - first)
+    # more columns decide between formats that fit alike
+    score += 0.01 * min(width, 20)
     # decides between delimiters, as names between blanks may stand above rows between tabs
     score += 0.005 * (names_at is not None and len(above[names_at]) == width)
     return score, text
 
 
-def _first_of_data(good: Sequence[int], lines: int) -> int:
+def _first_of_data(candidates: Sequence[int], n_lines: int) -> int:
     """Return the line, from 0, where the data begin.
 
     Settings in the header may look like a row, and results like a short table: a short run of rows is skipped.
-    `good`: Lines that look like rows. `lines`: Number of lines.
+    `candidates`: Numbers of the lines that look like rows. `n_lines`: Number of all lines.
     """
     runs: list[list[int]] = []
-    for place in good:
-        if runs and place == runs[-1][-1] + 1:
-            runs[-1].append(place)
+    for number in candidates:
+        if runs and number == runs[-1][-1] + 1:
+            runs[-1].append(number)
         else:
-            runs.append([place])
+            runs.append([number])
     longest = max(map(len, runs))
-    long = (run for run in runs if len(run) * FIRST.shorter_by >= longest and len(run) > 1)
-    return next((run[0] for run in long), good[-1] if good[-1] == lines - 1 else good[0])
+    for run in runs:
+        if len(run) * FIRST.shorter_by >= longest and len(run) > 1:
+            return run[0]
+    # single lines alone: the last line may be the only row of a log that has just begun
+    return candidates[-1] if candidates[-1] == n_lines - 1 else candidates[0]
 
 
 def _header_above(above: Sequence[list[str]], width: int, decimal: str) -> tuple[int | None, bool]:
     """Return the line of the names above data of `width` columns, or None, and whether a row of units follows."""
-    filled = [place for place in range(len(above)) if any(cell.strip() for cell in above[place])]
+    filled = [number for number, cells in enumerate(above) if any(map(str.strip, cells))]
     if not filled:
         return None, False
     last = filled[-1]
-    # a units row, perhaps with rows of words below it: the types of AGS4, the sampling of TOA5
-    for place in (p for p in filled[::-1][:3] if p > last - 3):
-        if place and place - 1 in filled and is_units_row(above[place], width):
-            is_header = _are_names(above[place - 1], width, decimal)
-            return (place - 1, True) if is_header else (None, False)
-        if len(above[place]) != width or not _are_names(above[place], width, decimal):
+    # a units row, perhaps with one or two rows of words below it: the types of AGS4, the sampling of TOA5
+    for number in reversed([number for number in filled if number > last - 3]):
+        if number - 1 in filled and is_units_row(above[number], width):
+            is_header = _are_names(above[number - 1], width, decimal)
+            return (number - 1, True) if is_header else (None, False)
+        if len(above[number]) != width or not _are_names(above[number], width, decimal):
             break
     return (last, False) if _are_names(above[last], width, decimal) else (None, False)
 
 
 def _share_of_numbers(cells: Sequence[str], decimal: str) -> float:
-    """Return the share of the cells that are numbers or times; 1 where only blank cells are neither."""
+    """Return the share of the cells of a line that are numbers or times; 1 where only blank cells are neither.
+
+    A blank cell at the end does not count; a line of one cell, which may be any text, has no share.
+    """
     plain = [plain_number(cell.strip()) for cell in cells]
     if len(plain) > 1 and not plain[-1]:  # a delimiter at the end of a line
         plain.pop()
@@ -635,11 +650,9 @@ def _share_of_numbers(cells: Sequence[str], decimal: str) -> float:
 def _are_names(cells: Sequence[str], width: int, decimal: str) -> bool:
     """Return whether cells may be the names of `width` columns: about as many, and less than half are numbers."""
     filled = [cell for cell in cells if cell.strip()]
-    return (
-        bool(filled)
-        and abs(len(cells) - width) <= 1
-        and _share_of_numbers([*filled, ""], decimal) < 0.5
-    )
+    is_near_width = abs(len(cells) - width) <= 1
+    # the blank cell at the end does not count, but then a single number does
+    return bool(filled) and is_near_width and _share_of_numbers([*filled, ""], decimal) < 0.5
 
 
 def encoding_of(head: bytes) -> str:

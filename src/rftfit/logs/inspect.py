@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import re
+from collections import ChainMap, Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,13 +20,13 @@ from rftfit.campaign.problems import unknown_word
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.logs.base import NO_VALUE_AT_ALL, Log, LogError, MixedClocksError, Reader
-from rftfit.logs.beside import heed_labels
 from rftfit.logs.delimited import (
     DelimitedReader,
     encoding_of,
     guess_text_settings,
     read_first_lines,
 )
+from rftfit.logs.labels import heed_labels
 from rftfit.logs.quantities import DOWNWARD, MEANING, epoch_unit, guesses
 from rftfit.logs.registry import claimants, dialect, dialects, faults, read_head
 from rftfit.logs.rostopic import ECHO, is_echo
@@ -39,9 +41,9 @@ GAP_STEPS: float = _CHOSEN.gap_steps
 
 
 class ColumnExtreme(NamedTuple):
-    """Lowest or highest value of a column: the value, how often it occurs, and the next value inwards.
+    """Lowest or highest value of a column: the value, how often it occurs, and the distinct value next to it.
 
-    `inner`: NaN where the column has one distinct value.
+    `inner`: This second lowest or second highest value; NaN where the column has one distinct value.
     """
 
     value: float
@@ -50,16 +52,18 @@ class ColumnExtreme(NamedTuple):
 
     @classmethod
     def of(cls, distinct: FloatArray, times: np.ndarray) -> ColumnExtreme:
-        """Make the extreme of the distinct values, sorted from this extreme inwards; `times`: count of each value."""
-        return cls(float(distinct[0]), int(times[0]), float([*distinct[:2], np.nan][1]))
+        """Make the extreme of distinct values, sorted with the extreme first; `times`: count of each value."""
+        inner = float(distinct[1]) if distinct.size > 1 else np.nan
+        return cls(float(distinct[0]), int(times[0]), inner)
 
-    def merged(self, other_extreme: ColumnExtreme, sign: float) -> ColumnExtreme:
+    def merged(self, next_extreme: ColumnExtreme, sign: int) -> ColumnExtreme:
         """Return the extreme of two parts of a column; `sign`: -1 for the lowest value, 1 for the highest."""
-        ends = sorted({self.value, other_extreme.value}, key=lambda value: -sign * value)
-        times = sum(extreme.times for extreme in (self, other_extreme) if extreme.value == ends[0])
-        inner = [*ends[1:], self.inner, other_extreme.inner]
-        finite_inner = [sign * value for value in inner if np.isfinite(value)]
-        return ColumnExtreme(ends[0], times, sign * max(finite_inner) if finite_inner else np.nan)
+        counts: Counter[float] = Counter()
+        for extreme in (self, next_extreme):
+            counts.update({extreme.value: extreme.times, extreme.inner: 0})
+        stated = [value for value in counts if np.isfinite(value)]
+        distinct = np.array(sorted(stated, reverse=sign > 0))
+        return ColumnExtreme.of(distinct, np.array([counts[value] for value in distinct]))
 
 
 @dataclass(frozen=True)
@@ -83,8 +87,8 @@ class ColumnSummary:
     def codes(self) -> list[float]:
         """Values that seem to mean "no data": the lowest or highest one, if it is repeated and far from all others."""
         codes = []
-        for end, opposite_end in zip(self.ends, self.ends[::-1], strict=True):
-            # the opposite end may be a code, too: the smaller span leaves it out
+        for end, opposite_end in zip(self.ends, reversed(self.ends), strict=True):
+            # span of the other values; the opposite end may be a code, too: the smaller span leaves it out
             span = min(abs(end.inner - opposite_end.value), abs(end.inner - opposite_end.inner))
             if end.times > 1 and abs(end.value - end.inner) > max(span, self.resolution):
                 codes.append(end.value)
@@ -133,9 +137,8 @@ class TimeColumn:
             self.step = float(np.median(forward))
             self.jitter = float(np.median(np.abs(forward - self.step)))
         if self.step > 0:
-            late = np.flatnonzero(steps > GAP_STEPS * self.step)
-            late = late[: _CHOSEN.gaps - len(self.gaps)]
-            self.gaps += [(float(time[i]), float(steps[i])) for i in late]
+            gaps = np.flatnonzero(steps > GAP_STEPS * self.step)[: _CHOSEN.gaps - len(self.gaps)]
+            self.gaps += [(float(time[i]), float(steps[i])) for i in gaps]
         self.repeated += int(np.count_nonzero(steps == 0))
         self.backwards += int(np.count_nonzero(steps < 0))
         self.first = min(self.first, float(time.min()))
@@ -187,24 +190,20 @@ class Survey:
 
 def survey(blocks: Iterable[Log]) -> Survey:
     """Survey a log block by block, so that memory stays bounded; there is at least one block."""
+    blocks = iter(blocks)
+    first = next(blocks)
+    quantities = guesses(first)
+    meanings = {column: MEANING[quantity] for quantity, column in quantities.items()}
     clock = TimeColumn()
-    first: Log | None = None
     columns: list[ColumnSummary] = []
     rows = used = 0
     dropped: dict[str, int] = {}
     missing: dict[str, int] = {}
     not_finite: dict[str, int] = {}
     sync_values: set[float] = set()
-    for log in blocks:
-        if first is None:
-            first, quantities = log, guesses(log)
-            meanings = {column: MEANING[quantity] for quantity, column in quantities.items()}
+    for log in chain([first], blocks):
         of_block = [_summarise_column(log, name, meanings.get(name, "-")) for name in log.columns]
-        columns = (
-            [_merge_summaries(*pair) for pair in zip(columns, of_block, strict=True)]
-            if columns
-            else of_block
-        )
+        columns = [*map(_merge_summaries, columns or of_block, of_block)] if columns else of_block
         if "time" in quantities:
             clock.add(finite_values(log.columns[quantities["time"]]))
         if "arm_moving" in quantities and len(sync_values) < 2:
@@ -212,7 +211,6 @@ def survey(blocks: Iterable[Log]) -> Survey:
         rows, used = rows + log.rows, used + log.size
         dropped, missing = add_counts(dropped, log.dropped), add_counts(missing, log.missing)
         not_finite = add_counts(not_finite, log.not_finite)
-    assert first is not None
     return Survey(
         first.path,
         columns,
@@ -234,28 +232,26 @@ def survey_file(reader: Reader, path: Path) -> tuple[list[Survey], LogError | No
     """Survey a file; where it has several clocks, survey each and return the error that refuses it as one log."""
     try:
         log_survey = survey(heed_labels(log, reader) for log in reader.stream(path))
-        dead = {
+        without_numbers = {
             name: "no finite number"
             for name, n in log_survey.not_finite.items()
             if n == log_survey.rows
         }
-        dead |= {
+        without_numbers |= {
             column.name: NO_VALUE_AT_ALL
             for column in log_survey.columns
             if log_survey.used and not column.values
         }
-        if dead and len(dead) < len(log_survey.columns):
-            # without the channels that were never connected, which would spoil every row
+        if without_numbers and len(without_numbers) < len(log_survey.columns):
+            # again without the channels that were never connected, which would spoil every row
             names = {column.name for column in log_survey.columns}
-            alive = reader.only(names - dead.keys(), keeps_blanks=True)
-            log_survey = survey(alive.stream(path))
-            log_survey = replace(log_survey, unread={**log_survey.unread, **dead})
+            usable_columns = reader.only(names - without_numbers.keys(), keeps_blanks=True)
+            log_survey = survey(usable_columns.stream(path))
+            log_survey = replace(log_survey, unread={**log_survey.unread, **without_numbers})
         return [log_survey], None
     except MixedClocksError as error:
-        parts = [
-            survey_file(reader.only(group, keeps_blanks=True), path)[0] for group in error.groups
-        ]
-        return [log_survey for surveys in parts for log_survey in surveys], error
+        readers = [reader.only(group, keeps_blanks=True) for group in error.groups]
+        return [s for of_group in readers for s in survey_file(of_group, path)[0]], error
 
 
 def finite_values(values: FloatArray) -> FloatArray:
@@ -263,16 +259,18 @@ def finite_values(values: FloatArray) -> FloatArray:
     return values[np.isfinite(values)]
 
 
-def together(surveys: Sequence[Survey]) -> Survey:
+def join_surveys(surveys: Sequence[Survey]) -> Survey:
     """Join the surveys of a file with several clocks, one each, to one survey of the whole file."""
-    units, quantities = dict[str, str](), dict[str, str]()
-    for log_survey in reversed(surveys):  # what stands first counts
-        units, quantities = units | log_survey.units, quantities | log_survey.quantities
-    used, moving = (
-        min(log_survey.used for log_survey in surveys),
-        max(log_survey.moving for log_survey in surveys),
+    # the first clock with a column or quantity counts
+    units = ChainMap(*(log_survey.units for log_survey in surveys))
+    quantities = ChainMap(*(log_survey.quantities for log_survey in surveys))
+    return replace(
+        surveys[0],
+        units=dict(units),
+        quantities=dict(quantities),
+        used=min(log_survey.used for log_survey in surveys),
+        moving=max(log_survey.moving for log_survey in surveys),
     )
-    return replace(surveys[0], units=units, quantities=quantities, used=used, moving=moving)
 
 
 def _summarise_column(log: Log, name: str, quantity: str) -> ColumnSummary:
@@ -298,9 +296,7 @@ def _merge_summaries(summary: ColumnSummary, block_summary: ColumnSummary) -> Co
         values=summary.values + block_summary.values,
         ends=tuple(
             first.merged(second, sign)
-            for first, second, sign in zip(
-                summary.ends, block_summary.ends, (-1.0, 1.0), strict=True
-            )
+            for first, second, sign in zip(summary.ends, block_summary.ends, (-1, 1), strict=True)
         )
         if summary.ends and block_summary.ends
         else summary.ends or block_summary.ends,
@@ -318,27 +314,26 @@ _PLAIN = re.compile(r"[A-Za-z][A-Za-z0-9_./ ]*[A-Za-z0-9_]|[A-Za-z]")
 _YAML_WORDS = frozenset({"y", "n", "yes", "no", "on", "off", "true", "false", "null"})
 
 
-def kinds(log_survey: Survey) -> list[str]:
+def log_kinds(log_survey: Survey) -> list[str]:
     """Return the kinds of log that a file is, by its quantities and units: ``force``, ``motion``, both, or none."""
-    force = any(f"F{number}" in log_survey.quantities for number in (1, 2, 3))
-    # channels of any name, in a unit of force
-    force |= bool(_columns_with_unit_of("F1", log_survey))
-    motion = any(name in log_survey.quantities for name in ("x", "z", "angle"))
-    return [kind for kind, is_present in (("force", force), ("motion", motion)) if is_present]
+    # channels of any name may be in a unit of force
+    has_force = _columns_with_unit_of("F1", log_survey) or {*FORCE[1:]} & {*log_survey.quantities}
+    has_motion = {*MOTION[1:]} & {*log_survey.quantities}
+    return ["force"] * bool(has_force) + ["motion"] * bool(has_motion)
 
 
-def lacking(log_survey: Survey) -> list[str]:
+def describe_needs(log_survey: Survey) -> list[str]:
     """Return a sentence for each thing that the measurement needs beyond this file."""
-    sorts = kinds(log_survey)
+    kinds = log_kinds(log_survey)
     needs = [] if "time" in log_survey.quantities else _describe_table_instead(log_survey)
-    if sorts == ["force", "motion"]:
+    if kinds == ["force", "motion"]:
         needs.append("a row of the run sheet that names this file as both logs")
     else:
         missing_log = "the motion log of the same run (time, x, z, angle)"
-        if sorts == ["motion"]:
+        if kinds == ["motion"]:
             missing_log = "the force log of the same run (time, arm_moving, F1, F2, F3)"
         needs += [missing_log, "a row of the run sheet that names both"]
-    if not sorts:
+    if not kinds:
         needs.append("which columns are forces or positions: name them in the config")
     if "time" not in log_survey.quantities:
         needs.append("a time: the column that holds it, or rate_Hz, under text or options")
@@ -349,7 +344,7 @@ def lacking(log_survey: Survey) -> list[str]:
             f"more digits, or no time and the rate of the rows, rate_Hz, under text or options{by_stamps}"
         )
     for kind, quantities in (("force", FORCE), ("motion", MOTION)):
-        if kind in sorts:
+        if kind in kinds:
             missing = [name for name in quantities[1:] if name not in log_survey.quantities]
             needs += [f"{name}: {MEANING[name]}; {_describe_substitute(name)}" for name in missing]
     unknown = [
@@ -359,10 +354,10 @@ def lacking(log_survey: Survey) -> list[str]:
     ]
     if unknown:
         needs.append(f"the unit of {', '.join(unknown)}: the file does not state it")
-    if "force" in sorts:
+    if "force" in kinds:
         needs.append("transducer range, axes and turn, in config.yaml")
-        needs += _clock_needs(log_survey, one_file="motion" in sorts)
-    if "motion" in sorts:
+        needs += _clock_needs(log_survey, one_file="motion" in kinds)
+    if "motion" in kinds:
         needs.append("the arm z of the free surface, in config.yaml or the run sheet")
     if log_survey.used < 2:
         needs.append("at least two usable rows")
@@ -375,14 +370,8 @@ _STRESS_UNIT = re.compile(r"(N/(cm|m|mm)(\^?2|\u00b2)|[kM]?N/m(\^?2|\u00b2)|[kMG
 
 def _describe_table_instead(log_survey: Survey) -> list[str]:
     """Return a sentence if the file has force or stress against depth and no time: it is a table of stress, no log."""
-    force = next(
-        (
-            log_survey.quantities[name]
-            for name in ("F3", "F1", "F2")
-            if name in log_survey.quantities
-        ),
-        "",
-    )
+    quantities = log_survey.quantities
+    force = quantities.get("F3") or quantities.get("F1") or quantities.get("F2", "")
     stress = next(
         (
             column.name
@@ -391,7 +380,7 @@ def _describe_table_instead(log_survey: Survey) -> list[str]:
         ),
         "",
     )
-    depth = log_survey.quantities.get("z") or next(
+    depth = quantities.get("z") or next(
         (column.name for column in log_survey.columns if _DEPTH.search(column.name.casefold())), ""
     )
     if not depth or not (force or stress):
@@ -429,10 +418,9 @@ def _describe_substitute(name: str) -> str:
             "without it only vertical paths can be used; a stage that moves along a slanted path has one position: "
             "name it along, in place of x and z"
         )
-    nobody = (
-        "a channel that nobody measured: {constant: 0, unit: N}, and its direction counts for 0"
-    )
-    return nobody if name.startswith("F") else "name its column"
+    if name == "z":
+        return "name its column"
+    return "a channel that nobody measured: {constant: 0, unit: N}, and its direction counts for 0"
 
 
 def config_block(
@@ -448,39 +436,32 @@ def config_block(
     if dialect == "rig":
         return ["dialect: rig"]
     lines = []
-    sorts = kinds(log_survey)
-    by_rate = "rate_Hz" in {**(text or {}), **(options or {})}
-    in_two_columns = bool(_nanoseconds_beside(log_survey.quantities.get("time", ""), log_survey))
+    kinds = log_kinds(log_survey)
+    settings = dict((options or {}) if text is None else text)
+    by_rate = "rate_Hz" in settings
+    in_two_columns = bool(_nanoseconds_column(log_survey.quantities.get("time", ""), log_survey))
     rate = None if by_rate or in_two_columns else log_survey.rate_of_coarse_time
     if rate is not None:
         # a time so coarse would be refused: the rate of the rows replaces it
         by_rate = True
         kept = {name: column for name, column in log_survey.quantities.items() if name != "time"}
         log_survey = replace(log_survey, quantities=kept)
-        stated = {"rate_Hz": float(f"{rate:.4g}")}
-        if rate and text is not None:
-            text = {**text, **stated}
-        elif rate and "rate_Hz" in dialects()[dialect].takes:
-            options = {**(options or {}), **stated}
+        if rate and (text is not None or "rate_Hz" in dialects()[dialect].takes):
+            settings["rate_Hz"] = float(f"{rate:.4g}")
+            lines.append("# rate_Hz: by the stamps of the file, coarser than its rows: check")
         else:
-            rate = 0.0
-        rate_source = "by the stamps of the file, coarser than its rows: check"
-        rate_request = (
-            "the stamps of the file are coarser than its rows: state it, under text or options"
-        )
-        lines.append(f"# rate_Hz: {rate_source if rate else rate_request}")
-    if not sorts:
+            lines.append(
+                "# rate_Hz: the stamps of the file are coarser than its rows: state it, under text or options"
+            )
+    if not kinds:
         lines.append("# force_log: for a log of forces; write motion_log: for one of positions")
-    for kind in sorts or ["force"]:
+    for kind in kinds or ["force"]:
         lines.append(f"{kind}_log:")
         if text is None:
             lines.append(f"  dialect: {dialect}")
-        for key, values in (("text", text), ("options", options)):
-            if values:
-                inside = ", ".join(
-                    f"{name}: {format_scalar(value)}" for name, value in values.items()
-                )
-                lines.append(f"  {key}: {{{inside}}}")
+        if settings:
+            listed = ", ".join(f"{key}: {format_scalar(value)}" for key, value in settings.items())
+            lines.append(f"  {'options' if text is None else 'text'}: {{{listed}}}")
         quantities: tuple[str, ...] = FORCE if kind == "force" else MOTION
         if by_rate:
             quantities = quantities[1:]  # without time, which follows from the rate
@@ -488,10 +469,9 @@ def config_block(
             quantities = (*quantities, "arm_moving")
         lines += _missing_line(log_survey, quantities)
         # where one file is both logs, the config has to name the columns of each
+        is_both = len(kinds) == 2
         column_lines = [
-            line
-            for name in quantities
-            for line in _column_line(log_survey, name, always=len(sorts) == 2)
+            line for name in quantities for line in _column_line(log_survey, name, always=is_both)
         ]
         if any(not line.lstrip().startswith("#") for line in column_lines):
             lines.append("  columns:")
@@ -499,7 +479,7 @@ def config_block(
             # a section of comments alone would be read as null
             lines.append("  columns: {} # quantity: column, a line each")
         lines += column_lines
-    if len(sorts) == 2:
+    if len(kinds) == 2:
         lines.append("clock: {method: same_clock}")
     return lines
 
@@ -525,15 +505,15 @@ def _missing_line(log_survey: Survey, quantities: Iterable[str]) -> list[str]:
 _SECONDS = re.compile(r"(?i)(.*?)(s|secs?|seconds?)$")
 
 
-def _nanoseconds_beside(column: str, log_survey: Survey) -> str:
+def _nanoseconds_column(column: str, log_survey: Survey) -> str:
     """Return the column of nanoseconds that belongs to a column of whole seconds; empty where there is none."""
     match = _SECONDS.fullmatch(column)
     if match is None:
         return ""
+    # stamp.nanosec for stamp.sec
     pattern = re.compile(rf"(?i){re.escape(match[1])}n(ano)?_?(s|secs?|seconds?)")
-    return next(
-        (summary.name for summary in log_survey.columns if pattern.fullmatch(summary.name)), ""
-    )
+    names = (summary.name for summary in log_survey.columns)
+    return next(filter(pattern.fullmatch, names), "")
 
 
 def _column_line(log_survey: Survey, quantity: str, *, always: bool) -> list[str]:
@@ -561,7 +541,7 @@ def _column_line(log_survey: Survey, quantity: str, *, always: bool) -> list[str
         of_board = _CLOCKS_OF_BOARDS.get(column.casefold(), "")
         usual = epoch_unit(lowest) or of_board or _unit_of_clock(log_survey.clock) or usual
     down = ", factor: -1" if quantity == "z" and DOWNWARD.search(column.casefold()) else ""
-    if quantity == "time" and (nanoseconds := _nanoseconds_beside(column, log_survey)):
+    if quantity == "time" and (nanoseconds := _nanoseconds_column(column, log_survey)):
         return [
             f"    time: {{column: {name}, unit: s, plus: {{column: {format_scalar(nanoseconds)}, unit: ns}}}}"
         ]
@@ -635,8 +615,8 @@ _OPEN_DOCUMENT = b"mimetypeapplication/vnd.oasis.opendocument.spreadsheet"
 class Recognised(NamedTuple):
     """The reader of a file, and how it was found.
 
-    `text`: Format of the file as keys of `text` in the config, where no dialect fits. `options`: Options of its
-    dialect. `other_dialects`: Sentences on the dialects that also claim the file, or were tried.
+    `text`: Format of the file as keys of `text` in the config, where no dialect fits; else None. `options`: Options of
+    its dialect. `other_dialects`: Sentences on the dialects that also claim the file, or were tried.
     """
 
     reader: Reader
@@ -665,39 +645,32 @@ def recognised(
     if text is None and name in (None, DelimitedReader.name):
         head = read_head(path)
         if name is None and (readers := claimants(head)):
-            name, other_dialects = (
-                readers[0].name,
-                [f"also claimed by: {reader.name}" for reader in readers[1:]],
-            )
+            name, *other_names = (reader.name for reader in readers)
+            other_dialects = [f"also claimed by: {other}" for other in other_names]
         elif is_echo(head) or (text := guess_text_settings(head)) is None:
             raise refusal(path, head)
         else:
             other_dialects = describe_tried_dialects()
-    key = "options" if text is None else "text"
     try:
         if text is None:
             reader = dialect(str(name))
-            return Recognised(
-                reader.with_options(settings) if settings else reader,
-                None,
-                settings,
-                other_dialects,
-            )
-        described_by = {**text, **settings}
-        return Recognised(
-            DelimitedReader(_text_format(described_by)), described_by, {}, other_dialects
-        )
+            reader = reader.with_options(settings) if settings else reader
+            return Recognised(reader, None, settings, other_dialects)
+        text_format = {**text, **settings}
+        reader = DelimitedReader(_text_format(text_format))
+        return Recognised(reader, text_format, {}, other_dialects)
     except ValueError as error:
+        key = "options" if text is None else "text"
         raise InputError(f"{key}: {' '.join(str(error).split())}") from error
 
 
-def _text_format(described_by: Mapping[str, object]) -> TextFormat:
-    """Check the keys of `text`; messages are worded as the config words them."""
-    for name in described_by:
+def _text_format(text: Mapping[str, object]) -> TextFormat:
+    """Check the keys of `text`; raises ValueError, worded as the config words it."""
+    for name in text:
         if name not in TextFormat.model_fields:
             raise ValueError(unknown_word("option", name, TextFormat.model_fields))
     try:
-        return TextFormat.model_validate(described_by)
+        return TextFormat.model_validate(text)
     except ValidationError as error:
         wrong = error.errors(include_url=False)[0]
         key = ".".join(map(str, wrong["loc"]))
@@ -715,15 +688,15 @@ def refusal(path: Path, head: bytes) -> InputError:
     """Make the error for a file that no dialect reads: the cure, and the first lines of the file."""
     if not head:
         return InputError(f"{path}: the file is empty")
-    kind = next((text for mark, text in _EXPORTS.items() if head.lstrip().startswith(mark)), "")
+    advice = next((a for mark, a in _EXPORTS.items() if head.lstrip().startswith(mark)), "")
     if is_web_page(head):
-        kind = "a web page, whatever its name is: open it in a spreadsheet and save it as .xlsx or .csv"
+        advice = "a web page, whatever its name is: open it in a spreadsheet and save it as .xlsx or .csv"
     elif _OPEN_DOCUMENT in head[: 2 * len(_OPEN_DOCUMENT)]:
-        kind = "a workbook of LibreOffice (.ods): save it as .xlsx or .csv"
+        advice = "a workbook of LibreOffice (.ods): save it as .xlsx or .csv"
     if is_echo(head):
         cure = ECHO[0].upper() + ECHO[1:]
-    elif kind:
-        cure = f"It is {kind}"
+    elif advice:
+        cure = f"It is {advice}"
     elif encoding_of(head) != "binary":
         cure = (
             "No delimiter gives two rows of numbers below each other. If it is a table, describe it "
@@ -734,8 +707,9 @@ def refusal(path: Path, head: bytes) -> InputError:
     lines = [f"{path}: no dialect reads this file. {cure}"]
     lines.append(f"It looks like: {encoding_of(head)}; it begins with")
     lines += [f"  {line}" for line in read_first_lines(head)]
+    # a small file is tried as a rig log, to name the first thing wrong with it
     small = path.stat().st_size <= _CHOSEN.tried_bytes
-    if small and not kind and encoding_of(head) != "binary":
+    if small and not advice and encoding_of(head) != "binary":
         lines.append(f"not rig: {_reason_of_refusal(dialect('rig'), path)}")
     return InputError("\n".join([*lines, *describe_tried_dialects()]))
 

@@ -16,11 +16,11 @@ from rftfit.logs.inspect import (
     Survey,
     TimeColumn,
     config_block,
-    kinds,
-    lacking,
+    describe_needs,
+    join_surveys,
+    log_kinds,
     recognised,
     survey_file,
-    together,
 )
 from rftfit.logs.registry import read_head
 from rftfit.store.text import count, megabytes, table
@@ -38,7 +38,7 @@ class Inspection:
     @property
     def whole(self) -> Survey:
         """One survey of the whole file, with all its clocks."""
-        return together(self.surveys)
+        return join_surveys(self.surveys)
 
     @property
     def config(self) -> list[str]:
@@ -51,7 +51,7 @@ class Inspection:
         whole = self.whole
         path = whole.path
         reader, text_format, _, other_dialects = self.recognition
-        kind = " and ".join(kinds(whole)) or "unknown kind of"
+        kind = " and ".join(log_kinds(whole)) or "unknown kind of"
         names = dict.fromkeys(column.name for survey in self.surveys for column in survey.columns)
         head = f"{reader.name}, {reader.describe()}"
         evidence = f"recognised by {reader.evidence}; columns are {', '.join(names)}"
@@ -69,7 +69,7 @@ class Inspection:
         lines += [
             "",
             "needed beside this file:",
-            *(f"  {need}" for need in lacking(whole)),
+            *(f"  {need}" for need in describe_needs(whole)),
             *_contact_lines(whole),
             "",
             "for config.yaml (quantities are guessed from names and units: check them):",
@@ -82,10 +82,10 @@ class Inspection:
         return {
             "file": self.whole.path,
             "dialect": self.recognition.reader.name,
-            "kinds": kinds(self.whole),
+            "kinds": log_kinds(self.whole),
             "refused": self.refused and str(self.refused),
             "clocks": [_facts_of(survey) for survey in self.surveys],
-            "needed": lacking(self.whole),
+            "needed": describe_needs(self.whole),
             "config": self.config,
         }
 
@@ -103,8 +103,16 @@ def inspect_file(path: Path, dialect: str | None, options: Mapping[str, str | fl
 
 def _facts_of(survey: Survey) -> dict[str, Any]:
     """Return a survey as a dictionary for scripts; clock: None where no column is the time."""
-    survey_fields: tuple[str, ...] = ("rows", "used", "dropped", "missing", "notes")
-    survey_fields += ("time_unit", "not_finite", "unread")
+    survey_fields = (
+        "rows",
+        "used",
+        "dropped",
+        "missing",
+        "notes",
+        "time_unit",
+        "not_finite",
+        "unread",
+    )
     clock_fields = ("duration", "rate", "step", "jitter", "gaps", "repeated", "backwards")
     return {
         "columns": [asdict(column) for column in survey.columns],
@@ -115,15 +123,12 @@ def _facts_of(survey: Survey) -> dict[str, Any]:
 
 def _contact_lines(survey: Survey) -> list[str]:
     """Return lines that propose `rftfit scale --contacts`, for a file with the angle of a leg and forces; else none."""
-    names = [column.name.casefold() for column in survey.columns]
-    turns = [name for name in names if name.startswith("theta")]
-    forces = [
-        column.name for column in survey.columns if column.quantity.startswith("force, sensor")
-    ]
-    if not turns or not forces:
+    names = {column.name.casefold() for column in survey.columns}
+    has_force = any(column.quantity.startswith("force, sensor") for column in survey.columns)
+    if not has_force or not any(name.startswith("theta") for name in names):
         return []
-    named = {"theta", "theta_deg"} & {*names} and {"force_z", "force_z_n"} & {*names}
-    rename = "" if named else "; its columns named theta_deg, force_z_N, force_x_N"
+    has_names_of_contacts = {"theta", "theta_deg"} & names and {"force_z", "force_z_n"} & names
+    rename = "" if has_names_of_contacts else "; its columns named theta_deg, force_z_N, force_x_N"
     return [
         "",
         "or as forces of the ground on a leg, weight and force in air taken off:",
@@ -164,12 +169,9 @@ def _survey_lines(survey: Survey) -> list[str]:
 
 def _voltage_lines(survey: Survey) -> list[str]:
     """Return the line on columns in volts, which are readings of gauges and no forces yet; else none."""
-    gauges = [column.name for column in survey.columns if column.unit in ("V", "mV", "uV")]
-    if not gauges:
-        return []
-    return [
-        f"in volts: {', '.join(gauges)}; force_log.calibration names a csv that converts them to forces and torques"
-    ]
+    gauges = ", ".join(column.name for column in survey.columns if column.unit in ("V", "mV", "uV"))
+    cure = "force_log.calibration names a csv that converts them to forces and torques"
+    return [f"in volts: {gauges}; {cure}"] if gauges else []
 
 
 def _clock_lines(clock: TimeColumn | None, unit: str) -> list[str]:

@@ -30,8 +30,8 @@ class InstronReader(TextReader):
         header = _find_header(lines)
         if header is None:
             raise ValueError("no row of units in brackets, like (s);(mm);(kN), below one of names")
-        place, delimiter = header
-        rows_text = "\n".join(line.text for line in lines[place + 2 :])
+        names_line, delimiter = header
+        rows_text = "\n".join(line.text for line in lines[names_line + 2 :])
         # points between thousands are no decimal points: 1.442,21 has a decimal comma
         rows_text = re.sub(r"\.(?=\d{3}[.,])", "", rows_text)
         comma = (
@@ -42,28 +42,28 @@ class InstronReader(TextReader):
         text = {
             "delimiter": DELIMITER_WORDS.get(delimiter, delimiter),
             "decimal": "," if comma else ".",
-            "skip_lines": place,
+            "skip_lines": names_line,
             "units": True,
         }
         return DelimitedReader(TextFormat.model_validate(text)).plan(head)
 
 
 def _find_header(lines: Sequence[Line]) -> tuple[int, str] | None:
-    """Return the place of the line of names, from 0, and the delimiter; None where there is no such line.
+    """Return the number of the line of names, from 0, and the delimiter; None where there is no such line.
 
     A table of results may stand above the table of readings: the header of the longest table is returned.
     """
     longest, header = -1, None
-    for place, (upper, lower) in enumerate(pairwise(lines)):
+    for names_line, (upper, lower) in enumerate(pairwise(lines)):
         if lower.text.lstrip(' "\t;,')[:1] not in ("(", "["):
             continue
         for delimiter in (";", "\t", ","):
             names = cells_of(upper.text, delimiter) or []
             units = cells_of(lower.text, delimiter) or []
             if len(names) >= 2 and is_units_row(units, len(names)) and lower.whole:
-                rows = _count_rows(lines[place + 2 :], delimiter, len(units))
+                rows = _count_rows(lines[names_line + 2 :], delimiter, len(units))
                 if rows > longest:
-                    longest, header = rows, (place, delimiter)
+                    longest, header = rows, (names_line, delimiter)
                 break
     return header
 

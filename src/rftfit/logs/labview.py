@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime as dt
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import islice
 from pathlib import Path
@@ -14,12 +14,12 @@ import numpy as np
 
 from rftfit.campaign.config import QUANTITIES
 from rftfit.logs import base
-from rftfit.logs.quantities import names_and_units
+from rftfit.logs.quantities import units_by_name
 from rftfit.logs.text import MAX_LINE, Block, TextFile
 from rftfit.table.numbers import NO_VALUE
 from rftfit.table.parse import Kind, Layout, ParsedRows, add_counts, parse
 from rftfit.table.text import Line, decode_first_lines, each_line, text_head
-from rftfit.table.units import unit_word
+from rftfit.table.units import canonical_unit
 
 MAGIC = "LabVIEW Measurement"
 OTHER_CHANNELS = "segment with other channels than the first"
@@ -73,7 +73,8 @@ class _Segment:
     """One segment: rows below a header.
 
     `x_of`: Channel to its X column; "" where there are no X columns. `begins`: X column to its start, s after the
-    start of the file. `step`: Time between rows, s. `rows`: Number of rows parsed so far. `timed`: Whether X is a time.
+    start of the file. `step`: Time between rows, s. `rows`: Number of rows parsed so far. `timed`: Whether X is a
+    time: it may be a frequency.
     """
 
     layout: Layout
@@ -104,7 +105,7 @@ class _File:
 
 
 def _file_header(path: Path, lines: Iterator[Line]) -> tuple[_File, int]:
-    """Read the file header; also return the place in bytes at which the segments begin."""
+    """Read the file header; also return the offset in bytes at which the segments begin."""
     settings: dict[str, str] = {}
     first_line = next(lines).text
     if not first_line.startswith(MAGIC):
@@ -115,9 +116,9 @@ def _file_header(path: Path, lines: Iterator[Line]) -> tuple[_File, int]:
             decimal = settings.get("Decimal_Separator", ".")[:1]
             x_columns = settings.get("X_Columns", "One").casefold()
             return _File(path, separator, "," if decimal == "," else ".", x_columns), line.stop
-        # the header names the separator, which is not known yet: each of the three is accepted
-        key, _, value = re.sub(r"[\t;]", ",", line.text, count=1).partition(",")
-        settings[key.strip()] = value.strip(" \t;")
+        # the header names the separator, but not in its first line: each of the three is accepted
+        key, *value = re.split(r"[\t;,]", line.text, maxsplit=1)
+        settings[key.strip()] = "".join(value).strip(" \t;")
     raise ValueError(f"the file header has no end ({_END}): cut short?")
 
 
@@ -131,13 +132,13 @@ def _blocks_of_segments(
         carry += body
         while carry:
             if segment is None:
-                place = _header_end(carry)
-                if place is None:
+                stop = _header_end(carry)
+                if stop is None:
                     if len(carry) > MAX_LINE:
                         raise ValueError(f"a segment's header has no end ({_END})")
                     break
-                segment = _read_segment(file, carry[:place], carry[place : place + MAX_LINE])
-                carry = carry[place:]
+                segment = _read_segment(file, carry[:stop], carry[stop : stop + MAX_LINE])
+                carry = carry[stop:]
             # a search for one letter is several times faster than one for a word
             next_header = _SEGMENT.search(carry) if b"C" in carry and b"Channels" in carry else None
             if next_header:
@@ -150,13 +151,13 @@ def _blocks_of_segments(
             yield segment, Block(b"", last_line, before)
 
 
-def _header_end(text: bytes) -> int | None:
-    """Return the place in bytes where rows begin: behind the row of names below the header; None if not in the text."""
-    place = text.find(_END.encode())
-    if place < 0:
+def _header_end(content: bytes) -> int | None:
+    """Return the offset at which rows begin: behind the row of names below the header; None if not in the content."""
+    offset = content.find(_END.encode())
+    if offset < 0:
         return None
-    lines = [line for line in decode_first_lines(text[place : place + MAX_LINE], 2) if line.whole]
-    return place + lines[1].stop if len(lines) == 2 else None
+    lines = decode_first_lines(content[offset : offset + MAX_LINE], 2)
+    return offset + lines[1].stop if len(lines) == 2 and lines[1].whole else None
 
 
 class _Settings(dict[str, list[str]]):
@@ -186,19 +187,19 @@ class _Settings(dict[str, list[str]]):
 
 def _blank_columns(file: _File, names: Sequence[str], first_rows: bytes) -> list[str]:
     """Return the names of the columns that are blank in all of the first rows."""
-    lines = (line.text.split(file.separator) for line in each_line(first_rows) if line.whole)
-    unfilled = [*names]
+    blank_names = [*names]
     has_rows = False
-    for cells in lines:
-        if len(cells) < len(names) - 1:
+    for line in each_line(first_rows):
+        cells = line.text.split(file.separator)
+        if not line.whole or len(cells) < len(names) - 1:
             continue
         has_rows = True
         filled = {name for name, cell in zip(names, cells, strict=False) if cell.strip()}
-        unfilled = [name for name in unfilled if name not in filled]
+        blank_names = [name for name in blank_names if name not in filled]
         # in most files the first row fills all columns
-        if not unfilled:
+        if not blank_names:
             break
-    return unfilled if has_rows else []
+    return blank_names if has_rows else []
 
 
 def _read_segment(file: _File, header: bytes, first_rows: bytes) -> _Segment:
@@ -211,35 +212,26 @@ def _read_segment(file: _File, header: bytes, first_rows: bytes) -> _Segment:
     cells = lines[-1].split(file.separator)
     while cells and not cells[-1].strip():
         cells.pop()
-    names, units_in_names = names_and_units(cells)
-    units = dict(zip(names, units_in_names, strict=True))
-    stated = iter(settings.get("Y_Unit_Label", []))
+    units = units_by_name(cells)
+    names = tuple(units)
+    stated_units = iter(settings.get("Y_Unit_Label", []))
     x_names = [n for n, cell in zip(names, cells, strict=True) if cell.startswith("X_Value")]
     if file.x_columns == "no":
         x_names = []  # the column is there, and empty
-    # channel to its place in the lists of the header, and its X column, which is the last one before it
-    channels: dict[str, tuple[int, str]] = {}
+    # channel to its index in the lists of the header; and to its X column, which is the last one before it
+    channels: dict[str, int] = {}
+    x_of: dict[str, str] = {}
     x = next(iter(x_names), "")
     for name, cell in zip(names, cells, strict=True):
         if name in x_names:
             x = name
         elif cell != "Comment" and not cell.startswith("X_Value"):
-            channels[name] = len(channels), x
+            channels[name], x_of[name] = len(channels), x
             # the unit that LabVIEW states goes before a unit in the name, which a user has typed
-            units[name] = unit_word(next(stated, "")) or units[name]
-    asked = file.asked or frozenset(channels)
-    if asked.difference(names, QUANTITIES) or not asked.intersection(channels):
-        # with all channels, the caller can name those that the file has
-        asked = frozenset(channels)
-    unfilled = set(_blank_columns(file, names, first_rows)).intersection(channels)
-    if unfilled and file.asked is None:
-        asked = asked.difference(unfilled) or asked
-        if file.first is None:
-            file.notes.append(
-                f"no value in the first rows, not read: {', '.join(sorted(unfilled))}"
-            )
-    channels = {name: place for name, place in channels.items() if name in asked}
-    x_of = {name: x for name, (_, x) in channels.items()}
+            units[name] = canonical_unit(next(stated_units, "")) or units[name]
+    asked = _columns_asked_for(file, names, channels, first_rows)
+    channels = {name: index for name, index in channels.items() if name in asked}
+    x_of = {name: x_of[name] for name in channels}
     x_names_read = tuple(dict.fromkeys(x_of.values())) or (x,)
     read = {*channels, *x_names_read, *asked.intersection(x_names)}
     kinds = tuple[Kind, ...]("number" if name in read else "skip" for name in names)
@@ -247,21 +239,55 @@ def _read_segment(file: _File, header: bytes, first_rows: bytes) -> _Segment:
         raise ValueError(
             f"a segment names no column; found {lines[-1].strip()[:40]!r} where its names stand"
         )
-    comments = cells[-1:] == ["Comment"]
+    n_comments = int(cells[-1] == "Comment")
     layout = Layout(
-        names, kinds, file.separator, file.decimal, optional=int(comments), no_value=NO_VALUE
+        names, kinds, file.separator, file.decimal, optional=n_comments, no_value=NO_VALUE
     )
     if file.first is None:
         file.began = settings.moment(0)
-    timed = all(
-        settings.cell("X_Dimension", place) in ("Time", "") for place, _ in channels.values()
-    )
+    timed = all(settings.cell("X_Dimension", index) in ("Time", "") for index in channels.values())
     segment = _Segment(layout, units, x_of, {}, settings.number("Delta_X", 0), timed=timed)
-    for x in x_names_read if timed else ():
-        sharing = {
-            name: place for name, (place, x_column) in channels.items() if x_column == x
-        } or {x: 0}
-        clocks = {name: _clock(file, settings, place) for name, place in sharing.items()}
+    if timed:
+        _read_clocks(file, settings, segment, channels, x_names_read)
+    if file.first is None:
+        file.first = segment
+        when = file.began.isoformat(" ") if file.began else "at a time that is not stated"
+        file.notes.append(f"recording started: {when}")
+        time_source = "X_Value" if any(x_names_read) else f"X0 + row x Delta_X ({segment.step:g})"
+        file.notes.append(f"time is {time_source}" if timed else "X_Value is no time")
+    return segment
+
+
+def _columns_asked_for(
+    file: _File, names: Sequence[str], channels: Collection[str], first_rows: bytes
+) -> frozenset[str]:
+    """Return the columns of a segment that are asked for: by default the channels with a value in the first rows."""
+    if file.asked is None:
+        blank_names = {*_blank_columns(file, names, first_rows)}.intersection(channels)
+        if blank_names and file.first is None:
+            listed = ", ".join(sorted(blank_names))
+            file.notes.append(f"no value in the first rows, not read: {listed}")
+        return frozenset({*channels} - blank_names or channels)
+    if file.asked.difference(names, QUANTITIES) or not file.asked.intersection(channels):
+        # with all channels, the caller can name those that the file has
+        return frozenset(channels)
+    return file.asked
+
+
+def _read_clocks(
+    file: _File,
+    settings: _Settings,
+    segment: _Segment,
+    channels: Mapping[str, int],
+    x_names: Sequence[str],
+) -> None:
+    """Set the start of each X column of a segment, and the step; refuse a segment whose channels have several clocks.
+
+    `channels`: Channel to its index in the lists of the header. `x_names`: X columns; one empty name where there are none.
+    """
+    for x in x_names:
+        sharing = {n: index for n, index in channels.items() if segment.x_of[n] == x} or {x: 0}
+        clocks = {name: _clock(file, settings, index) for name, index in sharing.items()}
         other_channels = [name for name in channels if name not in sharing]
         # over so many samples that steps must be equal
         clock = base.common_clock(file.path, clocks, 10**9, other_channels=other_channels)
@@ -270,15 +296,8 @@ def _read_segment(file: _File, header: bytes, first_rows: bytes) -> _Segment:
         segment.begins[x] = 0.0 if math.isnan(start) else start
         segment.step = clock.step
     if "" in segment.begins and not segment.step > 0:
-        step_text = settings.cell("Delta_X", 0) or "nothing"
-        raise ValueError(f"found Delta_X {step_text}; allowed: a step above 0 for each channel")
-    if file.first is None:
-        file.first = segment
-        when = file.began.isoformat(" ") if file.began else "at a time that is not stated"
-        file.notes.append(f"recording started: {when}")
-        time_source = "X_Value" if any(x_names_read) else f"X0 + row x Delta_X ({segment.step:g})"
-        file.notes.append(f"time is {time_source}" if timed else "X_Value is no time")
-    return segment
+        step = settings.cell("Delta_X", 0) or "nothing"
+        raise ValueError(f"found Delta_X {step}; allowed: a step above 0 for each channel")
 
 
 def _clock(file: _File, settings: _Settings, channel: int) -> base.ChannelClock:
@@ -299,37 +318,39 @@ def _log_of_rows(file: _File, segment: _Segment, rows: ParsedRows) -> base.Log:
     """Make a log of parsed rows; rows of a segment with other channels than the first are dropped and counted."""
     first = file.first
     assert first is not None
-    # rows are counted from the start of the segment, of which blocks before had some
-    begin, segment.rows = segment.rows, segment.rows + rows.rows
-    shape = (first.layout, first.units, first.timed)
-    if (segment.layout, segment.units, segment.timed) != shape:
-        lost = {OTHER_CHANNELS: rows.index.size} if rows.index.size else {}
+    rows_before, segment.rows = segment.rows, segment.rows + rows.rows
+    channels_of_first = (first.layout, first.units, first.timed)
+    if (segment.layout, segment.units, segment.timed) != channels_of_first:
+        lost = {OTHER_CHANNELS: rows.line_numbers.size} if rows.line_numbers.size else {}
         dropped = add_counts(rows.dropped, lost)
         segment, rows = first, replace(parse(first.layout, b""), rows=rows.rows, dropped=dropped)
-    columns = _with_time(file, segment, rows, begin)
+    columns = _with_time(file, segment, rows, rows_before)
     units = {name: "s" if name == "time" else first.units.get(name, "") for name in columns}
     return base.Log(file.path, columns, units, rows.rows, rows.dropped, notes=tuple(file.notes))
 
 
 def _with_time(
-    file: _File, segment: _Segment, rows: ParsedRows, begin: int
+    file: _File, segment: _Segment, rows: ParsedRows, rows_before: int
 ) -> dict[str, np.ndarray]:
-    """Return the columns with the time first; refuse the file where X columns state different times."""
+    """Return the columns with the time first; refuse the file where X columns state different times.
+
+    `rows_before`: Number of rows of the segment in the blocks before.
+    """
     if not segment.timed:
         return rows.columns
     if "" in segment.begins:
-        times = [segment.begins[""] + (rows.index + begin) * segment.step]
+        times = [segment.begins[""] + (rows.line_numbers + rows_before) * segment.step]
     else:
         times = [start + rows.columns[x] for x, start in segment.begins.items()]
-    apart = [np.abs(time - times[0]) > base.SAME_S for time in times[1:]]
-    if np.any(apart):
-        row = int(np.argmax(np.any(apart, axis=0)))
-        seen = ", ".join(f"{time[row]:.9g} s" for time in times)
+    differs = [np.abs(time - times[0]) > base.SAME_S for time in times[1:]]
+    if np.any(differs):
+        row = int(np.argmax(np.any(differs, axis=0)))
+        times_of_row = ", ".join(f"{time[row]:.9g} s" for time in times)
         groups = [
             [name for name, x_column in segment.x_of.items() if x_column == x]
             for x in segment.begins
         ]
-        raise base.MixedClocksError(file.path, f"{seen} in one row", groups)
+        raise base.MixedClocksError(file.path, f"{times_of_row} in one row", groups)
     time = times[0]
     for channel_time in times[1:]:
         # a channel without a value in a row has a blank X there

@@ -1,4 +1,4 @@
-"""MATLAB files of version 5 (``save -v6``, ``-v7``), read by scipy in a child process (`arrays.FilesApart`).
+"""MATLAB files of version 5 (``save -v6``, ``-v7``), read by scipy in a child process (`arrays.ChildReader`).
 
 The library believes the sizes that a file states, and a damaged file may end the process that reads it.
 """
@@ -54,8 +54,8 @@ def load_mat5(path: Path) -> dict[str, Any]:
             shapes = [shape for _, shape, _ in whosmat(path)]
         check_unpacked(path, sum(8 * math.prod(shape) for shape in shapes))
         raise
-    numbers = [value.size for value in variables.values() if isinstance(value, np.ndarray)]
-    check_unpacked(path, 8 * sum(numbers))
+    sizes = [value.size for value in variables.values() if isinstance(value, np.ndarray)]
+    check_unpacked(path, 8 * sum(sizes))
     return {
         name: _without_objects(value)
         for name, value in variables.items()
@@ -74,8 +74,7 @@ def _without_objects(value: Any) -> Any:
     if not value.dtype.hasobject:
         return value
     values = np.empty(value.shape, value.dtype)
-    for place, cell in np.ndenumerate(value):
-        values[place] = (
-            tuple(map(_without_objects, cell)) if value.dtype.names else _without_objects(cell)
-        )
+    for index, cell in np.ndenumerate(value):
+        is_record = value.dtype.names is not None
+        values[index] = tuple(map(_without_objects, cell)) if is_record else _without_objects(cell)
     return values

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import lru_cache
 from typing import Any
 
-from rftfit.logs.quantities import names_and_units
+from rftfit.logs.quantities import units_by_name
 from rftfit.logs.text import ReadingPlan, TextReader
 from rftfit.store.chosen import read_toml
 from rftfit.table.parse import Layout
@@ -22,7 +21,9 @@ class PresetReader(TextReader):
         self.evidence = preset["evidence"]
         self._comment: str = preset["comment"]
         self._headers: Mapping[str, str] = preset["headers"]
-        self._names_allowed = {names_and_units(row.split(","))[0] for row in self._headers.values()}
+        self._names_allowed = {
+            tuple(units_by_name(row.split(","))) for row in self._headers.values()
+        }
 
     def detect(self, head: bytes) -> bool:
         """Return whether a file is in this dialect, judged by its first 64 kB."""
@@ -34,7 +35,8 @@ class PresetReader(TextReader):
         lines = (line for line in each_line(head) if line.text.strip()[:1] not in comment_or_blank)
         line = next(lines, Line("", len(head), whole=False))
         header = line.text.strip()
-        layout, units = _layout_of(header, self._comment)
+        units = units_by_name(header.split(","))
+        layout = Layout(tuple(units), comment=self._comment)
         refusal = "" if layout.names in self._names_allowed else self._describe_refusal(header)
         return ReadingPlan(layout, units, line.stop, refusal=refusal)
 
@@ -50,14 +52,6 @@ class PresetReader(TextReader):
         return f"found the header {header[:120]!r}; allowed: {allowed}"
 
 
-@lru_cache
-def _layout_of(header: str, comment: str) -> tuple[Layout, Mapping[str, str]]:
-    """Return layout and units by a header row; cached, as the logs of a campaign have few different headers."""
-    names, units = names_and_units(header.split(","))
-    return Layout(names, comment=comment), dict(zip(names, units, strict=True))
-
-
 def presets() -> list[PresetReader]:
     """Make a reader of each preset."""
-    named_presets = read_toml("logs", "presets.toml").items()
-    return [PresetReader(name, preset) for name, preset in named_presets]
+    return [PresetReader(*named) for named in read_toml("logs", "presets.toml").items()]

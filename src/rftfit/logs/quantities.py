@@ -5,14 +5,14 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Collection, Iterable, Mapping
-from itertools import chain, islice, repeat, zip_longest
+from itertools import chain, islice, repeat
 
 import numpy as np
 
 from rftfit.campaign.config import QUANTITIES, UNIT_OF_WEIGHT, UNITS_OF, units_of
 from rftfit.conventions import FloatArray
 from rftfit.logs.base import Log
-from rftfit.table.units import COUNTED_TIMES, TIME_TO_S, split_unit, unique, unit_word
+from rftfit.table.units import COUNTED_TIMES, TIME_TO_S, canonical_unit, split_unit, unique_names
 
 MEANING = {
     "time": "time",
@@ -116,7 +116,10 @@ def _split_words(name: str) -> list[list[str]]:
 
 
 def _parse_vector(name: str) -> tuple[str, str, str]:
-    """Return kind ("F", "T", "place"), name and axis of the vector that a column belongs to; else empty texts."""
+    """Return kind ("F", "T", "place"), name and axis of the vector that a column belongs to; else empty texts.
+
+    ("F", "wrench force", "x") for ``wrench.force.x``; the axis may be a number.
+    """
     words = [word for section in _split_words(name) for word in section]
     axis_match = _AXIS_AT_END.fullmatch(words[-1]) if words else None
     if not axis_match or not _EXCLUDED.isdisjoint(words):
@@ -140,21 +143,22 @@ def _vector_quantity(kind: str, stem: str, axis: str, numbers: Collection[int]) 
     names: tuple[str, ...] = _AXES[kind]
     if not axis.isdigit():
         return names["xyz".index(axis)]
-    start, number, number_set = 0 if 0 in numbers else 1, int(axis), set(numbers)
-    # also an incomplete vector, such as channels 1 and 3 of a transducer
-    is_within_three = kind != "place" and start == 1 and 1 in number_set and number_set <= {1, 2, 3}
-    whole = number_set == set(range(start, start + 3))
+    start, number_set = 0 if 0 in numbers else 1, set(numbers)
+
+    def are_first(count: int) -> bool:
+        return number_set == {*range(start, start + count)}
+
     if kind == "place":
         # numbered positions are axes only in a pose (x, y, z and 3 or 4 numbers of the turn): else they number joints
-        whole = "pose" in stem and number_set in (
-            {*range(start, start + 6)},
-            {*range(start, start + 7)},
-        )
-    elif kind == "F" and number_set == set(range(start, start + 6)):
+        are_axes = "pose" in stem and (are_first(6) or are_first(7))
+    elif kind == "F" and are_first(6):
         # six numbers are three forces, then three torques
-        names, whole = (*names, *_AXES["T"]), True
-    place = number - start
-    return names[place] if (is_within_three or whole) and place < len(names) else ""
+        names, are_axes = (*names, *_AXES["T"]), True
+    else:
+        # also an incomplete vector, such as channels 1 and 3 of a transducer
+        are_axes = are_first(3) or (1 in number_set and number_set <= {1, 2, 3})
+    axis_index = int(axis) - start
+    return names[axis_index] if are_axes and axis_index < len(names) else ""
 
 
 def _quantity_by_words(name: str, unit: str) -> str:
@@ -162,6 +166,7 @@ def _quantity_by_words(name: str, unit: str) -> str:
     parts = _split_words(name)
     if not parts or not _EXCLUDED.isdisjoint(word for section in parts for word in section):
         return ""
+    # the last part of the name, and the part before: of wrench.force.x the words of x, and of force
     leaf, before = parts[-1], parts[-2] if len(parts) > 1 else []
     if leaf == ["x", "value"]:  # X_Value of LabVIEW
         return "time"
@@ -173,9 +178,10 @@ def _quantity_by_words(name: str, unit: str) -> str:
         return joined[1]
     if leaf[0] in ("x", "z") and len(leaf) == 2 and leaf[1] in _LENGTH:
         return leaf[0]
-    for quantity, words, beside in _WORDS:
+    for quantity, words, further_words in _WORDS:
         leaf_words = {word for word in leaf if quantity != "time" or not word.isdigit()}
-        if leaf_words & words and leaf_words <= words.union(beside.split()):
+        if leaf_words & words and leaf_words <= words.union(further_words.split()):
+            # T may be a temperature or a torque
             return "" if name == "T" else quantity
     return ""
 
@@ -185,9 +191,9 @@ def guess(name: str, unit: str, numbers: Collection[int] = ()) -> str:
 
     `numbers`: Numbers at the end of all columns of the file with otherwise the same name.
     """
-    quantity = name if name in QUANTITIES else ""
     if name.casefold() in _AXIS_LETTERS and unit in _FORCES:
         return _AXES["F"][_AXIS_LETTERS.index(name.casefold())]
+    quantity = name if name in QUANTITIES else ""
     if not quantity:
         kind, stem, axis = _parse_vector(name)
         quantity = (
@@ -204,26 +210,21 @@ def guesses(log: Log) -> dict[str, str]:
     Where no name says time, a column of seconds since 1970 is the time, or a column that grows and
     has a unit of time.
     """
-    column_by_quantity: dict[str, str] = {}
-    numbers: dict[str, set[int]] = {}
+    numbers_by_stem: dict[str, set[int]] = {}
     names_in_file = {name: _name_in_file(name, log.columns) for name in log.columns}
     # Force 1, Travel 1, Force 2, Travel 2: the numbers count specimens, not axes
     are_specimens = False
     for name in names_in_file.values():
         kind, stem, axis = _parse_vector(name)
         if axis.isdigit():
-            numbers.setdefault(stem, set()).add(int(axis))
+            numbers_by_stem.setdefault(stem, set()).add(int(axis))
             are_specimens |= kind == "place" and "pose" not in stem
-    numbers = {
-        stem: number_set
-        for stem, number_set in numbers.items()
-        if 0 in number_set or not are_specimens
-    }
-    column_by_quantity |= _places_of_foot(names_in_file)
+    column_by_quantity = _columns_of_foot(names_in_file)
     for name, written in names_in_file.items():
-        stem = _parse_vector(written)[1]
-        quantity = guess(written, log.units.get(name, ""), numbers.get(stem, ()))
-        if quantity:
+        numbers = numbers_by_stem.get(_parse_vector(written)[1], set())
+        if are_specimens and 0 not in numbers:
+            numbers = set()
+        if quantity := guess(written, log.units.get(name, ""), numbers):
             column_by_quantity.setdefault(quantity, name)
     if "time" not in column_by_quantity:
         columns = log.columns.items()
@@ -239,7 +240,7 @@ def guesses(log: Log) -> dict[str, str]:
     }
 
 
-def _places_of_foot(names: Mapping[str, str]) -> dict[str, str]:
+def _columns_of_foot(names: Mapping[str, str]) -> dict[str, str]:
     """Return the columns of x and z of a toe or foot; where it has no z, the leg is plane and y is upward.
 
     `names`: Column to its name in the file.
@@ -283,10 +284,10 @@ def epoch_unit(value: float) -> str:
     return next((unit for unit in COUNTED_TIMES if 1e9 < value * TIME_TO_S[unit] < 3e9), "")
 
 
-def names_and_units(
+def units_by_name(
     cells: Iterable[str], below: Iterable[str] = (), width: int | None = None
-) -> tuple[tuple[str, ...], list[str]]:
-    """Split the cells of a header into unique names, and units.
+) -> dict[str, str]:
+    """Split the cells of a header into unique names and their units: name to unit, in the order of the columns.
 
     `below`: Cells of a row of units below the names; used where the name has no unit. A unit of mass (kg) becomes
     one of weight (kgf) where the name says that the column is a force. `width`: Number of columns, where it is not
@@ -296,17 +297,16 @@ def names_and_units(
     units: list[str] = []
     if width is not None:
         cells = islice(chain(cells, repeat("")), width)
-    for cell, stated in zip_longest(cells, below):
-        if cell is None:
-            break
+    for cell, unit_below in zip(cells, chain(below, repeat("")), strict=False):
         name, unit = split_unit(cell)
         if not unit:
-            weighed, mass = split_unit(cell, _MASSES)
-            name, unit = (weighed, mass) if mass and _is_force(weighed) else (name, unit)
-        unit = unit or unit_word(stated or "")
+            name_before_mass, mass = split_unit(cell, _MASSES)
+            if mass and _is_force(name_before_mass):
+                name, unit = name_before_mass, mass
+        unit = unit or canonical_unit(unit_below)
         names.append(name)
         units.append(UNIT_OF_WEIGHT[unit] if unit in _MASSES and _is_force(name) else unit)
-    return unique(names), units
+    return dict(zip(unique_names(names), units, strict=True))
 
 
 _MASSES = frozenset(UNIT_OF_WEIGHT)

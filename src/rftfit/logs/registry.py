@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from copy import copy
 from functools import cache
 from importlib.metadata import EntryPoint
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import Any, NamedTuple, Self
 from rftfit.campaign.config import AnyLog
 from rftfit.campaign.problems import unknown_word
 from rftfit.errors import InputError
-from rftfit.logs.arrays import ArraysReader, FilesApart
+from rftfit.logs.arrays import ArraysReader, ChildReader
 from rftfit.logs.ati import AtiDaqReader, AtiNetftReader
 from rftfit.logs.base import HEAD_BYTES, Log, LogError, Reader
 from rftfit.logs.delimited import DelimitedReader
@@ -49,18 +48,15 @@ DIALECTS: dict[str, Reader] = {dialect.name: dialect for dialect in _BUILTIN}
 
 def dialects() -> dict[str, Reader]:
     """Return all readers by name: the program's own, then those of other packages under other names."""
-    plugin_readers = plugins().readers
-    return {
-        **DIALECTS,
-        **{name: plugin_readers[name] for name in sorted(plugin_readers) if name not in DIALECTS},
+    return DIALECTS | {
+        name: reader for name, reader in sorted(plugins().readers.items()) if name not in DIALECTS
     }
 
 
 def dialect(name: str) -> Reader:
     """Return the reader of the dialect `name`; raises InputError if there is none."""
-    if name in DIALECTS:
-        return DIALECTS[name]
-    readers = dialects()
+    # looking for other packages is slow, and most campaigns need none
+    readers = DIALECTS if name in DIALECTS else dialects()
     if name in readers:
         return readers[name]
     if name in plugins().faults:
@@ -108,11 +104,11 @@ def load_each(requests: Sequence[tuple[Reader, Path]]) -> list[Log | LogError]:
     Files of MATLAB and HDF5 are read in a child process; a file that two requests in turn name is read once.
     """
     array_files = [path for reader, path in requests if isinstance(reader, ArraysReader)]
-    files = FilesApart(array_files) if array_files else None
+    child = ChildReader(array_files)
     logs: list[Log | LogError] = []
     for reader, path in requests:
-        if files is not None and isinstance(reader, ArraysReader):
-            reader = reader.from_files(files)  # noqa: PLW2901
+        if isinstance(reader, ArraysReader):
+            reader = reader.through(child)  # noqa: PLW2901
         try:
             logs.append(reader.load(path))
         except LogError as error:
@@ -134,7 +130,7 @@ class DialectOrigin(NamedTuple):
 
 
 class Plugins(NamedTuple):
-    """Name of an entry point to its reader, and to the reason why it cannot be used."""
+    """Dialects of other packages: name of an entry point to its reader, or to the sentence why it cannot be used."""
 
     readers: dict[str, PluginReader]
     faults: dict[str, str]
@@ -171,9 +167,7 @@ class PluginReader(Reader):
         """Return a reader with the options of the config, passed on to the package."""
         if not options or not hasattr(self._inner, "with_options"):
             return super().with_options(options)
-        reader = copy(self)
-        reader._inner = self._inner.with_options(options)
-        return reader
+        return self._changed(_inner=self._inner.with_options(options))
 
     def stream(self, path: Path) -> Iterator[Log]:
         """Read a file through ``stream`` of the package, or through ``load`` as one block."""
@@ -225,10 +219,12 @@ def _load_plugin(point: EntryPoint) -> Any:
     """Load the reader of an entry point, a class or an object; raises TypeError if it lacks a method."""
     loaded = point.load()
     inner = loaded() if isinstance(loaded, type) else loaded
-    missing = [
-        method for method in ("describe", "detect") if not callable(getattr(inner, method, None))
-    ]
-    if not any(callable(getattr(inner, method, None)) for method in ("load", "stream")):
+
+    def lacks(method: str) -> bool:
+        return not callable(getattr(inner, method, None))
+
+    missing = [method for method in ("describe", "detect") if lacks(method)]
+    if lacks("load") and lacks("stream"):
         missing.append("load")
     if missing:
         raise TypeError(f"it has no {', '.join(missing)}")
@@ -237,7 +233,6 @@ def _load_plugin(point: EntryPoint) -> Any:
 
 def origins(names: Iterable[str]) -> dict[str, DialectOrigin]:
     """Return the origin of each of these dialects that another package adds, sorted by name."""
-    # looking for other packages is slow, and most campaigns need none
     foreign_names = sorted(set(names) - DIALECTS.keys())
     readers = plugins().readers if foreign_names else {}
     return {name: readers[name].origin for name in foreign_names if name in readers}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import struct
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import closing, suppress
 from dataclasses import replace
 from io import BytesIO
@@ -28,7 +28,7 @@ from rftfit.logs.base import (
 from rftfit.logs.blocks import MOST_OF_BLOCK, limit_blocks
 from rftfit.logs.rostopic import COUNT, LOST, RECEIVED, STAMP, UNITS
 from rftfit.logs.sources import refuse_several_sources
-from rftfit.table.parse import OTHER_SOURCE, add_counts, is_meant
+from rftfit.table.parse import OTHER_SOURCE, add_counts, are_allowed
 from rftfit.table.stamps import ns_to_s
 
 ROS1, MCAP, SQLITE = b"#ROSBAG V", b"\x89MCAP0\r\n", b"SQLite format 3\x00"
@@ -52,7 +52,7 @@ _COMMON_TYPES = frozenset(
 class Topic(NamedTuple):
     """All messages of one topic.
 
-    `kind`: Type of the messages. `definitions`: Type to its fields, for all types in the bag. `recorded`: Time of
+    `kind`: Type of the messages, such as ``geometry_msgs/msg/Wrench``. `definitions`: Type to its fields, for all types in the bag. `recorded`: Time of
     recording, ns, and bytes of each message. `cdr`: Whether messages have the encoding of ROS 2. `cut`: Whether the
     bag breaks off within a message.
     """
@@ -118,21 +118,21 @@ def _read_ros1(path: Path, topic_name: str) -> Topic:
     try:
         with Bag(path) as bag:
             topics = {c.id: (c.topic, c.msgtype, c.msgdef.data) for c in bag.connections}
-            number = _choose(path, topics, topic_name)
-            chosen = [c for c in bag.connections if topics[c.id] == topics[number]]
-            messages = _collect(path, bag.messages(chosen))
+            topic = _choose_topic(path, topics.values(), topic_name)
+            connections = [c for c in bag.connections if topics[c.id] == topic]
+            messages = _collect(path, bag.messages(connections))
     except LogError:
         raise
     except (ReaderError, AssertionError, ValueError, LookupError, EOFError, OSError):
         # its index is missing or damaged; the messages are read without it
         recovered, cut = recover(path)
-        topics = recovered.topics
-        number = _choose(path, topics, topic_name)
-        same = {k for k, v in topics.items() if v == topics[number]}
+        topic = _choose_topic(path, recovered.topics.values(), topic_name)
         messages = [
-            (time, raw) for connection, time, raw in recovered.messages if connection in same
+            (time, raw)
+            for connection, time, raw in recovered.messages
+            if recovered.topics.get(connection) == topic
         ]
-    name, kind, definition = topics[number]
+    name, kind, definition = topic
     store = get_typestore(Stores.EMPTY)
     try:
         store.register(get_types_from_msg(definition, kind))
@@ -168,19 +168,19 @@ def _read_ros2(path: Path, topic_name: str, head: bytes) -> Topic:
         raise LogError("not_a_bag", f"{path}: the file does not begin as a ROS bag does")
     try:
         bag.open()
-        topics = {c.id: (c.topic, c.msgtype) for c in bag.connections}
-        number = _choose(path, topics, topic_name)
-        chosen = [c for c in bag.connections if topics[c.id] == topics[number]]
+        topics = [(c.topic, c.msgtype) for c in bag.connections]
+        name, kind = topic = _choose_topic(path, topics, topic_name)
+        connections = [c for c in bag.connections if (c.topic, c.msgtype) == topic]
         for storage in getattr(bag, "storages", [bag]):
             if isinstance(storage, Sqlite3Reader):
-                _refuse_large_values(path, Path(str(storage.path)), topics[number][0])
-        messages = _collect(path, bag.messages(chosen, None, None))
+                _refuse_large_values(path, Path(str(storage.path)), name)
+        messages = _collect(path, bag.messages(connections, None, None))
         if messages and messages[0][1].startswith(_ZSTD):
             text = "its messages are compressed, and only the folder's metadata.yaml says how"
             raise LogError(
                 "compressed", f"{path}: {text}: name the folder, not the file", len(messages)
             )
-        definition = chosen[0].msgdef
+        definition = connections[0].msgdef
     except LogError:
         raise
     except Exception as error:  # each storage library has its own errors for a damaged file
@@ -193,21 +193,19 @@ def _read_ros2(path: Path, topic_name: str, head: bytes) -> Topic:
         # closing fails for a bag that could not be opened
         with suppress(Exception):
             bag.close()
-    name, kind = topics[number]
     store = get_typestore(Stores.LATEST)
     if kind not in store.fielddefs:
-        makers = {
-            MessageDefinitionFormat.MSG: lambda: get_types_from_msg(definition.data, kind),
-            MessageDefinitionFormat.IDL: lambda: get_types_from_idl(definition.data),
-        }
-        if definition.format not in makers:
+        if definition.format == MessageDefinitionFormat.MSG:
+            store.register(get_types_from_msg(definition.data, kind))
+        elif definition.format == MessageDefinitionFormat.IDL:
+            store.register(get_types_from_idl(definition.data))
+        else:
             raise LogError(
                 "type",
                 f"{path}: the bag does not bring the definition of {kind}, and it is no type of ROS "
                 "itself: record it as MCAP, which does, or convert it",
                 len(messages),
             )
-        store.register(makers[definition.format]())
     return Topic(name, kind, store.fielddefs, messages, True, False)
 
 
@@ -312,29 +310,31 @@ def _collect(path: Path, messages: Iterable[tuple[Any, int, Any]]) -> list[tuple
     return collected
 
 
-def _choose(path: Path, topics: Mapping[int, tuple[str, ...]], topic_name: str) -> int:
-    """Return the number of a connection of the wanted topic, or of the only one that may be of a transducer.
+def _choose_topic(
+    path: Path, topics: Collection[tuple[str, ...]], topic_name: str
+) -> tuple[str, ...]:
+    """Return the topic `topic_name`, or, where it is empty, the only one that may be of a transducer.
 
-    `topics`: Number of a connection to name and type of its topic.
+    `topics`: Name and type of the topic of each connection, in ROS 1 also the definition of the type.
     """
-    listed = ", ".join(sorted({f"{topic} ({kind})" for topic, kind, *_ in topics.values()}))
+    listed = ", ".join(sorted({f"{name} ({kind})" for name, kind, *_ in topics}))
     if not topics:
         raise LogError(
             "header_only", f"{path}: the bag holds no message; if it was cut, `rosbag reindex` it"
         )
     if topic_name:
-        numbers = [number for number, (topic, *_) in topics.items() if topic == topic_name]
-        if not numbers:
+        candidates = [topic for topic in topics if topic[0] == topic_name]
+        if not candidates:
             raise LogError("topic", f"{path}: no topic {topic_name!r}; the bag has: {listed}")
-        return numbers[0]
-    likely = [n for n, t in topics.items() if t[1].split("/")[-1] not in _COMMON_TYPES]
-    if len({topics[number][:2] for number in likely}) != 1:
+        return candidates[0]
+    candidates = [topic for topic in topics if topic[1].split("/")[-1] not in _COMMON_TYPES]
+    if len({(name, kind) for name, kind, *_ in candidates}) != 1:
         raise LogError(
             "topic",
             f"{path}: several topics could be meant; say which in the config, options: {{topic: ...}}; "
             f"the bag has: {listed}",
         )
-    return likely[0]
+    return candidates[0]
 
 
 def _log_of_topic(path: Path, topic: Topic, where: Mapping[str, tuple[str, ...]]) -> Log:
@@ -354,31 +354,31 @@ def _log_of_topic(path: Path, topic: Topic, where: Mapping[str, tuple[str, ...]]
     good = np.zeros(count, dtype=bool)
     labels: dict[str, np.ndarray] = {}
     for size in np.unique(sizes):
-        places = np.flatnonzero(sizes == size)
-        raw = np.frombuffer(b"".join(messages[i] for i in places), dtype=np.uint8)
-        raw = raw.reshape(places.size, int(size))
-        while places.size:
+        # messages that are left, and their bytes, shape (messages, size)
+        left = np.flatnonzero(sizes == size)
+        raw = np.frombuffer(b"".join(messages[i] for i in left), dtype=np.uint8)
+        raw = raw.reshape(left.size, int(size))
+        while left.size:
             try:
                 layout = MessageLayout(raw[0].tobytes(), topic)
             except ValueError:
-                places, raw = places[1:], raw[1:]
+                left, raw = left[1:], raw[1:]
                 continue
             fits = layout.fits(raw)
             for name, values in layout.columns(raw[fits]).items():
                 blank = np.nan if values.dtype == float else 0
                 column = columns.setdefault(name, np.full(count, blank, values.dtype))
-                column[places[fits]] = values
-            for name, words in layout.labels(raw[fits]).items():
-                labels.setdefault(name, np.full(count, "", dtype=object))[places[fits]] = words
-            good[places[fits]] = True
-            places, raw = places[~fits], raw[~fits]
+                column[left[fits]] = values
+            for name, texts in layout.labels(raw[fits]).items():
+                labels.setdefault(name, np.full(count, "", dtype=object))[left[fits]] = texts
+            good[left[fits]] = True
+            left, raw = left[~fits], raw[~fits]
     received = np.array([time for time, _ in topic.recorded], dtype=np.int64)
     if not good.any():
         raise LogError("no_good_row", f"{path}: no message on {topic.name} fits its type", rows)
-    log = _with_time(path, topic, columns, received)
-    log = log.take(good, MISFIT)
-    meant = _is_of_source(log, {name: words[good] for name, words in labels.items()}, where)
-    log = log.take(meant, OTHER_SOURCE)
+    log = _with_time(path, topic, columns, received).take(good, MISFIT)
+    labels = {name: texts[good] for name, texts in labels.items()}
+    log = log.take(_is_of_source(log, labels, where), OTHER_SOURCE)
     return replace(log, rows=rows, dropped=add_counts(log.dropped, cut))
 
 
@@ -392,14 +392,14 @@ def _is_of_source(
     if unknown := [name for name in where if name not in labels]:
         listed = "; ".join(unknown_word("text of a message", name, [*labels]) for name in unknown)
         raise LogError("where", f"{log.path}: `where` of the config: {listed}")
-    meant = np.ones(log.size, dtype=bool)
-    for name, words in where.items():
-        meant &= is_meant(labels[name].tolist(), words)
-    left = {name: words[meant].tolist() for name, words in labels.items()}
+    is_of_source = np.ones(log.size, dtype=bool)
+    for name, allowed in where.items():
+        is_of_source &= are_allowed(labels[name].tolist(), allowed)
+    labels_left = {name: texts[is_of_source].tolist() for name, texts in labels.items()}
     times = ("time", RECEIVED)
-    readings = [values[meant] for name, values in log.columns.items() if name not in times]
-    refuse_several_sources(log.path, left, where, readings)
-    return meant
+    readings = [values[is_of_source] for name, values in log.columns.items() if name not in times]
+    refuse_several_sources(log.path, labels_left, where, readings)
+    return is_of_source
 
 
 def _with_time(
@@ -459,7 +459,10 @@ def recover(path: Path) -> tuple[Recovered, bool]:
 
 
 def _read_records(source: BinaryIO, size: int, recovered: Recovered, inside: bool) -> bool:
-    """Add the records of a bag, or of one block of it (`inside`), to `recovered`; return whether it breaks off."""
+    """Add the records of a bag, or of one block of it (`inside`), to `recovered`; return whether it breaks off.
+
+    A record is a header and as many bytes of data as it states; messages stand in blocks, which are records, too.
+    """
     from rosbags.rosbag1.reader import Header, ReaderError, normalize, read_uint32
 
     while source.tell() < size:
@@ -515,7 +518,7 @@ def _read_chunk(
     return _read_records(BytesIO(content), len(content), recovered, inside=True) or not whole
 
 
-# --- Places of the numbers in a message: all messages of one layout become columns at once
+# --- Offsets of the numbers in a message: all messages of one layout become columns at once
 
 
 # number type of ROS, to the type of numpy
@@ -526,24 +529,27 @@ _TYPES = {
     "octet": "u1",
     "int8": "i1",
     "uint8": "u1",
-    "int16": "<i2",
-    "uint16": "<u2",
-    "int32": "<i4",
-    "uint32": "<u4",
-    "int64": "<i8",
-    "uint64": "<u8",
-    "float32": "<f4",
-    "float64": "<f8",
+    "int16": "i2",
+    "uint16": "u2",
+    "int32": "i4",
+    "uint32": "u4",
+    "int64": "i8",
+    "uint64": "u8",
+    "float32": "f4",
+    "float64": "f8",
 }
+_NUMBER_OR_TEXT, _MESSAGE_TYPE, _ARRAY, _SEQUENCE = 1, 2, 3, 4
+"""Sorts of fields in the definitions of the library; an array has a fixed length, a sequence states its length."""
 _STAMPS = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")
 
 
 class MessageLayout:
-    """Places of the numbers in a message, found by walking through the definition of its type.
+    """Offsets, in bytes, of the numbers in a message, found by walking through the definition of its type.
 
-    `numbers`: Field to (place in bytes, numpy type). `stamps`: Field to the place of its seconds, which its
-    nanoseconds follow. `texts`: Field to (place, length). `lengths`: Place and value of each length word: messages
-    with equal length words have the same layout. Raises ValueError if the message does not fit its type.
+    `numbers`: Field to (offset, numpy type). `stamps`: Field to the offset of its seconds, which its nanoseconds
+    follow. `texts`: Field to (offset, length). `lengths`: Offset and value of each word that states a length: messages
+    in which these are equal have the same layout. Fields are named by their path: ``wrench.force.x``. Raises
+    ValueError if the message does not fit its type.
     """
 
     def __init__(self, message: bytes, topic: Topic) -> None:
@@ -569,23 +575,24 @@ class MessageLayout:
 
     def fits(self, raw: np.ndarray) -> np.ndarray:
         """Return which messages, the rows of `raw` (bytes, shape (n, size)), have this layout."""
-        good = np.ones(len(raw), dtype=bool)
-        for place, length in self.lengths:
-            good &= _numbers_at(raw, place, f"{self._order}u4") == length
+        fits = np.ones(len(raw), dtype=bool)
+        for offset, length in self.lengths:
+            fits &= _numbers_at(raw, offset, f"{self._order}u4") == length
         if self._cdr:
-            good &= (raw[:, 1] == 0) == (self._order == ">")
-        return good
+            # byte 1 of the header states the order of bytes
+            fits &= (raw[:, 1] == 0) == (self._order == ">")
+        return fits
 
     def columns(self, raw: np.ndarray) -> dict[str, np.ndarray]:
         """Return field to values, shape (n,), of the messages `raw`: numbers as float64, stamps as int64, ns."""
-        word = f"{self._order}u4"
         columns = {
-            name: _numbers_at(raw, *location).astype(float)
-            for name, location in self.numbers.items()
+            name: _numbers_at(raw, offset, number_type).astype(float)
+            for name, (offset, number_type) in self.numbers.items()
         }
-        for name, place in self.stamps.items():
+        for name, offset in self.stamps.items():
             seconds, nanoseconds = (
-                _numbers_at(raw, start, word).astype(np.int64) for start in (place, place + 4)
+                _numbers_at(raw, start, f"{self._order}u4").astype(np.int64)
+                for start in (offset, offset + 4)
             )
             columns[name] = seconds * 10**9 + nanoseconds
         return columns
@@ -593,76 +600,80 @@ class MessageLayout:
     def labels(self, raw: np.ndarray) -> dict[str, list[str]]:
         """Return field to texts of the messages `raw`: one for each message, or a single one if all are alike."""
         return {
-            name: _texts(raw[:, place : place + length])
-            for name, (place, length) in self.texts.items()
+            name: _texts(raw[:, offset : offset + length])
+            for name, (offset, length) in self.texts.items()
         }
 
-    def _walk_fields(self, place: int, kind: str, path: str | None) -> int:
-        """Store the places of the fields of a message and return the place behind it; `path` None: store nothing."""
+    def _walk_fields(self, offset: int, kind: str, path: str | None) -> int:
+        """Store the offsets of the fields of a message and return the offset behind it; `path` None: store nothing."""
         for name, (node, detail) in self._definitions[kind][1]:
             field_path = None if path is None else f"{path}.{name}" if path else name
-            place = self._walk_field(place, node, detail, field_path)
-        return place
+            offset = self._walk_field(offset, node, detail, field_path)
+        return offset
 
-    def _walk_field(self, place: int, node: int, detail: Any, path: str | None) -> int:
-        """Store the place of one field, whose sort is `node` and type `detail`; return the place behind it."""
+    def _walk_field(self, offset: int, node: int, detail: Any, path: str | None) -> int:
+        """Store the offset of one field and return the offset behind it; raises struct.error if it does not fit.
+
+        `node`: Its sort. `detail`: Its type; of a list, the sort and type of an element, and the number of elements.
+        """
         self._fields += 1
         if self._fields > BOUNDS.message_fields:
             raise struct.error
-        # 1 a number or text, 2 a message, 3 a list of known length, 4 one that brings its length
-        if node == 1:
-            return self._number_or_text(place, detail[0], path)
-        if node == 2:
+        if node == _NUMBER_OR_TEXT:
+            return self._number_or_text(offset, detail[0], path)
+        if node == _MESSAGE_TYPE:
             if detail not in _STAMPS:
-                return self._walk_fields(place, str(detail), path)
-            place = self._aligned(place, 4)
+                return self._walk_fields(offset, str(detail), path)
+            offset = self._aligned(offset, 4)
             if path is not None:
-                self.stamps[path] = place
-            return place + 8
-        (inner, what), count = detail[0], int(detail[1])
-        if node == 4:
-            place, count = self._read_length(place)
-        if count > len(self._message) - place and node == 3:
+                self.stamps[path] = offset
+            return offset + 8
+        (element_node, element_detail), count = detail[0], int(detail[1])
+        if node == _SEQUENCE:
+            offset, count = self._read_length(offset)
+        if node == _ARRAY and count > len(self._message) - offset:
             # each element takes a byte or more
             raise struct.error
         if count > BOUNDS.columns:
+            # so long a list is no reading, but a picture or scan
             path = None
-            if inner == 1 and what[0] in _TYPES:
-                width = np.dtype(_TYPES[what[0]]).itemsize
-                return self._aligned(place, width) + count * width
+            if element_node == _NUMBER_OR_TEXT and element_detail[0] in _TYPES:
+                width = np.dtype(_TYPES[element_detail[0]]).itemsize
+                return self._aligned(offset, width) + count * width
         for index in range(count):
-            end = self._walk_field(place, inner, what, None if path is None else f"{path}{index}")
-            if not place < end <= len(self._message):
+            element_path = None if path is None else f"{path}{index}"
+            end = self._walk_field(offset, element_node, element_detail, element_path)
+            if not offset < end <= len(self._message):
                 # an element without bytes, of which there may be any number, or one beyond the end
                 raise struct.error
-            place = end
-        return place
+            offset = end
+        return offset
 
-    def _number_or_text(self, place: int, kind: str, path: str | None) -> int:
-        """Store the place of a number or text and return the place behind it."""
+    def _number_or_text(self, offset: int, kind: str, path: str | None) -> int:
+        """Store the offset of a number or text and return the offset behind it."""
         if kind not in _TYPES:
-            place, length = self._read_length(place)
+            offset, length = self._read_length(offset)
             if path is not None and length <= BOUNDS.label_bytes:
-                self.texts[path] = place, length
-            return place + length
+                self.texts[path] = offset, length
+            return offset + length
         width = np.dtype(_TYPES[kind]).itemsize
-        place = self._aligned(place, width)
+        offset = self._aligned(offset, width)
         if path is not None:
-            self.numbers[path] = (place, self._order + _TYPES[kind][-2:])
-        return place + width
+            self.numbers[path] = (offset, self._order + _TYPES[kind])
+        return offset + width
 
-    def _read_length(self, place: int) -> tuple[int, int]:
-        """Read a length word; return the place behind it, and the length."""
-        place = self._aligned(place, 4)
-        (length,) = struct.unpack_from(f"{self._order}I", self._message, place)
-        if place + 4 + length > len(self._message):
+    def _read_length(self, offset: int) -> tuple[int, int]:
+        """Read a length word; return the offset behind it, and the length."""
+        offset = self._aligned(offset, 4)
+        (length,) = struct.unpack_from(f"{self._order}I", self._message, offset)
+        if offset + 4 + length > len(self._message):
             raise struct.error
-        self.lengths.append((place, length))
-        return place + 4, int(length)
+        self.lengths.append((offset, length))
+        return offset + 4, int(length)
 
-    def _aligned(self, place: int, width: int) -> int:
-        """Return the place of a number of `width` bytes: in ROS 2 a multiple of the width behind the header."""
-        return place + (4 - place) % width if self._cdr else place
+    def _aligned(self, offset: int, width: int) -> int:
+        """Return the offset of a number of `width` bytes: in ROS 2 a multiple of the width behind the header."""
+        return offset + (4 - offset) % width if self._cdr else offset
 
 
 def _texts(fields: np.ndarray) -> list[str]:
@@ -672,10 +683,10 @@ def _texts(fields: np.ndarray) -> list[str]:
     return [bytes(field).rstrip(b"\0").decode("utf-8", "replace") for field in fields]
 
 
-def _numbers_at(raw: np.ndarray, place: int, kind: str) -> np.ndarray:
-    """Return the number at a place of each message, shape (n,); `kind`: its numpy type."""
-    width = np.dtype(kind).itemsize
-    return np.ascontiguousarray(raw[:, place : place + width]).view(kind)[:, 0]
+def _numbers_at(raw: np.ndarray, offset: int, number_type: str) -> np.ndarray:
+    """Return the number at an offset, in bytes, of each message, shape (n,); `number_type`: its numpy type."""
+    width = np.dtype(number_type).itemsize
+    return np.ascontiguousarray(raw[:, offset : offset + width]).view(number_type)[:, 0]
 
 
 def unit_of(name: str, topic: Topic) -> str:
@@ -689,5 +700,5 @@ def unit_of(name: str, topic: Topic) -> str:
     inside = topic.kind
     for field in parts[:-2]:
         node, detail = dict(topic.definitions.get(inside, ([], []))[1]).get(field, (0, ""))
-        inside = detail if node == 2 else ""
+        inside = detail if node == _MESSAGE_TYPE else ""
     return unit if inside == parent_type else ""

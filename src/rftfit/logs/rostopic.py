@@ -13,7 +13,7 @@ from rftfit.table.numbers import NO_VALUE
 from rftfit.table.parse import Layout
 from rftfit.table.stamps import ns_to_s
 from rftfit.table.text import decode_first_lines, text_head
-from rftfit.table.units import unique
+from rftfit.table.units import unique_names
 
 RECEIVED = "received"
 STAMP = "header.stamp"
@@ -57,32 +57,29 @@ class RostopicReader(TextReader):
             raise ValueError(f"{text}: {ECHO if is_echo(head) else 'cut short?'}")
         start = lines[0].stop
         cells = lines[0].text.split(",")
-        names = unique([RECEIVED, *(cell.removeprefix("field.") for cell in cells[1:])])
-        rows = [
-            line.text.split(",")
-            for line in decode_first_lines(head[start:], FIRST.rows)
-            if line.whole
-        ]
+        names = unique_names([RECEIVED, *(cell.removeprefix("field.") for cell in cells[1:])])
+        first_lines = decode_first_lines(head[start:], FIRST.rows)
+        rows = [line.text.split(",") for line in first_lines if line.whole]
         seen = judge_columns(rows, names)
         kinds = dict(zip(names, seen.kinds, strict=True))
         packets = PacketCount(LOST) if kinds.get(COUNT) == "number" else None
         # a stamp of 0 was never set: then the time of receipt is the clock
-        first = dict(
-            zip(names, next((row for row in rows if len(row) == len(names)), ()), strict=False)
-        )
-        stamp = first.get(STAMP, "").strip()
-        stamped = stamp.isdigit() and int(stamp) > 0
+        first_row = next((row for row in rows if len(row) == len(names)), ())
+        stamp = dict(zip(names, first_row, strict=False)).get(STAMP, "").strip()
+        is_stamped = stamp.isdigit() and int(stamp) > 0
         kinds[RECEIVED] = "integer"
         if STAMP in kinds:
-            kinds[STAMP] = "integer" if stamped else "skip"
-        clock = STAMP if stamped else RECEIVED
+            kinds[STAMP] = "integer" if is_stamped else "skip"
+        clock = STAMP if is_stamped else RECEIVED
 
-        def derive(columns: dict[str, np.ndarray], index: np.ndarray) -> dict[str, np.ndarray]:
+        def derive(
+            columns: dict[str, np.ndarray], line_numbers: np.ndarray
+        ) -> dict[str, np.ndarray]:
             """Count lost messages, and convert the times to s."""
             if packets is not None:
                 # a row with a damaged number was received all the same: it is not counted as lost
                 is_counted = np.isfinite(columns[COUNT])
-                packets.follow(columns[COUNT][is_counted], index[is_counted])
+                packets.follow(columns[COUNT][is_counted], line_numbers[is_counted])
             times = {name: ns_to_s(columns.pop(name)) for name in {RECEIVED, clock}}
             return {"time": times[clock], RECEIVED: times[RECEIVED], **columns}
 
@@ -93,7 +90,7 @@ class RostopicReader(TextReader):
             derive,
             packets,
             keep=frozenset({RECEIVED, clock, *([COUNT] if packets else [])}),
-            notes=(f"time is {STAMP if stamped else '%time'}",),
+            notes=(f"time is {STAMP if is_stamped else '%time'}",),
             unread=seen.unread,
         )
 

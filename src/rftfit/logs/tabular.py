@@ -6,10 +6,10 @@ import fnmatch
 import zipfile
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from itertools import chain, islice
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,15 +22,15 @@ from rftfit.logs.base import (
     library_errors,
     most_frequent,
 )
-from rftfit.logs.beside import LabelledReader, may_be_labels
 from rftfit.logs.delimited import is_value, judge_columns, plan_columns
-from rftfit.logs.quantities import names_and_units
-from rftfit.logs.sources import places_of
+from rftfit.logs.labels import LabelledReader, may_be_labels
+from rftfit.logs.quantities import units_by_name
+from rftfit.logs.sources import columns_of
 from rftfit.logs.text import Block, ReadingPlan, TableReader
-from rftfit.table.numbers import COMMA, MAY_BE_THOUSANDS, NO_VALUE, plain_number
-from rftfit.table.parse import OTHER_SOURCE, Layout, is_meant, numbers_among_words
+from rftfit.table.numbers import COMMA, IN_THOUSANDS, NO_VALUE, plain_number
+from rftfit.table.parse import OTHER_SOURCE, Layout, are_allowed, numbers_among_words
 from rftfit.table.stamps import DAY_S, RestartingClock, ns_to_s, seconds_of
-from rftfit.table.units import is_units_row, unit_word
+from rftfit.table.units import canonical_unit, is_units_row
 from rftfit.table.workbook import (
     ERROR_VALUES,
     NO_RESULT,
@@ -43,22 +43,24 @@ from rftfit.table.workbook import (
 
 MOST_ROWS = 1_048_576
 """Most rows of a sheet in Excel."""
-_LEAST_TO_COUNT, _STEP = MOST_ROWS * len("<row/>"), 1 << 20
+_LEAST_TO_COUNT, _PIECE_BYTES = MOST_ROWS * len("<row/>"), 1 << 20
 """Bytes of the smallest sheet with more rows than that, and of the pieces in which they are counted."""
-_PLAIN = frozenset({float, int})
+_PLAIN_NUMBER_TYPES = frozenset({float, int})
 """Types of cells that are numbers without any test."""
 _ROWS_AT_A_TIME = 50_000
-_TREES, _TREE = (".rels", "styles.xml", "workbook.xml", "[Content_Types].xml"), 100
-"""Parts of a workbook that the library reads as a whole, and how many times their size that takes."""
+_READ_WHOLE, _TIMES_SIZE = (".rels", "styles.xml", "workbook.xml", "[Content_Types].xml"), 100
+"""Ends of the names of parts of a workbook that the library reads as a whole, and how many times their size that takes."""
 _NUMBERS_AT_A_TIME = 1 << 22  # so that a table of many columns takes no more memory
 
 
-def _with_checks(path: Path, what: str, blocks: Iterator[Log]) -> Iterator[Log]:
+def _with_checks(path: Path, file_type: str, blocks: Iterator[Log]) -> Iterator[Log]:
     """Yield the blocks; turn whatever a library raises into a `LogError`, and refuse a file without rows."""
     rows = 0
-    what = f"this {what} cannot be read; is it cut short? Its list of contents stands at its end"
+    problem = (
+        f"this {file_type} cannot be read; is it cut short? Its list of contents stands at its end"
+    )
     try:
-        with library_errors(path, what):
+        with library_errors(path, problem):
             for log in blocks:
                 rows += log.rows
                 yield log
@@ -95,10 +97,12 @@ class XlsxReader(TableReader):
             raise LogError("empty", f"{path}: the file is empty")
         with path.open("rb") as file:
             with zipfile.ZipFile(file) as archive:
-                parts = archive.infolist()
-            times = {member: _TREE if member.filename.endswith(_TREES) else 1 for member in parts}
-            check_unpacked(path, sum(member.file_size * times[member] for member in parts))
-            _refuse_many_rows(path, file)
+                sizes = [
+                    part.file_size * (_TIMES_SIZE if part.filename.endswith(_READ_WHOLE) else 1)
+                    for part in archive.infolist()
+                ]
+                check_unpacked(path, sum(sizes))
+                _refuse_many_rows(path, archive)
             with open_workbook(file) as workbook:
                 sheet, notes = _choose_sheet(path, workbook, self.options.get("sheet", ""))
                 with rows_of(sheet) as rows:
@@ -117,48 +121,53 @@ class XlsxReader(TableReader):
         head = list(islice(rows, FIRST.sheet_rows))
         first = _first_row_of_table(head)
         first_rows = head[first:]
-        # cells beside the table, which are left out, are neither names nor units
-        width = 1 + max(
-            (place for row in first_rows[:2] for place in _number_columns(row)), default=-1
-        )
-        header = head[first - 1] if first else ()
-        while width < len(header) and header[width] is not None:
-            width += 1  # a name above cells that are filled further below
-        above = [
-            cells
-            for row in head[:first]
-            if any(cells := [text_of(cell) for cell in row[: width or None]])
-        ]
-        if not above:
+        name_cells, unit_cells = _header_above(head, first)
+        if not name_cells:
             raise LogError("header", f"{path}: no row of names above the numbers of the sheet")
-        below: list[str] = []
-        if len(above) > 1 and is_units_row(above[-1], len(above[-2])):
-            below = above.pop()
-        columns = _judge_columns(first_rows, len(above[-1]))
-        width = len(columns)
-        names, units = names_and_units(above[-1], below, width)
+        columns = _judge_columns(first_rows, len(name_cells))
+        units = units_by_name(name_cells, unit_cells, len(columns))
+        names = tuple(units)
         layout = Layout(names, delimiter="\t", no_value=(*NO_VALUE, *ERROR_VALUES))
         cells_of_rows = [line_of(row, columns).split("\t") for row in first_rows]
         plan = plan_columns(self, layout, units, [row for row in cells_of_rows if any(row)])
         unread = {
-            column.place: f"{column.unclear!r} (text: a decimal comma or thousands? Make numbers of it)"
-            for column in columns
+            index: f"{column.unclear!r} (text: a decimal comma or thousands? Make numbers of it)"
+            for index, column in enumerate(columns)
             if column.unclear
         }
-        if blank := [column.place for column in columns if column.is_blank]:
+        if blank := [index for index, column in enumerate(columns) if column.is_blank]:
             formulas = _formulas_of(path, title, first, blank)
-            unread |= {place: f"{text!r} ({NO_RESULT})" for place, text in formulas.items()}
+            unread |= {index: f"{formula!r} ({NO_RESULT})" for index, formula in formulas.items()}
         kinds = [
-            "skip" if place in unread or not column.is_of_table else kind
-            for place, (kind, column) in enumerate(zip(plan.layout.kinds, columns, strict=True))
+            "skip" if index in unread or not column.is_of_table else kind
+            for index, (kind, column) in enumerate(zip(plan.layout.kinds, columns, strict=True))
         ]
         plan = replace(
             plan,
             layout=replace(plan.layout, kinds=tuple(kinds)),
-            unread={**plan.unread, **{names[place]: why for place, why in unread.items()}},
+            unread={**plan.unread, **{names[index]: why for index, why in unread.items()}},
         )
         plan = self.narrow(path, plan)
         return plan, _blocks_of_lines(chain(first_rows, rows), columns)
+
+
+def _header_above(head: Sequence[Sequence[Any]], first: int) -> tuple[list[str], list[str]]:
+    """Return the cells of the row of names above a table, and of the row of units below the names; empty without.
+
+    `head`: First rows of the sheet. `first`: Row in which the table begins.
+    """
+    # cells beside the table, which are left out, are neither names nor units
+    width = 1 + max(chain([-1], *map(_number_columns, head[first : first + 2])))
+    row_above = head[first - 1] if first else ()
+    while width < len(row_above) and row_above[width] is not None:
+        width += 1  # a name above cells that are filled further below
+    above = [
+        cells
+        for row in head[:first]
+        if any(cells := [text_of(cell) for cell in row[: width or None]])
+    ]
+    units = above.pop() if len(above) > 1 and is_units_row(above[-1], len(above[-2])) else []
+    return (above[-1] if above else []), units
 
 
 class _Column(NamedTuple):
@@ -169,7 +178,6 @@ class _Column(NamedTuple):
     `has_commas`: Whether texts have a decimal comma.
     """
 
-    place: int
     is_of_table: bool
     is_blank: bool
     unclear: str
@@ -180,17 +188,16 @@ def _judge_columns(rows: Sequence[Sequence[Any]], n_named: int) -> list[_Column]
     """Judge the columns of a sheet by its first `rows`; `n_named`: number of columns with a name."""
     filled_rows = [row for row in rows if any(cell is not None for cell in row)]
     columns = []
-    for place in range(max([n_named, *map(len, rows)])):
-        cells = [row[place] for row in filled_rows if place < len(row)]
+    for index in range(max([n_named, *map(len, rows)])):
+        cells = [row[index] for row in filled_rows if index < len(row)]
         filled = [cell for cell in cells if text_of(cell) not in (*NO_VALUE, *ERROR_VALUES)]
         texts = [plain_number(cell.strip()) for cell in filled if isinstance(cell, str)]
         commas = [text for text in texts if COMMA.fullmatch(text)]
-        has_commas = not all(map(MAY_BE_THOUSANDS.fullmatch, commas))
+        has_commas = not all(map(IN_THOUSANDS[","].fullmatch, commas))
         count = sum(_is_number(cell) for cell in filled)
         columns.append(
             _Column(
-                place,
-                place < n_named or count * 2 > len(filled_rows),
+                index < n_named or count * 2 > len(filled_rows),
                 not filled and bool(filled_rows),
                 commas[0] if commas and not has_commas else "",
                 has_commas,
@@ -211,15 +218,15 @@ def _blocks_of_lines(rows: Iterator[Sequence[Any]], columns: Sequence[_Column]) 
 
 
 def line_of(row: Sequence[Any], columns: Sequence[_Column]) -> str:
-    """Return a row as a line of text, with a tab between cells."""
+    """Return a row of a sheet as a line of text: a cell for each of the `columns`, with a tab between them."""
     # most cells are numbers: a call of a function for each would take as long as reading the file
     cells = [
-        repr(cell) if type(cell) in _PLAIN else " ".join(text_of(cell).split())
+        repr(cell) if type(cell) in _PLAIN_NUMBER_TYPES else " ".join(text_of(cell).split())
         for cell in row[: len(columns)]
     ]
-    for place, cell in enumerate(cells):
-        if columns[place].has_commas and COMMA.fullmatch(plain := plain_number(cell)):
-            cells[place] = plain.replace(",", ".")
+    for index, cell in enumerate(cells):
+        if columns[index].has_commas and COMMA.fullmatch(plain := plain_number(cell)):
+            cells[index] = plain.replace(",", ".")
     return "\t".join([*cells, *[""] * (len(columns) - len(cells))])
 
 
@@ -236,21 +243,21 @@ def _without_wide(path: Path, rows: Iterator[tuple[Any, ...]]) -> Iterator[tuple
         yield row
 
 
-def _refuse_many_rows(path: Path, file: BinaryIO) -> None:
+def _refuse_many_rows(path: Path, archive: zipfile.ZipFile) -> None:
     """Refuse a workbook with more than `MOST_ROWS` rows in a sheet, before a sheet is read."""
-    with zipfile.ZipFile(file) as archive:
-        for part in archive.infolist():
-            if not part.filename.startswith("xl/worksheets/") or part.file_size < _LEAST_TO_COUNT:
-                continue
-            with archive.open(part) as sheet:
-                count, end = 0, b""
-                while content := sheet.read(_STEP):
-                    # a tag may lie across two pieces
-                    content = end + content
-                    count += content.count(b"<row") + content.count(b":row") // 2
-                    end = content[-3:]
-                    if count > MOST_ROWS:
-                        raise _below_last_row(path)
+    for part in archive.infolist():
+        if not part.filename.startswith("xl/worksheets/") or part.file_size < _LEAST_TO_COUNT:
+            continue
+        with archive.open(part) as sheet:
+            count, end = 0, b""
+            while content := sheet.read(_PIECE_BYTES):
+                # a tag may lie across two pieces
+                content = end + content
+                # <row>, or <x:row> and </x:row> of a program that names its namespace
+                count += content.count(b"<row") + content.count(b":row") // 2
+                end = content[-3:]
+                if count > MOST_ROWS:
+                    raise _below_last_row(path)
 
 
 def _below_last_row(path: Path) -> LogError:
@@ -270,34 +277,26 @@ def _choose_sheet(
     hidden_titles = [sheet.title for sheet in book.worksheets if sheet not in visible]
     listed = ", ".join(sheet.title for sheet in visible)
     hidden = f"; hidden: {', '.join(hidden_titles)}" if hidden_titles else ""
-    if isinstance(requested_sheet, str) or str(requested_sheet) in book.sheetnames:
-        # a hidden sheet is read by its name only
-        sheets_of_name = [sheet for sheet in book.worksheets if sheet.title == str(requested_sheet)]
-        sheets = sheets_of_name or [
-            s for s in visible if fnmatch.fnmatchcase(s.title, str(requested_sheet) or "*")
-        ]
-    else:
-        sheets = (
-            [visible[int(requested_sheet) - 1]]
-            if requested_sheet in range(1, len(visible) + 1)
-            else []
-        )
+    title = str(requested_sheet)
+    # a hidden sheet is read by its name only
+    sheets = [sheet for sheet in book.worksheets if sheet.title == title]
+    if not sheets and isinstance(requested_sheet, str):
+        sheets = [sheet for sheet in visible if fnmatch.fnmatchcase(sheet.title, title or "*")]
+    elif not sheets:
+        sheets = [sheet for n, sheet in enumerate(visible, start=1) if n == requested_sheet]
     if not sheets:
-        what = f"no sheet {requested_sheet!r}" if requested_sheet else "no visible sheet"
-        raise LogError("sheet", f"{path}: {what}; allowed: {listed}{hidden}")
-    for sheet in sheets:
-        sheet.reset_dimensions()  # the stated size of a sheet is often wrong
+        problem = f"no sheet {requested_sheet!r}" if requested_sheet else "no visible sheet"
+        raise LogError("sheet", f"{path}: {problem}; allowed: {listed}{hidden}")
     table = next((sheet for sheet in sheets[: BOUNDS.sheets] if _has_table(path, sheet)), None)
     if table is None and hidden_titles and not requested_sheet:
-        text = f"no table of numbers in {listed}{hidden}: options: {{sheet: NAME}} reads a hidden sheet"
-        raise LogError("sheet", f"{path}: {text}")
+        problem = f"no table of numbers in {listed}{hidden}: options: {{sheet: NAME}} reads a hidden sheet"
+        raise LogError("sheet", f"{path}: {problem}")
     sheet = table or sheets[0]
-    other_titles = [s.title for s in book.worksheets if s is not sheet]
+    other_titles = ", ".join(repr(other.title) for other in book.worksheets if other is not sheet)
+    if not other_titles or (requested_sheet and len(sheets) == 1):
+        return sheet, ()
     note = f"sheet {sheet.title!r}, the first with a table of numbers; the workbook also has "
-    several = other_titles and (not requested_sheet or len(sheets) > 1)
-    return sheet, (
-        f"{note}{', '.join(map(repr, other_titles))}: options: {{sheet: ...}}",
-    ) if several else ()
+    return sheet, (f"{note}{other_titles}: options: {{sheet: ...}}",)
 
 
 def _has_table(path: Path, sheet: Any) -> bool:
@@ -310,12 +309,12 @@ def _has_table(path: Path, sheet: Any) -> bool:
 
 def _number_columns(row: Sequence[Any]) -> set[int]:
     """Return the columns, from 0, in which a row has a number or a time."""
-    return {place for place, cell in enumerate(row) if _is_number(cell)}
+    return {index for index, cell in enumerate(row) if _is_number(cell)}
 
 
 def _is_number(cell: Any) -> bool:
     """Return whether a cell is a number, also one stored as text, a date or a time."""
-    return type(cell) in _PLAIN or (cell is not None and is_value(text_of(cell)))
+    return type(cell) in _PLAIN_NUMBER_TYPES or (cell is not None and is_value(text_of(cell)))
 
 
 def _first_row_of_table(head: Sequence[Sequence[Any]]) -> int:
@@ -324,24 +323,25 @@ def _first_row_of_table(head: Sequence[Sequence[Any]]) -> int:
     The row and the next one have numbers in the same columns, and so have at least half of the rows below.
     """
     numbers = [_number_columns(row) for row in head]
-    for start, row_places in enumerate(numbers):
-        below = [places for places in numbers[start + 1 :] if places]
-        table = {p for p in row_places if sum(p in places for places in below) * 2 >= len(below)}
+    for start, columns in enumerate(numbers):
+        below = [columns_of_row for columns_of_row in numbers[start + 1 :] if columns_of_row]
+        # the columns of this row with numbers in at least half of the rows below
+        table = {c for c in columns if sum(c in of_row for of_row in below) * 2 >= len(below)}
         # two columns of numbers, of which the next row needs only one: it may be damaged in part
         if len(table) >= 2 and (start + 1 == len(head) or table & numbers[start + 1] or not below):
             # names such as 1, 2, 3 are stored as text, while the numbers below are not
             next_row = head[start + 1] if start + 1 < len(head) else ()
             are_names = bool(next_row) and all(
-                isinstance(head[start][place], str)
-                and not isinstance(next_row[place] if place < len(next_row) else None, str)
-                for place in table
+                isinstance(head[start][column], str)
+                and not isinstance(next_row[column] if column < len(next_row) else None, str)
+                for column in table
             )
             return start + 1 if are_names else start
     return len(head)
 
 
-def _formulas_of(path: Path, title: str, first: int, places: Collection[int]) -> dict[int, str]:
-    """Return column to its first formula below row `first` of a sheet, for those of the columns `places` with one."""
+def _formulas_of(path: Path, title: str, first: int, columns: Collection[int]) -> dict[int, str]:
+    """Return the first formula below row `first` of a sheet, for each of the `columns` that has one, by its index."""
     first_of_column: dict[int, str] = {}
     with (
         path.open("rb") as file,
@@ -349,9 +349,9 @@ def _formulas_of(path: Path, title: str, first: int, places: Collection[int]) ->
         rows_of(workbook[title]) as rows,
     ):
         for row in islice(rows, first, FIRST.sheet_rows):
-            for place in places:
-                if formula := formula_of(row[place] if place < len(row) else None):
-                    first_of_column.setdefault(place, formula)
+            for column in columns:
+                if formula := formula_of(row[column] if column < len(row) else None):
+                    first_of_column.setdefault(column, formula)
     return first_of_column
 
 
@@ -375,15 +375,18 @@ class ParquetReader(LabelledReader):
 
         with path.open("rb") as opened, pq.ParquetFile(opened) as file:
             fields, unread = _number_fields(file)
-            places = tuple(
+            schema = file.schema_arrow
+            names_in_file = tuple(
                 name
-                for field in file.schema_arrow
+                for field in schema
                 for name in (fields[field.name].names if field.name in fields else [field.name])
             )
-            self.check_asked(path, unread, places)
-            columns_to_read = self.choose_columns(places)
+            self.check_asked(path, unread, names_in_file)
+            columns_to_read = self.choose_columns(names_in_file)
             chosen = {
-                f: c for f, c in fields.items() if not {*c.names}.isdisjoint(columns_to_read)
+                field: columns
+                for field, columns in fields.items()
+                if not {*columns.names}.isdisjoint(columns_to_read)
             } or fields
             if not chosen:
                 listed = "; ".join(f"{name}: {why}" for name, why in unread.items())
@@ -392,46 +395,33 @@ class ParquetReader(LabelledReader):
                 )
             count = sum(len(columns.names) for columns in chosen.values())
             check_unpacked(path, 8 * count * file.metadata.num_rows)
-            fields_of_file = file.schema_arrow.names
             sources = [
-                (fields_of_file[place], words)
-                for place, words in places_of(self.where, names_and_units(fields_of_file)[0])
+                (schema.names[column], allowed)
+                for column, allowed in columns_of(self.where, [*units_by_name(schema.names)])
             ]
             label_fields = self._label_fields(file, chosen)
-            read = list(dict.fromkeys([*chosen, *(name for name, _ in sources), *label_fields]))
-            units = {name: c.unit for c in chosen.values() for name in c.names}
+            read = list(dict.fromkeys([*chosen, *(field for field, _ in sources), *label_fields]))
+            units = {name: columns.unit for columns in chosen.values() for name in columns.names}
             at_a_time = max(1, _NUMBERS_AT_A_TIME // count)
             clocks = {
                 field.name: RestartingClock(DAY_S)
-                for field in file.schema_arrow
+                for field in schema
                 if field.name in chosen and is_time(field.type)
             }
             for batch in file.iter_batches(at_a_time, columns=read):
                 if not batch.num_rows:
                     continue
-                numbers: dict[str, np.ndarray] = {}
-                blank: dict[str, np.ndarray] = {}
-                for field, columns in chosen.items():
-                    array = batch.column(field)
-                    if hasattr(array, "dictionary_decode"):
-                        array = array.dictionary_decode()
-                    values, missing = columns.read(array)
-                    if field in clocks:
-                        values = clocks[field].follow(values)
-                    if missing is None and array.null_count:
-                        missing = np.asarray(array.is_null())
-                    for index, name in enumerate(columns.names):
-                        numbers[name] = values if values.ndim == 1 else values[:, index]
-                        if missing is not None:
-                            blank[name] = missing
-                kept = {name: values for name, values in numbers.items() if name in columns_to_read}
+                numbers, blank = _numbers_of_batch(batch, chosen, clocks)
+                asked = {
+                    name: values for name, values in numbers.items() if name in columns_to_read
+                }
                 log = Log(
                     path,
-                    kept or numbers,
+                    asked or numbers,
                     units,
                     batch.num_rows,
                     unread=unread,
-                    places=places,
+                    names_in_file=names_in_file,
                     labels={
                         name: np.array(
                             [*map(text_of, batch.column(field).to_pylist())], dtype=object
@@ -440,13 +430,15 @@ class ParquetReader(LabelledReader):
                     },
                     clock_times=frozenset(n for field in clocks for n in chosen[field].names),
                 )
-                blank = {name: rows for name, rows in blank.items() if name in log.columns}
-                meant = np.ones(batch.num_rows, dtype=bool)
-                for field, words in sources:
-                    meant &= is_meant(batch.column(field).to_pylist(), words)
-                if sources:
-                    blank = {name: rows[meant] for name, rows in blank.items()}
-                    log = log.take(meant, OTHER_SOURCE)
+                is_of_source = np.ones(batch.num_rows, dtype=bool)
+                for field, allowed in sources:
+                    is_of_source &= are_allowed(batch.column(field).to_pylist(), allowed)
+                blank = {
+                    name: is_blank[is_of_source]
+                    for name, is_blank in blank.items()
+                    if name in log.columns
+                }
+                log = log.take(is_of_source, OTHER_SOURCE)
                 yield log.without_blanks(blank, keeps_blanks=self.keeps_blanks)
 
     def _label_fields(self, file: Any, chosen: Collection[str]) -> dict[str, str]:
@@ -456,7 +448,7 @@ class ParquetReader(LabelledReader):
         """
         from pyarrow import types
 
-        names, _ = names_and_units(file.schema_arrow.names)
+        names = units_by_name(file.schema_arrow.names)
         fields = {}
         for field, name in zip(file.schema_arrow, names, strict=True):
             kind = _type_of(field)
@@ -471,68 +463,95 @@ class ParquetReader(LabelledReader):
 
 
 class _Field(NamedTuple):
-    """A field of a Parquet file that holds numbers: one column of the log, or one for each place of a list.
+    """A field of a Parquet file that holds numbers: one column of the log, or one for each index of a list.
 
-    `names`, `unit`: Names of these columns, and their unit. `read`: Function from the array of the field to numbers,
-    and to which rows have no value: bool, shape (n,), or None where the nulls of the array are these rows.
+    `names`, `unit`: Names of these columns, and their unit. `read`: Function from the Arrow array of the field to its
+    numbers, shape (n,) or (n, columns), and to which rows have no value, bool of shape (n,).
     """
 
     names: list[str]
     unit: str
-    read: Callable[[Any], tuple[np.ndarray, np.ndarray | None]]
+    read: Callable[[Any], tuple[np.ndarray, np.ndarray]]
+
+
+def _numbers_of_batch(
+    batch: Any, fields: Mapping[str, _Field], clocks: Mapping[str, RestartingClock]
+) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """Return column to its numbers, shape (n,), and column to which rows have no value, where there are such rows.
+
+    `clocks`: Fields of times of a day, which are made continuous.
+    """
+    numbers: dict[str, np.ndarray] = {}
+    blank: dict[str, np.ndarray] = {}
+    for field, columns in fields.items():
+        array = batch.column(field)
+        if hasattr(array, "dictionary_decode"):
+            array = array.dictionary_decode()
+        values, is_blank = columns.read(array)
+        if field in clocks:
+            values = clocks[field].follow(values)
+        for index, name in enumerate(columns.names):
+            numbers[name] = values if values.ndim == 1 else values[:, index]
+            if is_blank.any():
+                blank[name] = is_blank
+    return numbers, blank
 
 
 def _number_fields(file: Any) -> tuple[dict[str, _Field], dict[str, str]]:
     """Return the fields that hold numbers, by name, and column to the reason why it is not read."""
-    from pyarrow import types
-
     schema = file.schema_arrow
-    names, units = names_and_units(field.name for field in schema)
+    units = units_by_name(schema.names)
+    # read once, and only if a field needs them
+    first_rows = cache(partial(_first_rows, file))
     fields, unread = {}, {}
-    head: Any = None
-    for field, name, unit in zip(schema, names, units, strict=True):
+    for field, (name, unit_in_name) in zip(schema, units.items(), strict=True):
         metadata = field.metadata or {}
         stated = metadata.get(b"unit") or metadata.get(b"units") or b""
-        field_unit = unit or unit_word(stated.decode("utf-8", "replace"))
-        kind = _type_of(field)
-        if types.is_timestamp(kind) or types.is_duration(kind) or types.is_time(kind):
-            fields[field.name] = _Field([name], "s", _read_seconds)
-        elif _is_of_numbers(kind):
-            fields[field.name] = _Field([name], field_unit, _read_numbers)
-        elif types.is_fixed_size_list(kind) or types.is_list(kind) or types.is_large_list(kind):
-            if not _is_of_numbers(kind.value_type):
-                unread[name] = f"lists of {kind.value_type}"
-                continue
-            head = _first_rows(file) if head is None else head
-            width = _list_width(head, field.name)
-            if 0 < width <= BOUNDS.columns:
-                listed = [f"{name} column {number}" for number in range(1, width + 1)]
-                fields[field.name] = _Field(listed, field_unit, partial(_read_lists, width))
-            else:
-                most = f"more than {BOUNDS.columns}" if width else "so no columns"
-                unread[name] = f"lists of {width} numbers a row, {most}"
-        elif types.is_struct(kind):
-            inside = [
-                place for place, inner_field in enumerate(kind) if _is_of_numbers(inner_field.type)
-            ]
-            if inside:
-                parts = [f"{name}.{kind[place].name}" for place in inside]
-                fields[field.name] = _Field(parts, field_unit, partial(_read_records, inside))
-            else:
-                unread[name] = f"values of the type {kind}"
-        elif _is_of_texts(kind):
-            head = _first_rows(file) if head is None else head
-            cells = [cell for cell in head[field.name].to_pylist() if cell is not None]
-            seen = judge_columns([[cell, "0"] for cell in cells], ["text", "number"])
-            if seen.kinds[0] == "skip" or not any(cell.strip() for cell in cells):
-                unread[name] = seen.unread.get("text", "text without a value in the first rows")
-            elif seen.kinds[0] == "stamp":
-                fields[field.name] = _Field([name], "s", partial(_read_text_seconds, seen.dates))
-            else:
-                fields[field.name] = _Field([name], field_unit, _read_text_numbers)
+        unit = unit_in_name or canonical_unit(stated.decode("utf-8", "replace"))
+        number_field = _number_field(field, name, unit, first_rows)
+        if isinstance(number_field, str):
+            unread[name] = number_field
         else:
-            unread[name] = f"values of the type {kind}"
+            fields[field.name] = number_field
     return fields, unread
+
+
+def _number_field(
+    field: Any, name: str, unit: str, first_rows: Callable[[], Mapping[str, Any]]
+) -> _Field | str:
+    """Return how a field is read as numbers, or the reason why it is not read.
+
+    `name`, `unit`: Name and unit of its column. `first_rows`: Returns each field with its first values.
+    """
+    from pyarrow import types
+
+    kind = _type_of(field)
+    if types.is_timestamp(kind) or types.is_duration(kind) or types.is_time(kind):
+        return _Field([name], "s", _read_seconds)
+    if _is_of_numbers(kind):
+        return _Field([name], unit, _read_numbers)
+    if types.is_fixed_size_list(kind) or types.is_list(kind) or types.is_large_list(kind):
+        if not _is_of_numbers(kind.value_type):
+            return f"lists of {kind.value_type}"
+        width = _list_width(first_rows(), field.name)
+        if not 0 < width <= BOUNDS.columns:
+            most = f"more than {BOUNDS.columns}" if width else "so no columns"
+            return f"lists of {width} numbers a row, {most}"
+        listed = [f"{name} column {number}" for number in range(1, width + 1)]
+        return _Field(listed, unit, partial(_read_lists, width))
+    if types.is_struct(kind):
+        if inside := [inner.name for inner in kind if _is_of_numbers(inner.type)]:
+            members = [f"{name}.{member}" for member in inside]
+            return _Field(members, unit, partial(_read_records, inside))
+    elif _is_of_texts(kind):
+        cells = [cell for cell in first_rows()[field.name].to_pylist() if cell is not None]
+        seen = judge_columns([[cell, "0"] for cell in cells], ["text", "number"])
+        if seen.kinds[0] == "skip" or not any(cell.strip() for cell in cells):
+            return seen.unread.get("text", "text without a value in the first rows")
+        if seen.kinds[0] == "stamp":
+            return _Field([name], "s", partial(_read_text_seconds, seen.dates))
+        return _Field([name], unit, _read_text_numbers)
+    return f"values of the type {kind}"
 
 
 def _type_of(field: Any) -> Any:
@@ -570,53 +589,55 @@ def _list_width(head: Mapping[str, Any], name: str) -> int:
     return most_frequent(widths)
 
 
-def _read_lists(width: int, array: Any) -> tuple[np.ndarray, np.ndarray | None]:
-    """Return numbers of lists, shape (rows, width), and which rows have a list of another length, which is all NaN."""
-    import pyarrow as pa
+# Functions `read` of fields: numbers, and which rows have no value, where the numbers are NaN
+
+
+def _read_lists(width: int, array: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return the numbers of lists, shape (rows, width); a list of another length is no value."""
     import pyarrow.compute as pc
 
-    whole = pc.fill_null(pc.equal(pc.list_value_length(array), width), False)
-    inner = pc.list_flatten(array.filter(whole)).cast(pa.float64())
-    has_value = np.asarray(whole)
+    has_width = pc.fill_null(pc.equal(pc.list_value_length(array), width), False)
+    inner, _ = _read_numbers(pc.list_flatten(array.filter(has_width)))
+    has_value = np.asarray(has_width)
     values = np.full((has_value.size, width), np.nan)
-    values[has_value] = np.asarray(inner.to_numpy(zero_copy_only=False)).reshape(-1, width)
-    return values, ~has_value if not has_value.all() else None
+    values[has_value] = inner.reshape(-1, width)
+    return values, ~has_value
 
 
-def _read_records(places: Sequence[int], array: Any) -> tuple[np.ndarray, np.ndarray | None]:
-    """Return the numbers of the fields of records, shape (rows, fields); `places`: the fields with numbers."""
-    values = [_read_numbers(array.field(place))[0] for place in places]
-    return np.stack(values, axis=1), None
+def _read_records(members: Sequence[str], array: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return the numbers of the `members` of records, shape (rows, members)."""
+    values = [_read_numbers(array.field(member))[0] for member in members]
+    return np.stack(values, axis=1), np.asarray(array.is_null())
 
 
 def _read_text_numbers(array: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return numbers that are stored as text, and which rows have none."""
-    numbers = numbers_among_words(array)
-    return _read_numbers(numbers)[0], np.asarray(numbers.is_null())
+    """Return numbers that are stored as text; any other text is no value."""
+    return _read_numbers(numbers_among_words(array))
 
 
 def _read_text_seconds(order: str, array: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return the seconds of times that are stored as text, and which rows have none; `order`: order of a date."""
+    """Return the seconds of times that are stored as text; `order`: order of day, month and year (``dmy``)."""
     cells = ["" if cell is None else cell.strip() for cell in array.to_pylist()]
     seconds = np.array([seconds_of(cell, order) for cell in cells], dtype=float)
     return seconds, np.isnan(seconds)
 
 
-def _read_seconds(array: Any) -> tuple[np.ndarray, None]:
+def _read_seconds(array: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return dates, times of a day and durations in seconds."""
     import pyarrow as pa
 
-    missing = np.asarray(array.is_null())
+    is_blank = np.asarray(array.is_null())
     zone = getattr(array.type, "tz", None)
-    unit = pa.duration("ns") if pa.types.is_duration(array.type) else pa.timestamp("ns", zone)
-    unit = pa.time64("ns") if pa.types.is_time(array.type) else unit
-    stamps = array.cast(unit).cast(pa.int64()).fill_null(0)
-    return np.where(missing, np.nan, ns_to_s(stamps.to_numpy(zero_copy_only=False))), None
+    type_in_ns = pa.duration("ns") if pa.types.is_duration(array.type) else pa.timestamp("ns", zone)
+    type_in_ns = pa.time64("ns") if pa.types.is_time(array.type) else type_in_ns
+    stamps = array.cast(type_in_ns).cast(pa.int64()).fill_null(0)
+    seconds = np.where(is_blank, np.nan, ns_to_s(stamps.to_numpy(zero_copy_only=False)))
+    return seconds, is_blank
 
 
-def _read_numbers(array: Any) -> tuple[np.ndarray, None]:
-    """Return the values of an array as float64; nulls become NaN."""
+def _read_numbers(array: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return the values of an array as float64."""
     import pyarrow as pa
 
     numbers = array.cast(pa.float64()).to_numpy(zero_copy_only=False)
-    return np.asarray(numbers, dtype=float), None
+    return np.asarray(numbers, dtype=float), np.asarray(array.is_null())

@@ -13,7 +13,7 @@ import numpy as np
 from rftfit.conventions import FloatArray
 from rftfit.logs import base
 from rftfit.table.stamps import datetimes_to_s
-from rftfit.table.units import unit_word
+from rftfit.table.units import canonical_unit
 
 CUT = "cut in mid-segment"
 
@@ -45,9 +45,9 @@ class TdmsReader(base.Reader):
     def _log(self, path: Path, content: Any) -> base.Log:
         """Make a log of a group; rows at the end that the file announces but lacks are dropped and counted."""
         channels = _channels_of_group(path, content, self.options.get("group", ""))
-        places = tuple(channel.name for channel in channels)
-        columns_to_read = self.choose_columns(places)
-        if any(channel.name in columns_to_read for channel in channels):
+        names_in_file = tuple(channel.name for channel in channels)
+        columns_to_read = self.choose_columns(names_in_file)
+        if any(name in columns_to_read for name in names_in_file):
             channels = [c for c in channels if c.name in columns_to_read or _is_time(c)]
         lengths = sorted(len(channel) for channel in channels)
         incomplete = content.file_status.incomplete_final_segment
@@ -76,7 +76,9 @@ class TdmsReader(base.Reader):
             columns[name] = datetimes_to_s(values) if is_date else values.astype(float)
             units[name] = _unit(channel)
         dropped = {CUT: rows - size} if rows > size else {}
-        return base.Log(path, columns, units, rows, dropped, notes=(note,), places=places)
+        return base.Log(
+            path, columns, units, rows, dropped, notes=(note,), names_in_file=names_in_file
+        )
 
 
 @contextmanager
@@ -121,17 +123,12 @@ def _has_numbers(channel: Any) -> bool:
 
 def _announced_values(content: Any, channels: list[Any]) -> int:
     """Return how many values the longest channel would have if the last segment were complete."""
-    status = content.file_status.channel_statuses or {}
-    most = 0
+    statuses = content.file_status.channel_statuses or {}
+    announced = [len(channel) for channel in channels]
     for channel in channels:
-        channel_status = status.get(channel.path)
-        lost = (
-            channel_status.expected_length - channel_status.read_length
-            if channel_status is not None
-            else 0
-        )
-        most = max(most, len(channel) + int(lost))
-    return most
+        if status := statuses.get(channel.path):
+            announced.append(len(channel) + int(status.expected_length - status.read_length))
+    return max(announced)
 
 
 def _is_time(channel: Any) -> bool:
@@ -141,7 +138,7 @@ def _is_time(channel: Any) -> bool:
 
 def _unit(channel: Any) -> str:
     """Return the unit of a channel; empty where it states none."""
-    return unit_word(str(channel.properties.get("unit_string", "")))
+    return canonical_unit(str(channel.properties.get("unit_string", "")))
 
 
 def _waveform_clock(channel: Any) -> base.ChannelClock:

@@ -11,17 +11,17 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from io import BufferedReader
 from itertools import chain
 from pathlib import Path
-from typing import BinaryIO, NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
 
 from rftfit.logs import base
-from rftfit.logs.beside import HeaderChange, LabelledReader, changed_header
-from rftfit.table.parse import REGROUPED, Kind, Layout, ParsedRows, parse
-from rftfit.table.text import cells_of, utf16_of, without_byte_order_mark
+from rftfit.logs.labels import LabelledReader, changed_header
+from rftfit.table.parse import OTHER_SOURCE, REGROUPED, Kind, Layout, ParsedRows, parse
+from rftfit.table.text import utf16_of, without_byte_order_mark
 
 BLOCK_BYTES = 1 << 22
 """Bytes that are read at a time."""
@@ -41,7 +41,7 @@ _FEED, _RETURN, _TAB, _BLANK, _COMMA, _ZERO, _NINE = b"\n\r\t ,09"
 class Block(NamedTuple):
     """Whole lines of a file (`body`); in the last block also the text behind the last line end.
 
-    `last_line`: This text, empty in other blocks. `before`: The end of the lines before `last_line`.
+    `last_line`: This text, empty in other blocks. `before`: The end of the lines before it, by which `parse` judges it.
     """
 
     body: bytes
@@ -58,16 +58,16 @@ class TextFile:
 
     def __init__(self, path: Path) -> None:
         self._chunks = _chunks(path)
-        self._first = next(self._chunks, b"")
-        self.head = self._first[: base.HEAD_BYTES]
-        if not self._first or self._first.isspace():
+        self._first_chunk = next(self._chunks, b"")
+        self.head = self._first_chunk[: base.HEAD_BYTES]
+        if not self._first_chunk or self._first_chunk.isspace():
             raise base.LogError("empty", f"{path}: the file is empty")
 
     def blocks(self, start: int) -> Iterator[Block]:
         """Yield the file in blocks, without its first `start` bytes, which must lie in `head`."""
         carry = before = b""
-        first, self._first = self._first[start:], b""
-        for chunk in chain([first], self._chunks):
+        first_chunk, self._first_chunk = self._first_chunk[start:], b""
+        for chunk in chain([first_chunk], self._chunks):
             if carry.endswith(b"\r"):
                 # a \r at the end may be half of \r\n: it moves to the next chunk
                 chunk = carry[-1:] + chunk  # noqa: PLW2901
@@ -83,7 +83,7 @@ class TextFile:
             else:
                 carry += chunk
             if len(carry) > MAX_LINE:
-                # no table has such lines: only its start is kept, and the NUL prevents that it counts as a row
+                # no table has such lines: only its start is kept, and the zero byte prevents that it parses as a row
                 carry = carry[:64].replace(b"\r", b"") + b"\x00"
         if carry:
             stop = _behind_last_line(carry, len(carry))
@@ -94,18 +94,18 @@ _BEFORE_BYTES = 4096
 """Most bytes of `Block.before`."""
 
 
-def _behind_last_line(text: bytes, stop: int) -> int:
-    """Return the place behind the last line end before `stop`; 0 where there is none."""
-    return max(text.rfind(b"\n", 0, stop), text.rfind(b"\r", 0, stop)) + 1
+def _behind_last_line(content: bytes, stop: int) -> int:
+    """Return the offset behind the last line end before `stop`; 0 where there is none."""
+    return max(content.rfind(b"\n", 0, stop), content.rfind(b"\r", 0, stop)) + 1
 
 
-def opened(path: Path) -> BinaryIO:
+def opened(path: Path) -> BufferedReader | gzip.GzipFile:
     """Open a file to be read, unpacked if it is packed by gzip."""
     handle = path.open("rb")
-    if handle.peek(len(GZIP))[: len(GZIP)] != GZIP:
+    if not handle.peek(len(GZIP)).startswith(GZIP):
         return handle
     handle.close()
-    return cast("BinaryIO", gzip.open(path))
+    return gzip.open(path)
 
 
 @contextmanager
@@ -114,16 +114,15 @@ def unpacking_errors(path: Path) -> Iterator[None]:
     try:
         yield
     except (EOFError, gzip.BadGzipFile, zlib.error) as error:
-        text = (
-            f"{path}: damaged or cut short as packed by gzip ({error}); unpack what there is of it"
-        )
-        raise base.LogError("damaged", text) from error
+        problem = f"damaged or cut short as packed by gzip ({error})"
+        raise base.LogError("damaged", f"{path}: {problem}; unpack what there is of it") from error
 
 
 def _chunks(path: Path) -> Iterator[bytes]:
     """Yield pieces of a file, unpacked, without a byte order mark; UTF-16 becomes UTF-8."""
     with base.file_errors(path), unpacking_errors(path), opened(path) as handle:
-        if isinstance(cast("object", handle), gzip.GzipFile):
+        if isinstance(handle, gzip.GzipFile):
+            # a first pass, which keeps nothing: a small file may unpack to any size
             while handle.read(BLOCK_BYTES):
                 base.check_unpacked(path, handle.tell())
             handle.seek(0)
@@ -139,11 +138,9 @@ def _chunks(path: Path) -> Iterator[bytes]:
             chunk = handle.read(at_once)
 
 
-def _bytes_at_once(handle: BinaryIO) -> int:
+def _bytes_at_once(handle: BufferedReader | gzip.GzipFile) -> int:
     """Return the bytes to read at a time: for a small file its size, as allocating a block is slow."""
-    if isinstance(cast("object", handle), gzip.GzipFile):
-        return BLOCK_BYTES
-    size = os.fstat(handle.fileno()).st_size
+    size = 0 if isinstance(handle, gzip.GzipFile) else os.fstat(handle.fileno()).st_size
     # one byte more, so that one read shows the end; a size of 0 may be of a file without a known size
     return min(size + 1, BLOCK_BYTES) if size else BLOCK_BYTES
 
@@ -155,23 +152,22 @@ _TWO_COMMAS = re.compile(rb",\d{3},\d{3}")
 
 
 def regrouped_columns(path: Path, layout: Layout, start: int) -> frozenset[int]:
-    """Find the columns to be read that have two decimal commas in one number, anywhere in the file.
+    """Find the columns to be read that have two decimal commas in one number, anywhere behind the first `start` bytes.
 
     A spreadsheet that writes 1,000,292 for 100,0292 also writes 10,114 for 1,0114, which is a valid number and wrong.
     So a single cell with two commas makes its whole column doubtful.
     """
-    regrouped_places: set[int] = set()
+    regrouped: set[int] = set()
     if layout.decimal != "," or layout.delimiter == ",":
         return frozenset()
     for body, _, _ in TextFile(path).blocks(start):
         for line in filter(_TWO_COMMAS.search, body.splitlines() if _has_triple(body) else ()):
-            cells = cells_of(line.decode("latin-1"), layout.delimiter, quote=layout.quote) or []
-            regrouped_places |= {
-                place
-                for place, cell in enumerate(cells)
+            regrouped |= {
+                column
+                for column, cell in enumerate(layout.split(line))
                 if cell.count(",") > 1 and REGROUPED.fullmatch(cell.strip(" \t"))
             }
-    return frozenset(regrouped_places.intersection(layout.places_to_read))
+    return frozenset(regrouped.intersection(layout.columns_to_read))
 
 
 def _has_triple(text: bytes) -> bool:
@@ -199,9 +195,9 @@ class ReadingPlan:
     """Plan for reading one file, made from its header.
 
     `units`: Column of the log to its unit, where the file states one.
-    `start`: Place in the head where the rows begin, bytes.
+    `start`: Offset in the file, unpacked and as UTF-8, at which the rows begin, bytes.
     `derive`: Function that makes the columns of the log, ``time`` in s among them, from the columns of a block and
-        from the place of each row among the data lines of the file.
+        from the number of each row among the data lines of the file, from 0.
     `packets`: Counter of lost packets, for instruments that number them.
     `keep`: Columns that are always parsed, because `derive` needs them.
     `not_same`: Reason to drop a row in which a column of kind "same" has another value; such columns are not part of
@@ -209,7 +205,7 @@ class ReadingPlan:
     `refusal`: Why the file cannot be used, although its rows can be counted.
     `unread`: Column without numbers in the first rows, to the reason why it is not read.
     `labels`: Columns of words or of few whole numbers, not asked for, which may say where a row is from.
-    `header`: Names and units in the header, for comparison with a header that is repeated further below.
+    `header`: Each name in the header to its unit, for comparison with a header that is repeated further below.
     `clock_times`: Columns of times of day without a date.
     """
 
@@ -224,7 +220,7 @@ class ReadingPlan:
     refusal: str = ""
     unread: Mapping[str, str] = field(default_factory=dict)
     labels: frozenset[str] = frozenset()
-    header: tuple[tuple[str, ...], tuple[str, ...]] = ((), ())
+    header: Mapping[str, str] = field(default_factory=dict)
     clock_times: frozenset[str] = frozenset()
 
 
@@ -233,15 +229,15 @@ class TableReader(LabelledReader):
 
     def narrow(self, path: Path, plan: ReadingPlan) -> ReadingPlan:
         """Return the plan without the columns that nobody asked for; refuse a file without a column asked for."""
-        self.check_asked(path, plan.unread, plan.layout.names)
-        names_to_read = plan.keep.union(self.choose_columns(plan.layout.names))
-        return replace(
-            plan, layout=narrowed(plan.layout, names_to_read, plan.labels.difference(self.where))
-        )
+        layout = plan.layout
+        self.check_asked(path, plan.unread, layout.names)
+        names_to_read = plan.keep.union(self.choose_columns(layout.names))
+        labels = plan.labels.difference(self.where)
+        return replace(plan, layout=_narrowed(layout, names_to_read, labels))
 
     def logs_of(self, path: Path, plan: ReadingPlan, blocks: Iterable[Block]) -> Iterator[base.Log]:
         """Parse the rows of a table, block by block, each to a log."""
-        rows_before = 0
+        has_rows, rows_before = False, 0
 
         def parse_block(block: Block) -> ParsedRows:
             return parse(plan.layout, *block, keep_blanks=self.keeps_blanks)
@@ -249,9 +245,11 @@ class TableReader(LabelledReader):
         for rows in base.parallel_map(parse_block, blocks):
             _refuse_changed_header(path, plan, rows, rows_before)
             if rows.rows:
+                has_rows = True
                 yield _log_of_rows(path, plan, rows, rows_before)
-            rows_before += rows.rows
-        if rows_before == 0:
+            # as within a block, rows of other sources have no number
+            rows_before += rows.rows - rows.dropped.get(OTHER_SOURCE, 0)
+        if not has_rows:
             raise base.LogError("header_only", f"{path}: a header and no data")
 
 
@@ -282,7 +280,7 @@ class TextReader(TableReader, ABC):
             raise base.LogError("header", f"{path}: {plan.refusal}", count)
         plan = self.narrow(path, plan)
         if regrouped := regrouped_columns(path, plan.layout, plan.start):
-            notes = [_REGROUPED.format(plan.layout.names[place]) for place in sorted(regrouped)]
+            notes = [_REGROUPED.format(plan.layout.names[column]) for column in sorted(regrouped)]
             layout = replace(plan.layout, regrouped=regrouped)
             plan = replace(plan, layout=layout, notes=(*plan.notes, *notes))
         yield from self.logs_of(path, plan, blocks)
@@ -295,19 +293,20 @@ def _refuse_changed_header(
 
     `rows_before`: Number of data lines of the file above the block.
     """
-    (names, units), layout = plan.header, plan.layout
-    wanted = [place for place in layout.places_to_read if layout.kinds[place] != "label"]
-    for line, cells in rows.word_lines if names else ():
-        if changes := changed_header(cells, names, units, wanted):
+    layout = plan.layout
+    readings = [column for column in layout.columns_to_read if layout.kinds[column] != "label"]
+    for line, cells in rows.word_lines if plan.header else ():
+        if changes := changed_header(cells, plan.header, readings):
+            repeated = f"the header stands again in data line {rows_before + line + 1}"
             raise base.LogError(
                 "header_changes",
-                HeaderChange(rows_before + line + 1, changes).sentence(path),
+                f"{path}: {repeated} and says something else: {'; '.join(changes)}; "
+                "allowed: the same columns and units in the whole log: cut the file there",
                 rows.rows,
             )
 
 
-@lru_cache
-def narrowed(layout: Layout, names_to_read: frozenset[str], labels: frozenset[str]) -> Layout:
+def _narrowed(layout: Layout, names_to_read: frozenset[str], labels: frozenset[str]) -> Layout:
     """Return a layout that skips all columns but `names_to_read` and `labels`; unchanged if none could be read then."""
 
     def kind_of(name: str, kind: Kind) -> Kind:
@@ -324,35 +323,32 @@ def narrowed(layout: Layout, names_to_read: frozenset[str], labels: frozenset[st
 def _log_of_rows(path: Path, plan: ReadingPlan, rows: ParsedRows, rows_before: int) -> base.Log:
     """Make a log of a block; `rows_before`: number of data lines of the file above the block."""
     missing_before = plan.packets.missing if plan.packets else 0
-    columns = rows.columns
     if plan.derive:
-        columns = plan.derive(columns, rows.index + rows_before if rows_before else rows.index)
+        # the counter of packets counts those of this block, too
+        derived = plan.derive(rows.columns, rows.line_numbers + rows_before)
+        rows = replace(rows, columns=derived)
     missing = {}
     if plan.packets and plan.packets.missing > missing_before:
         missing = {plan.packets.reason: plan.packets.missing - missing_before}
-    labels = [name for name, words in columns.items() if words.dtype == object]
-    same = [name for name, values in columns.items() if values.dtype == bool]
-    good = replace(rows, columns=columns) if plan.derive else rows
-    for name in same:
-        good = good.take(good.columns[name], plan.not_same)
-    log_columns = {
+    for name in [name for name, values in rows.columns.items() if values.dtype == bool]:
+        rows = rows.take(rows.columns[name], plan.not_same)
+    numbers = {
         name: values.astype(float, copy=False)
-        for name, values in good.columns.items()
-        if name not in same and name not in labels
+        for name, values in rows.columns.items()
+        if values.dtype not in (bool, object)
     }
-    derived = {"time": "s"} if plan.derive and "time" not in plan.units else {}
-    units = {name: derived.get(name) or plan.units.get(name, "") for name in log_columns}
+    units = {"time": "s", **plan.units} if plan.derive else plan.units
     return base.Log(
         path,
-        log_columns,
-        units,
+        numbers,
+        {name: units.get(name, "") for name in numbers},
         rows.rows,
-        good.dropped,
+        rows.dropped,
         missing,
         plan.notes,
         rows.not_finite,
         plan.unread,
         plan.layout.names,
-        {name: good.columns[name] for name in labels},
+        {name: values for name, values in rows.columns.items() if values.dtype == object},
         clock_times=plan.clock_times,
     )

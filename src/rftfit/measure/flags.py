@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from rftfit.measure.sentences import FLAGS, SENTENCES
-from rftfit.table.parse import BLANK, CELLS, CUT, FINITE, NUMBER, OTHER_SOURCE
+from rftfit.table.parse import BLANK, CUT, NAN_OR_INFINITE, NO_NUMBER, OTHER_SOURCE, WRONG_CELLS
 
 DUPLICATE = "duplicated row"
 BACKWARDS = "time runs backwards"
@@ -28,9 +28,9 @@ AVERAGED = "went into the mean of its neighbours: the log has more rows than are
 
 _ROW_CODES = {
     CUT: "cut-rows",
-    CELLS: "wrong-cells",
-    NUMBER: "not-numbers",
-    FINITE: "not-finite",
+    WRONG_CELLS: "wrong-cells",
+    NO_NUMBER: "not-numbers",
+    NAN_OR_INFINITE: "not-finite",
     BLANK: "blank-cells",
     DUPLICATE: "duplicated-rows",
     BACKWARDS: "time-backwards",

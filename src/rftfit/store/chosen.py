@@ -1,4 +1,4 @@
-"""Reads numbers that were chosen by hand from ``chosen.toml`` of a room.
+"""Reads numbers that were chosen by hand from ``chosen.toml`` of a room (a subpackage of rftfit).
 
 That file says what each number decides, by which study it was graded, and when.
 """

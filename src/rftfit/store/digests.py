@@ -114,17 +114,13 @@ def digest_of_numbers(columns: Mapping[str, npt.NDArray[Any]]) -> str:
 
 def code_digest(room: str, *extra_files: str) -> str:
     """Return a digest of the code of a room and of all rooms below, and of further files of the package."""
-    files = source_digests()
     rooms = ROOMS[: ROOMS.index(room) + 1]
-    single_files = {
-        *_FILES_OF_EVERY_JOB,
-        *extra_files,
-        *(_SETTINGS[room_name] for room_name in rooms if room_name in _SETTINGS),
-    }
+    settings = [file for room_name, file in _SETTINGS.items() if room_name in rooms]
+    single_files = {*_FILES_OF_EVERY_JOB, *extra_files, *settings}
     return digest_of(
         [
             (name, digest)
-            for name, digest in files.items()
+            for name, digest in source_digests().items()
             if name in single_files or name.partition("/")[0] in rooms
         ]
     )

@@ -31,11 +31,11 @@ class LinkError(InputError):
     code = "files.link-in-the-way"
 
     def __init__(self, paths: Collection[Path], other_cure: str = "") -> None:
+        import shlex  # needed only for a refusal
+
         self.paths = sorted(paths)
         shown_paths = self.paths[:_SHOWN]
         links = ", ".join(f"{path} -> {_target_of(path)!r}" for path in shown_paths)
-        import shlex  # needed only for a refusal
-
         unlisted = f" and {len(paths) - _SHOWN} more" if len(paths) > _SHOWN else ""
         names = " ".join(shlex.quote(str(path)) for path in shown_paths)
         super().__init__(
@@ -70,8 +70,9 @@ def refuse_links(root: Path, names: Collection[str] = (RESULTS, SNAKEMAKE)) -> N
     links: set[Path] = set()
     for name in names:
         path = root / name
-        on_the_way = [path, *path.parents][: len(Path(name).parts)]
-        links.update(way for way in on_the_way if way.is_symlink() and not _is_named_by_user(way))
+        # the path itself, and the folders between it and the root
+        below_root = [path, *path.parents][: len(Path(name).parts)]
+        links.update(p for p in below_root if p.is_symlink() and not _is_named_by_user(p))
         if name == SNAKEMAKE:
             entries, entries_of_environments = _entries_of_snakemake(root)
             links.update(
@@ -83,10 +84,8 @@ def refuse_links(root: Path, names: Collection[str] = (RESULTS, SNAKEMAKE)) -> N
             entries = [*_entries(str(path))]
         links.update(Path(entry.path) for entry in entries if entry.is_symlink())
     if links:
-        elsewhere = (
-            "; to have the results on another disk, say so yourself: rftfit run --results-at DIR"
-        )
-        raise LinkError(links, elsewhere * (RESULTS in names))
+        cure = "; to have the results on another disk, say so yourself: rftfit run --results-at DIR"
+        raise LinkError(links, cure if RESULTS in names else "")
 
 
 def cut_shared_files(root: Path, lab_files: Collection[Path]) -> None:
@@ -101,20 +100,18 @@ def cut_shared_files(root: Path, lab_files: Collection[Path]) -> None:
         files, this name is removed without a copy.
     """
     entries, entries_of_environments = _entries_of_snakemake(root)
-    shared = [entry.path for entry in entries if is_shared(entry.stat(follow_symlinks=False))]
-    shared_in_environments = [
+    shared = [
         entry.path
-        for entry in entries_of_environments
+        for entry in (*entries, *entries_of_environments)
         if is_shared(entry.stat(follow_symlinks=False))
     ]
-    if not shared and not shared_in_environments:
-        return
-    lab_inodes = _inodes(lab_files)
-    for path in (*shared, *shared_in_environments):
+    lab_inodes = _inodes(lab_files) if shared else set()
+    in_environments = {entry.path for entry in entries_of_environments}
+    for path in shared:
         status = os.lstat(path)
         if (status.st_dev, status.st_ino) in lab_inodes:
             Path(path).unlink()
-        elif path in shared:
+        elif path not in in_environments:
             cut_shared(path)
 
 
@@ -131,10 +128,8 @@ def _inodes(paths: Collection[Path]) -> set[tuple[int, int]]:
 
 def _is_named_by_user(path: Path) -> bool:
     """Return whether a path is the link `results` that the user has asked for."""
-    target = path.resolve()
-    return path.name == RESULTS and any(
-        target == folder.resolve() for folder in results_elsewhere(path.parent)
-    )
+    folder = _noted_folders().get(os.path.realpath(path.parent)) if path.name == RESULTS else None
+    return folder is not None and Path(folder).resolve() == path.resolve()
 
 
 def _leads_to_campaign(root: Path, link: str) -> bool:
@@ -205,14 +200,6 @@ def refuse_target_by_link(path: Path) -> None:
         )
 
 
-def results_elsewhere(root: Path) -> list[Path]:
-    """Return the folder that the user has named for the results of a campaign, in a list; empty without one."""
-    with suppress(OSError, ValueError, TypeError, AttributeError):
-        folder = json.loads(_path_of_note().read_text(encoding="utf-8")).get(os.path.realpath(root))
-        return [Path(folder)] if folder else []
-    return []
-
-
 def put_results_at(root: Path, folder: Path) -> None:
     """Put the results of a campaign in another folder that the user has named: `results` becomes a noted link.
 
@@ -234,19 +221,22 @@ def put_results_at(root: Path, folder: Path) -> None:
     if link.is_symlink():
         link.unlink()
     link_folder(link, folder)
-    folders_by_campaign: dict[str, str] = {}
-    with suppress(OSError, ValueError):
-        folders_by_campaign = json.loads(_path_of_note().read_text(encoding="utf-8"))
-    write_text(
-        _path_of_note(),
-        json.dumps(folders_by_campaign | {os.path.realpath(root): str(folder)}, indent=1),
-    )
+    noted = _noted_folders() | {os.path.realpath(root): str(folder)}
+    write_text(_path_of_note(), json.dumps(noted, indent=1))
 
 
 def link_folder(link: Path, folder: Path) -> None:
     """Make a link to a folder; the place of the link must be free."""
     link.parent.mkdir(parents=True, exist_ok=True)
     link.symlink_to(folder, target_is_directory=True)
+
+
+def _noted_folders() -> dict[str, str]:
+    """Read the note: campaign to the folder that the user has named for its results."""
+    with suppress(OSError, ValueError, AttributeError):
+        noted = json.loads(_path_of_note().read_text(encoding="utf-8"))
+        return {campaign: str(folder) for campaign, folder in noted.items()}
+    return {}
 
 
 def _path_of_note() -> Path:

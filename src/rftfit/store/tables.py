@@ -55,9 +55,7 @@ def _change_texts(table: pd.DataFrame, change: Callable[[str], str]) -> pd.DataF
             text: changed_text for text in texts if (changed_text := change(text)) != text
         }
         if replacements:
-            values = [
-                replacements.get(cell, cell) if isinstance(cell, str) else cell for cell in column
-            ]
+            values = [replacements.get(cell, cell) for cell in column]
             dtype = object if isinstance(column.dtype, pd.CategoricalDtype) else column.dtype
             changed[str(name)] = pd.Series(values, table.index, dtype=dtype)
     return table.assign(**changed) if changed else table
@@ -75,13 +73,16 @@ FLOAT_FORMAT = "%.6g"
 def _round_mixed_columns(table: pd.DataFrame) -> pd.DataFrame:
     """Round the numbers in columns that also hold texts: to_csv applies `FLOAT_FORMAT` to columns of numbers only."""
 
-    def short(value: object) -> object:
+    def rounded(value: object) -> object:
         return float(FLOAT_FORMAT % value) if isinstance(value, float) else value
 
-    texts = {str(name): column for name, column in table.items() if column.dtype == object}
-    unique = {name: column.dropna().unique() for name, column in texts.items()}
-    mixed = [name for name in texts if any(isinstance(value, float) for value in unique[name])]
-    return table.assign(**{name: texts[name].map(short) for name in mixed})
+    mixed = {
+        str(name): column
+        for name, column in table.items()
+        if column.dtype == object
+        and any(isinstance(value, float) for value in column.dropna().unique())
+    }
+    return table.assign(**{name: column.map(rounded) for name, column in mixed.items()})
 
 
 def write_csv(table: pd.DataFrame, target: str | Path) -> None:
@@ -120,20 +121,20 @@ def read_csv(source: str | Path | bytes, kind_of: Callable[[str], str]) -> pd.Da
         content = content_bytes.decode("utf-8-sig")
         names = next(iter(read_cells(content_bytes.partition(b"\n")[0])), [])
         kinds = {name: kind_of(name) for name in names}
-        text = {name for name, kind in kinds.items() if kind in ("text", "yes or no")}
+        text_columns = {name for name, kind in kinds.items() if kind in ("text", "yes or no")}
         table = pd.read_csv(
             io.StringIO(content, newline=""),
             # a run may be called 007 or NA, which must not become a number or NaN
-            dtype=dict.fromkeys(text, str),
+            dtype=dict.fromkeys(text_columns, str),
             keep_default_na=False,
-            na_values={name: [""] for name in names if name not in text},
+            na_values={name: [""] for name in names if name not in text_columns},
         )
         for name, kind in kinds.items():
             if kind == "yes or no":
                 table[name] = table[name].map(_YES_OR_NO).astype("boolean")
         if table.empty:
             # pandas gives columns without rows the type of texts, which a join would pass on to numbers
-            table = table.astype({name: float for name in names if name not in text})
+            table = table.astype({name: float for name in names if name not in text_columns})
         return _change_texts(table, unguarded) if "'" in content else table
     except (OSError, ValueError) as error:
         name = "" if isinstance(source, bytes) else f"{source}: "

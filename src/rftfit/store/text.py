@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]], indent: str = "  ") -> str:
-    """Format a table: columns as wide as their content, aligned to the right where all cells are numbers."""
+    """Format a table: columns as wide as their content, aligned to the right where all cells are numbers or blank."""
     columns = []
     for head, *cells in zip(header, *rows, strict=True):
         width = max(map(len, (head, *cells)))

@@ -40,24 +40,22 @@ def plain_number(cell: str) -> str:
 IN_THOUSANDS = {
     mark: re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:\{mark}\d{{3}})+(?:[.,]\d*)?") for mark in ",."
 }
-"""Mark between thousands, to the pattern of a number that has it."""
+"""Mark between thousands, to the pattern of a number that has it: 1,442 or 1,442.21."""
 NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
 COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 """A number with one comma."""
-MAY_BE_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
-"""A number with one comma that may be decimal or between thousands: 10,114."""
 _WITH_UNIT = re.compile(r"(?P<number>.*\d[.,)-]?)\s*(?P<unit>[^\W\d_].*|[°%].*)")
 
 
 def number_of(cell: str, decimal: str = ".") -> float:
     """Read a number in any spelling; NaN where the cell holds none, or a mark that may be decimal or between thousands.
 
-    `decimal`: Decimal mark of the table.
+    `decimal`: Decimal mark of the table, a point or a comma; the other one may stand between thousands.
     """
     plain = plain_number(cell.strip())
-    mark = "," if decimal == "." else "."
-    if mark in plain and decimal in plain and IN_THOUSANDS[mark].fullmatch(plain):
-        plain = plain.replace(mark, "")
+    separator = "," if decimal == "." else "."
+    if separator in plain and decimal in plain and IN_THOUSANDS[separator].fullmatch(plain):
+        plain = plain.replace(separator, "")
     if decimal == "," and "." not in plain:
         plain = plain.replace(",", ".")
     # float() would also accept 1_0 as 10, and digits of every script
@@ -78,6 +76,6 @@ def has_decimal_commas(cells: Iterable[str]) -> bool:
         return False
     numbers = [plain for cell in cells if (plain := plain_number(cell))[-1:].isdigit()]
     commas = [number for number in numbers if COMMA.fullmatch(number)]
-    may_be_thousands = all(map(MAY_BE_THOUSANDS.fullmatch, commas))
+    may_be_thousands = all(map(IN_THOUSANDS[","].fullmatch, commas))
     points = (number for number in numbers if "." in number and PLAIN_NUMBER.fullmatch(number))
     return bool(commas) and not may_be_thousands and not any(points)

@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from itertools import islice
+from itertools import compress, islice
 from typing import Any, Literal
 
 import numpy as np
@@ -21,9 +21,20 @@ from rftfit.table.text import cells_of, decoded
 
 _FEED, _RETURN, _TAB, _BLANK = b"\n\r\t "
 
-# reasons why a row is left out
-FINITE = "NaN or infinite"
+# --- Reasons why a row is left out, under which it is counted
+
+
+NAN_OR_INFINITE = "NaN or infinite"
 BLANK = "no value in a cell"
+OTHER_SOURCE = "of another source (`where` in the config)"
+CUT = "cut in mid-row"
+WRONG_CELLS = "wrong number of cells"
+NO_NUMBER = "not a number"
+NO_TIME = "not a time"
+GROUPED = "digits regrouped in this column: 10,114 may have been 1,0114"
+
+OF_CELLS = frozenset({NO_NUMBER, NO_TIME, NAN_OR_INFINITE, BLANK, GROUPED})
+"""Reasons that lie in one cell: a reader that does not need its column keeps the line."""
 
 
 def add_counts(*counts: Mapping[str, int]) -> dict[str, int]:
@@ -37,58 +48,45 @@ def add_counts(*counts: Mapping[str, int]) -> dict[str, int]:
 def finite_rows(
     columns: Mapping[str, np.ndarray], blank: Mapping[str, np.ndarray]
 ) -> tuple[np.ndarray, dict[str, int]]:
-    """Return which rows have only finite numbers, bool of shape (n,), and column to its count of others.
+    """Return which rows have only finite numbers, bool of shape (n,), and column to its number of not finite cells.
 
-    `blank`: Column to the rows in which it has no value: NaN there is allowed, any other NaN is one of the file.
+    `blank`: Column to the rows in which it has no value, bool of shape (n,): NaN is allowed there.
     """
-    keep = np.ones(next(iter(columns.values())).size, dtype=bool)
-    bad = {}
+    is_good = np.ones(next(iter(columns.values())).size, dtype=bool)
+    not_finite = {}
     for name, values in columns.items():
         if values.dtype == float:
             finite = np.isfinite(values)
             if name in blank:
                 finite |= blank[name]
-            if not_finite := int(finite.size - np.count_nonzero(finite)):
-                bad[name] = not_finite
-                keep &= finite
-    return keep, bad
+            if count := int(finite.size - np.count_nonzero(finite)):
+                not_finite[name] = count
+                is_good &= finite
+    return is_good, not_finite
 
 
-OTHER_SOURCE = "of another source (`where` in the config)"
+def are_allowed(labels: Sequence[object], allowed: Sequence[str]) -> npt.NDArray[np.bool_]:
+    """Return which of the labels of n rows are `allowed`, bool of shape (n,); as numbers, 2 and 2.0 are equal."""
+    numbers = {*map(_number_or_none, allowed)} - {None}
 
-
-def is_meant(labels: Sequence[object], allowed: Sequence[str]) -> npt.NDArray[np.bool_]:
-    """Return which rows have one of the `allowed` labels, bool of shape (n,); numbers are compared as numbers."""
-    words = {*allowed}
-    numbers = {number for word in allowed if (number := _number_or_none(word)) is not None}
-
-    def meant(label: object) -> bool:
-        """Return whether a label is allowed."""
-        text = str(label).strip()
-        return text in words or (bool(numbers) and _number_or_none(text) in numbers)
+    def is_allowed(label: str) -> bool:
+        return label in allowed or _number_or_none(label) in numbers
 
     # few different labels stand in many rows
-    meant_by_label = {label: meant(label) for label in {*labels}}
-    return np.array([meant_by_label[label] for label in labels], dtype=bool)
+    allowed_by_label = {label: is_allowed(str(label).strip()) for label in {*labels}}
+    return np.array([allowed_by_label[label] for label in labels], dtype=bool)
 
 
-def _number_or_none(text: str) -> float | None:
-    """Return a text as a number; None where it is none."""
+def _number_or_none(label: str) -> float | None:
+    """Return a label as a number; None where it is none."""
     try:
-        return float(text)
+        return float(label)
     except ValueError:
         return None
 
 
-# further reasons, of lines that cannot be parsed
-CUT = "cut in mid-row"
-CELLS = "wrong number of cells"
-NUMBER = "not a number"
-NO_TIME = "not a time"
-GROUPED = "digits regrouped in this column: 10,114 may have been 1,0114"
+# --- How a line is split into cells, and what comes of many lines
 
-OF_CELLS = frozenset({NUMBER, NO_TIME, FINITE, BLANK, GROUPED})
-"""Reasons that lie in one cell: a reader that does not need its column keeps the line."""
 
 Kind = Literal["number", "integer", "stamp", "same", "label", "word", "skip"]
 
@@ -108,25 +106,25 @@ _EMPTY_LINES = re.compile(rb"[ \t]*(?:\r\n|\n|\r)[\s]*")
 
 @dataclass(frozen=True)
 class Layout:
-    """How to split a line into cells, and what each cell holds. Places of columns count from 0.
+    """How to split a line into cells, and what each cell holds. Indices of columns count from 0.
 
     `names`: Unique names of the columns.
     `kinds`: Kind of each column; by default all are numbers. Integers are exact within 64 bits; of kind "same",
         the value is whether the cell equals `same`; labels are words; skipped cells may hold anything. For
         `read_cells_of` alone: words are texts, few of which differ.
     `delimiter`: One character; a blank stands for any number of blanks and tabs.
-    `decimal`: ``.`` or ``,``. `other_decimal`: Places of columns whose numbers have the other mark.
+    `decimal`: Decimal mark, ``.`` or ``,``. `other_decimal`: Indices of columns whose numbers have the other mark.
     `quote`: Whether cells may be in double quotes.
     `comment`: Beginning of lines that are no data lines; empty: there are none.
     `optional`: Number of columns at the end, all skipped ones, that a line may lack.
     `same`: Content that the cells of kind "same" should have.
-    `regrouped`: Places of columns whose digits a spreadsheet has regrouped.
+    `regrouped`: Indices of columns whose digits a spreadsheet has regrouped.
     `dates`: Order of day, month and year in dates (``dmy``); empty: each date must show the order.
     `no_value`: Texts of cells without a value; the other cells of such a row are still read.
     `void`: Numbers that stand for no value.
-    `mixed`: Places of columns of numbers with words among them; a word there is no value.
+    `mixed`: Indices of columns of numbers with words among them; a word there is no value.
     `rewrites`: Patterns and their replacements in each line, before it is split into cells.
-    `where`: Places of columns, and the words that a row of the wanted source has there.
+    `where`: Index of a column, and the labels of which a row to be read has one there, for each such column.
     """
 
     names: tuple[str, ...]
@@ -151,15 +149,19 @@ class Layout:
             object.__setattr__(self, "kinds", ("number",) * len(self.names))
 
     @property
-    def places_to_read(self) -> list[int]:
-        """Places of the columns that are read."""
-        return [place for place, kind in enumerate(self.kinds) if kind != "skip"]
+    def columns_to_read(self) -> list[int]:
+        """Indices of the columns that are read."""
+        return [column for column, kind in enumerate(self.kinds) if kind != "skip"]
 
-    def decimal_of(self, place: int) -> str:
-        """Decimal mark of a column."""
-        if place in self.other_decimal:
+    def decimal_of(self, column: int) -> str:
+        """Return the decimal mark of a column, by its index."""
+        if column in self.other_decimal:
             return "," if self.decimal == "." else "."
         return self.decimal
+
+    def split(self, line: bytes) -> list[str]:
+        """Return the cells of a line as Latin-1, which any bytes can be read as; no cell if quotes do not match."""
+        return cells_of(line.decode("latin-1"), self.delimiter, quote=self.quote) or []
 
     def is_data(self, line: bytes) -> bool:
         """Return whether a line is neither blank nor a comment."""
@@ -171,15 +173,15 @@ class Layout:
 class ParsedRows:
     """Columns of the good rows of some lines, and counts of the bad ones.
 
-    `columns`: Name to values of the good rows, shape (n,): float64, int64, bool, or words. `index`: Number of the
-    data line of each good row, from 0, shape (n,); bad lines are counted, too. `rows`: Number of data lines, which
-    is n plus all counts in `dropped` (by reason). `blank`: Column to the good rows without a value, which is NaN in
-    `columns`; only for columns with such a row. `word_lines`: Number and cells of the data lines with as many cells
-    as there are columns and no number.
+    `columns`: Name to values of the n good rows: float64, int64, bool, or words. `line_numbers`: Number of the data
+    line of each good row, from 0, shape (n,); bad lines are counted, too, but not those of another source. `rows`:
+    Number of data lines, which is n plus all counts in `dropped` (by reason). `not_finite`: Column to the number of its cells that are NaN or infinite.
+    `blank`: Column to which good rows have no value, bool of shape (n,), and NaN in `columns`; only for columns with
+    such a row. `word_lines`: Number and cells of the data lines with as many cells as there are columns and no number.
     """
 
     columns: dict[str, np.ndarray]
-    index: np.ndarray
+    line_numbers: np.ndarray
     rows: int
     dropped: dict[str, int]
     not_finite: dict[str, int] = field(default_factory=dict)
@@ -191,10 +193,13 @@ class ParsedRows:
         lost = int(keep.size - np.count_nonzero(keep))
         if not lost:
             return self
-        columns = {name: values[keep] for name, values in self.columns.items()}
-        blank = {name: rows[keep] for name, rows in self.blank.items()}
-        dropped = add_counts(self.dropped, {reason: lost})
-        return replace(self, columns=columns, index=self.index[keep], dropped=dropped, blank=blank)
+        return replace(
+            self,
+            columns={name: values[keep] for name, values in self.columns.items()},
+            line_numbers=self.line_numbers[keep],
+            dropped=add_counts(self.dropped, {reason: lost}),
+            blank={name: is_blank[keep] for name, is_blank in self.blank.items()},
+        )
 
 
 def parse(
@@ -205,16 +210,16 @@ def parse(
     *,
     keep_blanks: bool = False,
 ) -> ParsedRows:
-    """Parse a block of whole lines.
+    """Parse a block of whole lines (`body`), and the text behind the last line end of the file.
 
-    `last_line`: A last line without a line end: the program that wrote it may have been stopped within it. Unless it
-    is as complete as the lines `before` it, it is counted and left out. `keep_blanks`: Keep rows with cells that
-    have no value; such cells are NaN.
+    `last_line`: This text: the program that wrote it may have been stopped within the line. Unless it is as complete
+    as the lines `before` it, it is counted and left out. `keep_blanks`: Keep rows with cells that have no value; such
+    cells are NaN.
     """
-    body, last_line = (rewritten(text, layout.rewrites) for text in (body, last_line))
-    if layout.is_data(last_line) and _is_complete_line(
-        layout, rewritten(before, layout.rewrites), last_line
-    ):
+    body, last_line, before = (
+        rewritten(part, layout.rewrites) for part in (body, last_line, before)
+    )
+    if layout.is_data(last_line) and _is_complete_line(layout, before, last_line):
         body, last_line = body + last_line + b"\n", b""
     n_other_rows = 0
     if layout.where:
@@ -230,8 +235,8 @@ def parse(
         rows = replace(rows, rows=rows.rows + n_other_rows, dropped=dropped)
     if rows.blank and not keep_blanks:
         rows = rows.take(~np.logical_or.reduce([*rows.blank.values()]), BLANK)
-    keep, bad = finite_rows(rows.columns, rows.blank)
-    return replace(rows, not_finite=bad).take(keep, FINITE) if bad else rows
+    is_good, not_finite = finite_rows(rows.columns, rows.blank)
+    return replace(rows, not_finite=not_finite).take(is_good, NAN_OR_INFINITE)
 
 
 def _without_voids(layout: Layout, rows: ParsedRows) -> ParsedRows:
@@ -250,16 +255,12 @@ def _without_voids(layout: Layout, rows: ParsedRows) -> ParsedRows:
 def _lines_of_source(layout: Layout, body: bytes) -> tuple[bytes, int]:
     """Return the lines of the wanted source, and the number of the other lines."""
     lines = [line for line in body.splitlines(keepends=True) if layout.is_data(line)]
-    kept = np.ones(len(lines), dtype=bool)
-    for place, words in layout.where:
-        cells = (
-            cells_of(line.decode("latin-1"), layout.delimiter, quote=layout.quote) or ()
-            for line in lines
-        )
-        labels = [_decoded_cell(row[place]) if place < len(row) else "" for row in cells]
-        kept &= is_meant(labels, words)
-    wanted = b"".join(line for line, is_kept in zip(lines, kept, strict=True) if is_kept)
-    return wanted, int(np.count_nonzero(~kept))
+    is_wanted = np.ones(len(lines), dtype=bool)
+    for column, allowed in layout.where:
+        table = map(layout.split, lines)
+        labels = [_decoded_cell(cells[column]) if column < len(cells) else "" for cells in table]
+        is_wanted &= are_allowed(labels, allowed)
+    return b"".join(compress(lines, is_wanted)), int(np.count_nonzero(~is_wanted))
 
 
 def _decoded_cell(cell: str) -> str:
@@ -282,38 +283,34 @@ def _is_complete_line(layout: Layout, before: bytes, last_line: bytes) -> bool:
     if it has all digits of the format. Any other number may be cut without a trace: it is accepted if its step from
     the number before is no larger than the steps between those, so that a cut would change it by no more than that.
     """
-    cells = cells_of(last_line.decode("latin-1"), layout.delimiter, quote=layout.quote)
-    if cells is None or len(cells) != len(layout.names):
+    cells = layout.split(last_line)
+    if len(cells) != len(layout.names):
         return False
-    last, last_cell = len(cells) - 1, cells[-1].strip()
-    kind = layout.kinds[last]
+    kind, last_cell = layout.kinds[-1], cells[-1].strip()
     if kind == "skip" or (layout.quote and last_line.rstrip().endswith(b'"')):
         return True
     # the first of the lines before may itself be cut, as `before` has a fixed number of bytes
-    rows = (
-        cells_of(line.decode("latin-1"), layout.delimiter, quote=layout.quote) or []
-        for line in before.splitlines()[1:]
-    )
-    column = [row[last].strip() for row in rows if len(row) == len(cells)]
+    rows = map(layout.split, before.splitlines()[1:])
+    column = [row[-1].strip() for row in rows if len(row) == len(cells)]
     if kind not in ("number", "integer"):
         return last_cell in column or (kind == "stamp" and {*map(len, column)} == {len(last_cell)})
     numbers = [number for cell in column if cell and (number := _NUMBER_PARTS.fullmatch(cell))]
     number = _NUMBER_PARTS.fullmatch(last_cell)
-    if len(numbers) < _FEWEST_BEFORE or number is None or not last_cell:
+    if len(numbers) < _FEWEST_BEFORE or number is None:
         return False
     exponents = {len(match["exponent"] or "") for match in numbers}
     if exponents != {len(number["exponent"] or "")}:
         return False
     decimals = [len(match["decimals"] or "") for match in numbers]
-    digits_behind = len(number["decimals"] or "")
+    last_decimals = len(number["decimals"] or "")
     # a fixed format: always as many decimals, or an exponent
     if max(decimals) == min(decimals) > 0 or exponents != {0}:
-        return digits_behind >= max(decimals)
-    if digits_behind < min(decimals) or not last_cell[-1].isdigit():
+        return last_decimals >= max(decimals)
+    if last_decimals < min(decimals) or not last_cell[-1].isdigit():
         return False
-    if max(decimals) == 0 and len(number["digits"]) < max(
-        len(match["digits"]) for match in numbers[-_FEWEST_BEFORE:]
-    ):
+    digits_before = [len(match["digits"]) for match in numbers[-_FEWEST_BEFORE:]]
+    # a whole number with fewer digits than those just before
+    if max(decimals) == 0 and len(number["digits"]) < max(digits_before):
         return False
     values = np.array([float(match[0].replace(",", ".")) for match in numbers])
     step = abs(float(last_cell.replace(",", ".")) - values[-1])
@@ -321,7 +318,7 @@ def _is_complete_line(layout: Layout, before: bytes, last_line: bytes) -> bool:
 
 
 def rewritten(body: bytes, rewrites: Iterable[tuple[re.Pattern[bytes], bytes]]) -> bytes:
-    """Return text with each pattern replaced, so that cells and delimiters are left."""
+    """Return a block with each pattern replaced, so that only cells and delimiters are left."""
     for pattern, replacement in rewrites:
         body = pattern.sub(replacement, body)
     return body
@@ -331,38 +328,37 @@ def _parse_block(layout: Layout, body: bytes) -> list[ParsedRows]:
     """Parse a block by Arrow as a whole; in parts where it has a bad line or an odd number."""
     if not body.isascii():
         body = MINUS.sub(b"-", body)
-    if not layout.regrouped:
-        fast = _parse_fast(layout, body)
-        if fast is not None:
-            return [fast]
-        plain = _without_thousands(layout, _with_plain_numbers(layout, body))
-        if plain != body:
-            return _parse_halves(layout, plain)
-    return _parse_halves(layout, body, is_bad=True)
+    if layout.regrouped:
+        return [_parse_by_hand(layout, body)]
+    rows = _parse_fast(layout, body)
+    if rows is not None:
+        return [rows]
+    plain = _without_thousands(layout, _with_plain_numbers(layout, body))
+    return _parse_halves(layout, body) if plain == body else _parse_part(layout, plain)
 
 
-def _parse_halves(layout: Layout, body: bytes, *, is_bad: bool = False) -> list[ParsedRows]:
-    """Parse a block by Arrow, or its halves where it has a bad line, down to few lines, which are parsed one by one.
+def _parse_part(layout: Layout, body: bytes) -> list[ParsedRows]:
+    """Parse a part of a block by Arrow, or its halves where it has a bad line."""
+    rows = _parse_fast(layout, body)
+    return _parse_halves(layout, body) if rows is None else [rows]
 
-    `is_bad`: The block is known to have a bad line.
-    """
-    if not (layout.regrouped or is_bad):
-        fast = _parse_fast(layout, body)
-        if fast is not None:
-            return [fast]
+
+def _parse_halves(layout: Layout, body: bytes) -> list[ParsedRows]:
+    """Parse the halves of a part with a bad line; few lines are parsed one by one."""
     if count_lines(body) > 64:
         middle = len(body) // 2
         # never between \r and \n
-        place = body.rfind(b"\n", 0, middle) + 1 or body.rfind(b"\r", 0, middle) + 1
-        if 0 < place < len(body) and body[place : place + 1] != b"\n":
-            return [*_parse_halves(layout, body[:place]), *_parse_halves(layout, body[place:])]
+        start = body.rfind(b"\n", 0, middle) + 1 or body.rfind(b"\r", 0, middle) + 1
+        if 0 < start < len(body) and body[start : start + 1] != b"\n":
+            return [*_parse_part(layout, body[:start]), *_parse_part(layout, body[start:])]
     return [_parse_by_hand(layout, body)]
 
 
 @lru_cache
 def _odd_cell_pattern(delimiter: str) -> re.Pattern[bytes]:
-    """Return the pattern of whole cells that may be numbers in an odd spelling (`plain_number`)."""
+    """Return the pattern of whole cells that may be numbers in an odd spelling: ="007", 12-, (12) and 1.2D3."""
     edge = rb"[\s\"%b]" % re.escape(delimiter.encode())
+    # a comma that separates cells is no part of a number
     number = rb"\d[\d%b]*" % b".,".replace(delimiter.encode(), b"")
     return re.compile(
         rb'="[^"\r\n]*"|(?:(?<=%b)|^)(?:%b-|\(%b\)|[+-]?%b[dD][+-]?\d{1,3})(?=%b|$)'
@@ -384,73 +380,78 @@ def _without_thousands(layout: Layout, body: bytes) -> bytes:
     1,442.21 has both marks and leaves none. In 1 442.21 and 1'442 the separator may be a damaged digit or decimal
     mark: there the other numbers of the column decide.
     """
-    group, point = (b",", b".") if layout.decimal == "." else (b".", b",")
+    separator, decimal = (b",", b".") if layout.decimal == "." else (b".", b",")
     delimiter = layout.delimiter.encode()
-    if group in body and point in body:
-        marked = _grouped_pattern(re.escape(group), point, delimiter, b"")
-        body = marked.sub(lambda number: number[0].replace(group, b""), body)
-    spaced = [*_grouped_pattern(_SPACE, point, delimiter, b"?").finditer(body)]
-    if group != delimiter:
-        # 10.204 beside a decimal comma
-        spaced += _grouped_pattern(re.escape(group), point, delimiter, b"?").finditer(body)
-        spaced.sort(key=re.Match.start)
-    if not spaced:
-        return body
-    numbers_by_column: dict[int, list[re.Match[bytes]]] = {}
-    for number in spaced:
-        numbers_by_column.setdefault(_column_of(layout, body, number.start()), []).append(number)
-    # the numbers of these lines decide on separators of thousands
-    lines = islice(filter(layout.is_data, body.splitlines()), 1000)
-    rows = [
-        cells_of(line.decode("latin-1"), layout.delimiter, quote=layout.quote) or []
-        for line in lines
-    ]
-    doubtful: set[re.Match[bytes]] = set()
-    for place, numbers in numbers_by_column.items():
-        column = [cells[place].strip(" \t") for cells in rows if place < len(cells)]
-        doubtful |= _doubtful_thousands(numbers, column, point)
-        between = group.decode()
-        if any(between in cell and not IN_THOUSANDS[between].fullmatch(cell) for cell in column):
-            # the mark is decimal, whatever the config states
-            doubtful |= {number for number in numbers if group in number[0]}
+    if separator in body and decimal in body:
+        with_both = _grouped_pattern(re.escape(separator), decimal, delimiter, b"")
+        body = with_both.sub(lambda number: number[0].replace(separator, b""), body)
+    grouped = [*_grouped_pattern(_SPACE, decimal, delimiter, b"?").finditer(body)]
+    if separator != delimiter:
+        # 10.204 where the decimal mark is a comma
+        grouped += _grouped_pattern(re.escape(separator), decimal, delimiter, b"?").finditer(body)
+        grouped.sort(key=re.Match.start)
+    doubtful = _doubtful_in_block(layout, body, grouped, separator.decode()) if grouped else set()
     pieces: list[bytes] = []
     stop = 0
-    for number in spaced:
+    for number in grouped:
         if number in doubtful:
             continue
-        whole, mark, decimals = number[0].partition(point)
-        whole = re.sub(_SPACE, b"", whole).replace(group, b"")
+        whole, mark, decimals = number[0].partition(decimal)
+        whole = re.sub(_SPACE, b"", whole).replace(separator, b"")
         pieces += [body[stop : number.start()], whole, mark, decimals]
         stop = number.end()
     return b"".join([*pieces, body[stop:]])
 
 
-def _column_of(layout: Layout, body: bytes, place: int) -> int:
-    """Return the column, from 0, of the cell at a place (in bytes) of a block."""
-    start = body.rfind(b"\n", 0, place) + 1
-    start = max(start, body.rfind(b"\r", start, place) + 1)
-    before = body[start:place].rstrip(b'"').decode("latin-1") + "0"
-    return len(cells_of(before, layout.delimiter, quote=layout.quote) or "0") - 1
+def _doubtful_in_block(
+    layout: Layout, body: bytes, grouped: Sequence[re.Match[bytes]], separator: str
+) -> set[re.Match[bytes]]:
+    """Return those of the numbers with separators for which other numbers of their columns leave a doubt."""
+    numbers_by_column: dict[int, list[re.Match[bytes]]] = {}
+    for number in grouped:
+        numbers_by_column.setdefault(_column_of(layout, body, number.start()), []).append(number)
+    # the numbers of these lines decide
+    lines = islice(filter(layout.is_data, body.splitlines()), 1000)
+    rows = [*map(layout.split, lines)]
+    doubtful: set[re.Match[bytes]] = set()
+    for column, numbers in numbers_by_column.items():
+        column_cells = [cells[column].strip(" \t") for cells in rows if column < len(cells)]
+        doubtful |= _doubtful_thousands(numbers, column_cells, layout.decimal)
+        marked = [cell for cell in column_cells if separator in cell]
+        if not all(map(IN_THOUSANDS[separator].fullmatch, marked)):
+            # the separator is the decimal mark, whatever the config states
+            doubtful |= {number for number in numbers if separator.encode() in number[0]}
+    return doubtful
+
+
+def _column_of(layout: Layout, body: bytes, offset: int) -> int:
+    """Return the column, from 0, of the cell that begins at an offset, in bytes, of a block."""
+    line_start = body.rfind(b"\n", 0, offset) + 1
+    line_start = max(line_start, body.rfind(b"\r", line_start, offset) + 1)
+    cells_before = layout.split(body[line_start:offset].rstrip(b'"') + b"0")
+    return max(len(cells_before) - 1, 0)
 
 
 def _doubtful_thousands(
-    spaced: Sequence[re.Match[bytes]], column: Sequence[str], point: bytes
+    grouped: Sequence[re.Match[bytes]], column_cells: Sequence[str], decimal: str
 ) -> set[re.Match[bytes]]:
-    """Return the numbers of a column whose blanks may be no separators of thousands.
+    """Return the numbers of a column whose separators may not stand between thousands.
 
-    All numbers are doubtful if others in the column have as many digits and no blank. Numbers without a decimal mark
-    are doubtful if the column has decimal marks, unless it has both whole numbers, and thousands with a mark.
-    `spaced`: Numbers with blanks. `column`: Cells of the column. `point`: Decimal mark.
+    All are doubtful if another number in the column has as many digits before its decimal mark and no separator. Those
+    without a decimal mark are doubtful if the column has decimal marks, unless it has both whole numbers, and grouped
+    numbers with a mark. `grouped`: Numbers with separators. `column_cells`: All cells. `decimal`: Decimal mark.
     """
-    mark = point.decode()
-    plain = [cell.replace(mark, ".", 1) for cell in column if mark == "." or "." not in cell]
+    mark = decimal.encode()
+    plain = [
+        cell.replace(decimal, ".", 1) for cell in column_cells if decimal == "." or "." not in cell
+    ]
     plain = [cell.lstrip("+-") for cell in plain if PLAIN_NUMBER.fullmatch(cell)]
     digits = [len(re.split("[.eE]", cell)[0]) for cell in plain]
-    wholes = [re.sub(rb"[^\d]", b"", number[0].partition(point)[0]) for number in spaced]
-    if max(digits, default=0) >= min(len(whole.lstrip(b"+-")) for whole in wholes):
-        return {*spaced}
-    without_mark = {number for number in spaced if point not in number[0]}
-    has_marks = len(without_mark) < len(spaced)
+    grouped_digits = [len(re.sub(rb"\D", b"", n[0].partition(mark)[0])) for n in grouped]
+    if max(digits, default=0) >= min(grouped_digits):
+        return {*grouped}
+    without_mark = {number for number in grouped if mark not in number[0]}
+    has_marks = len(without_mark) < len(grouped)
     has_wholes = not all("." in cell for cell in plain)
     is_safe = has_wholes if has_marks else not any("." in cell for cell in plain)
     return set() if is_safe else without_mark
@@ -462,15 +463,18 @@ _SPACE = rb"(?:[ '\xa0\x92]|\xc2\xa0|\xe2\x80[\x89\xaf\x99])"
 
 @lru_cache
 def _grouped_pattern(
-    group: bytes, point: bytes, delimiter: bytes, whole: bytes
+    separator: bytes, decimal: bytes, delimiter: bytes, repeat: bytes
 ) -> re.Pattern[bytes]:
-    """Return the pattern of numbers with a mark (`group`) between thousands; `whole` ``?``: also without decimals."""
+    """Return the pattern of numbers with a separator (a pattern) between thousands.
+
+    `decimal`: Decimal mark. `repeat`: How often it stands in a number: ``?`` once or not, empty once.
+    """
     number = rb"[+-]?\d{1,3}(?:%b\d{3})+(?:%b\d*)%b(?:[eE][+-]?\d+)?" % (
-        group,
-        re.escape(point),
-        whole,
+        separator,
+        re.escape(decimal),
+        repeat,
     )
-    if group == delimiter:  # such a number stands in quotes
+    if separator == delimiter:  # such a number stands in quotes
         return re.compile(rb'(?<=")%b(?=")' % number)
     end = rb'[^"\s%b]' % re.escape(delimiter)
     return re.compile(rb"(?<!%b)%b(?!%b)" % (end, number, end))
@@ -481,13 +485,15 @@ def _join_parts(parts: list[ParsedRows]) -> ParsedRows:
     if len(parts) == 1:
         return parts[0]
     starts = np.cumsum([0, *(rows.rows for rows in parts)])
-    index = [rows.index + start for rows, start in zip(parts, starts[:-1], strict=True)]
+    line_numbers = [
+        rows.line_numbers + start for rows, start in zip(parts, starts[:-1], strict=True)
+    ]
     names = parts[0].columns
     columns = {name: np.concatenate([rows.columns[name] for rows in parts]) for name in names}
     dropped = add_counts(*(rows.dropped for rows in parts))
     blank = {
         name: np.concatenate(
-            [rows.blank.get(name, np.zeros(rows.index.size, bool)) for rows in parts]
+            [rows.blank.get(name, np.zeros(rows.line_numbers.size, bool)) for rows in parts]
         )
         for name in names
         if any(name in rows.blank for rows in parts)
@@ -498,26 +504,30 @@ def _join_parts(parts: list[ParsedRows]) -> ParsedRows:
         for line, cells in rows.word_lines
     )
     return ParsedRows(
-        columns, np.concatenate(index), int(starts[-1]), dropped, blank=blank, word_lines=word_lines
+        columns,
+        np.concatenate(line_numbers),
+        int(starts[-1]),
+        dropped,
+        blank=blank,
+        word_lines=word_lines,
     )
 
 
 def count_lines(body: bytes) -> int:
     """Count the lines of a body that ends with a line end."""
     # several times faster than bytes.count where lines are short
-    text = np.frombuffer(body, dtype=np.uint8)
-    feeds = text == _FEED
+    letters = np.frombuffer(body, dtype=np.uint8)
+    feeds = letters == _FEED
     lines = int(np.count_nonzero(feeds))
     if b"\r" in body:
-        returns = text == _RETURN
+        returns = letters == _RETURN
+        # \r\n is one line end
         lines += int(np.count_nonzero(returns)) - int(np.count_nonzero(returns[:-1] & feeds[1:]))
     return lines
 
 
 def _parse_fast(layout: Layout, body: bytes) -> ParsedRows | None:
     """Parse lines by Arrow; None where a line is bad, or Arrow may read it otherwise than `_parse_line`."""
-    import pyarrow as pa
-
     if "integer" in layout.kinds and (b"x" in body or b"X" in body):
         return None  # Arrow would read 0x10 as a number
     if not body or body.isspace():
@@ -539,14 +549,14 @@ def _parse_fast(layout: Layout, body: bytes) -> ParsedRows | None:
         # blank lines, or a quote that swallowed line ends
         dense = _EMPTY_LINES.sub(b"\n", body).lstrip(b"\n")
         return _parse_fast(layout, dense) if len(dense) < len(body) else None
-    try:
-        return _rows_of_table(layout, table)
-    except pa.ArrowInvalid:
-        return None
+    return _rows_of_table(layout, table)
 
 
 def read_cells_of(layout: Layout, body: bytes, width: int) -> Any | None:
-    """Read lines of `width` cells into an Arrow table, columns named by place; None where a cell does not fit."""
+    """Read lines of `width` cells into an Arrow table; None where a cell does not fit.
+
+    Columns of the table have the index of the column as their name: ``0``, ``1``...
+    """
     import pyarrow as pa
     import pyarrow.csv as pacsv
 
@@ -557,58 +567,56 @@ def read_cells_of(layout: Layout, body: bytes, width: int) -> Any | None:
 
 
 def _rows_of_table(layout: Layout, table: Any) -> ParsedRows | None:
-    """Convert the cells of an Arrow table to values; None where a time cannot be read, or an integer has no value.
+    """Convert the cells of an Arrow table; None where a cell cannot be converted, or an integer has no value."""
+    import pyarrow as pa
 
-    Raises pyarrow.ArrowInvalid for text that is not UTF-8.
+    columns: dict[str, np.ndarray] = {}
+    blank: dict[str, np.ndarray] = {}
+    for column in layout.columns_to_read:
+        name = layout.names[column]
+        try:
+            values, cells = _convert_cells(layout, column, table.column(str(column)))
+        except pa.ArrowInvalid:  # text that is not UTF-8
+            return None
+        if values is None or (cells.null_count and layout.kinds[column] == "integer"):
+            return None
+        if cells.null_count and layout.kinds[column] in ("number", "stamp"):
+            blank[name] = np.asarray(cells.is_null())
+        columns[name] = values
+    return ParsedRows(columns, np.arange(table.num_rows), table.num_rows, {}, blank=blank)
+
+
+def _convert_cells(layout: Layout, column: int, chunks: Any) -> tuple[np.ndarray | None, Any]:
+    """Return the values of the cells of a column, shape (n,), None where a time cannot be read; and the Arrow column.
+
+    In the returned Arrow column cells without a value are null. `chunks`: The column as Arrow has read it.
     """
     import pyarrow as pa
     import pyarrow.compute as pc
 
-    columns = {}
-    blank = {}
-    for place in layout.places_to_read:
-        column = table.column(str(place))
-        cells = column.chunk(0) if column.num_chunks == 1 else column.combine_chunks()
-        if layout.kinds[place] == "same":
-            columns[layout.names[place]] = pc.equal(cells, layout.same.encode()).to_numpy(
-                zero_copy_only=False
-            )
-            continue
-        if layout.kinds[place] == "label":
-            columns[layout.names[place]] = _words_of(cells)
-            continue
-        if place in layout.mixed:
-            cells = numbers_among_words(cells, layout.decimal_of(place))
-        elif layout.kinds[place] == "stamp" and layout.no_value:
-            values_without = pc.is_in(pc.utf8_trim(cells, " \t"), pa.array(layout.no_value))
-            cells = pc.if_else(values_without, pa.scalar(None, pa.string()), cells)
-        missing = np.asarray(cells.is_null()) if cells.null_count else None
-        if layout.kinds[place] == "stamp":
-            filled = cells.drop_null()
-            values = seconds_of_column(filled, layout.dates) if len(filled) else np.empty(0)
-            if values is None:
-                return None
-            if missing is not None:
-                times = np.full(missing.size, np.nan)
-                times[~missing] = values
-                values = times
-        elif missing is not None and layout.kinds[place] == "integer":
-            return None
-        else:
-            values = cells.to_numpy(zero_copy_only=False)
-        if missing is not None:
-            blank[layout.names[place]] = missing
-        columns[layout.names[place]] = values
-    return ParsedRows(columns, np.arange(table.num_rows), table.num_rows, {}, blank=blank)
+    kind = layout.kinds[column]
+    cells = chunks.chunk(0) if chunks.num_chunks == 1 else chunks.combine_chunks()
+    if kind == "label":
+        return _labels_of(cells), cells
+    if kind == "same":
+        cells = pc.equal(cells, layout.same.encode())
+    elif column in layout.mixed:
+        cells = numbers_among_words(cells, layout.decimal_of(column))
+    elif kind == "stamp":
+        is_blank = pc.is_in(pc.utf8_trim(cells, " \t"), pa.array(layout.no_value, pa.string()))
+        cells = pc.if_else(is_blank, pa.scalar(None, pa.string()), cells)
+        return seconds_of_column(cells, layout.dates), cells
+    return cells.to_numpy(zero_copy_only=False), cells
 
 
-def _words_of(cells: Any) -> np.ndarray:
+def _labels_of(cells: Any) -> np.ndarray:
     """Return the stripped texts of an Arrow column of bytes, shape (n,)."""
     encoded = cells.dictionary_encode()
-    words = [decoded(word or b"").strip() for word in encoded.dictionary.to_pylist()]
-    texts: np.ndarray = np.array([*words, ""], dtype=object)
-    places = encoded.indices.fill_null(len(words)).to_numpy(zero_copy_only=False)
-    return np.asarray(texts[places])
+    # few different labels stand in many rows: each is decoded once
+    labels = [decoded(label or b"").strip() for label in encoded.dictionary.to_pylist()]
+    with_blank: np.ndarray = np.array([*labels, ""], dtype=object)
+    codes = encoded.indices.fill_null(len(labels)).to_numpy(zero_copy_only=False)
+    return np.asarray(with_blank[codes])
 
 
 def numbers_among_words(cells: Any, decimal: str = ".") -> Any:
@@ -633,14 +641,16 @@ def _arrow_options(layout: Layout, width: int) -> dict[str, Any]:
 
     types = {"number": pa.float64(), "integer": pa.int64(), "stamp": pa.string()}
     types["word"] = pa.dictionary(pa.int32(), pa.string())
-    names = [str(place) for place in range(width)]
-    column_types = {name: types.get(layout.kinds[int(name)], pa.binary()) for name in names}
-    column_types |= {str(place): pa.binary() for place in layout.mixed}
+    column_types = {
+        # of other columns, and of numbers among words, the bytes
+        str(column): pa.binary() if column in layout.mixed else types.get(kind, pa.binary())
+        for column, kind in enumerate(layout.kinds[:width])
+    }
     return {
         "read_options": pacsv.ReadOptions(
             # threads already parse several blocks at once; a block in one piece needs no copy of its columns,
             # and blocks of a log are smaller than this
-            column_names=names,
+            column_names=[*column_types],
             use_threads=False,
             block_size=1 << 24,
         ),
@@ -649,7 +659,7 @@ def _arrow_options(layout: Layout, width: int) -> dict[str, Any]:
         ),
         "convert_options": pacsv.ConvertOptions(
             column_types=column_types,
-            include_columns=[str(place) for place in layout.places_to_read],
+            include_columns=[*map(str, layout.columns_to_read)],
             decimal_point=layout.decimal,
             null_values=list(layout.no_value),
             check_utf8=False,
@@ -659,27 +669,28 @@ def _arrow_options(layout: Layout, width: int) -> dict[str, Any]:
 
 def _single_blanks(body: bytes) -> bytes:
     """Return lines with a single blank between cells, and none at either end of a line."""
-    text = np.frombuffer(body, dtype=np.uint8)
+    letters = np.frombuffer(body.replace(b"\t", b" "), dtype=np.uint8)
     # the last blank of each run stays, if a cell follows
-    blank = (text == _BLANK) | (text == _TAB)
-    drop = np.ones(text.size, dtype=bool)
-    follows = text[1:]
-    np.logical_and(blank[:-1], blank[1:] | (follows == _FEED) | (follows == _RETURN), out=drop[:-1])
-    drop[-1] = blank[-1]
-    text = text[~drop]
-    if text.size:
-        # a blank at the start of a line is dropped
-        end = (text == _FEED) | (text == _RETURN)
-        drop = (text == _BLANK) | (text == _TAB)
-        drop[1:] &= end[:-1]
-        text = text[~drop]
-    return text.tobytes().replace(b"\t", b" ")
+    is_blank = letters == _BLANK
+    is_dropped = is_blank.copy()
+    is_dropped[:-1] &= (is_blank | _is_line_end(letters))[1:]
+    letters = letters[~is_dropped]
+    # a blank at the start of a line is dropped
+    is_dropped = letters == _BLANK
+    is_dropped[1:] &= _is_line_end(letters)[:-1]
+    letters = letters[~is_dropped]
+    return letters.tobytes()
+
+
+def _is_line_end(letters: np.ndarray) -> np.ndarray:
+    """Return where a text, in bytes, has a character of a line end."""
+    return np.asarray((letters == _FEED) | (letters == _RETURN))
 
 
 def _parse_by_hand(layout: Layout, body: bytes) -> ParsedRows:
     """Parse line by line, and count the bad lines by reason."""
-    values: list[list[Any]] = [[] for _ in layout.places_to_read]
-    index: list[int] = []
+    values_by_column: dict[int, list[Any]] = {column: [] for column in layout.columns_to_read}
+    line_numbers: list[int] = []
     dropped: dict[str, int] = {}
     word_lines: list[tuple[int, list[str]]] = []
     rows = 0
@@ -687,24 +698,24 @@ def _parse_by_hand(layout: Layout, body: bytes) -> ParsedRows:
         row_or_reason = _parse_line(layout, line)
         if isinstance(row_or_reason, str):
             dropped[row_or_reason] = dropped.get(row_or_reason, 0) + 1
-            if row_or_reason == NUMBER and (words := _only_words(layout, line)):
+            if row_or_reason == NO_NUMBER and (words := _only_words(layout, line)):
                 word_lines.append((rows, words))
         else:
-            for column, value in zip(values, row_or_reason, strict=True):
-                column.append(value)
-            index.append(rows)
+            for values, value in zip(values_by_column.values(), row_or_reason, strict=True):
+                values.append(value)
+            line_numbers.append(rows)
         rows += 1
     columns = {}
     blank = {}
-    for place, column in zip(layout.places_to_read, values, strict=True):
-        name = layout.names[place]
-        if None in column:
-            blank[name] = np.array([value is None for value in column])
+    for column, values in values_by_column.items():
+        name = layout.names[column]
+        if None in values:
+            blank[name] = np.array([value is None for value in values])
         # None becomes NaN
-        columns[name] = np.array(column, dtype=_NUMPY_TYPES[layout.kinds[place]])
+        columns[name] = np.array(values, dtype=_NUMPY_TYPES[layout.kinds[column]])
     return ParsedRows(
         columns,
-        np.array(index, dtype=np.int64),
+        np.array(line_numbers, dtype=np.int64),
         rows,
         dropped,
         blank=blank,
@@ -722,20 +733,20 @@ def _only_words(layout: Layout, line: bytes) -> list[str]:
 
 def _parse_line(layout: Layout, line: bytes) -> list[Any] | str:
     """Return the values of the cells to be read, None for a cell without a value, or the reason why the line is bad."""
-    cells = cells_of(line.decode("latin-1"), layout.delimiter, quote=layout.quote)
+    cells = layout.split(line)
     most = len(layout.names)
-    if cells is None or not most - layout.optional <= len(cells) <= most:
-        return CELLS
+    if not most - layout.optional <= len(cells) <= most:
+        return WRONG_CELLS
     values: list[Any] = []
-    for place in layout.places_to_read:
-        cell, kind = cells[place].strip(" \t"), layout.kinds[place]
+    for column in layout.columns_to_read:
+        cell, kind = cells[column].strip(" \t"), layout.kinds[column]
         if kind == "same":
-            values.append(cells[place] == layout.same)
+            values.append(cells[column] == layout.same)
         elif kind == "label":
-            values.append(_decoded_cell(cells[place]).strip())
+            values.append(_decoded_cell(cells[column]).strip())
         elif kind == "integer":
             if not _INTEGER.fullmatch(cell) or abs(int(cell)) >= 1 << 63:
-                return NUMBER
+                return NO_NUMBER
             values.append(int(cell))
         elif cell in layout.no_value:
             values.append(None)
@@ -744,18 +755,18 @@ def _parse_line(layout: Layout, line: bytes) -> list[Any] | str:
             if math.isnan(values[-1]):
                 return NO_TIME
         else:
-            if layout.decimal_of(place) == ",":
-                if place in layout.regrouped and REGROUPED.fullmatch(cell):
+            if layout.decimal_of(column) == ",":
+                if column in layout.regrouped and REGROUPED.fullmatch(cell):
                     return GROUPED
                 cell = "." if "." in cell else cell.replace(",", ".")
             if PLAIN_NUMBER.fullmatch(cell):
                 values.append(float(cell))
-            elif place in layout.mixed:
+            elif column in layout.mixed:
                 values.append(None)
             elif NOT_FINITE.fullmatch(cell):
                 values.append(float(cell))
             else:
-                return NUMBER
+                return NO_NUMBER
     return values
 
 

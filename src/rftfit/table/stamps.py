@@ -23,33 +23,20 @@ ORDERS = {"year first": "ymd", "day first": "dmy", "month first": "mdy"}
 """Order of day, month and year as the config names it, to its name in this module."""
 _WORDS_OF_ORDER = {order: word for word, order in ORDERS.items()}
 
-_HALF = r"(?: ?(?P<half>[AaPp])\.?[Mm]\.?)?"
+_AM_PM = r"(?: ?(?P<half>[AaPp])\.?[Mm]\.?)?"
+"""AM or PM behind a time: `half` is A or P, the half of the day."""
 _DATE = re.compile(
     r"(?P<d0>\d{4}|\d\d?)[-/.](?P<d1>\d\d?)[-/.](?P<d2>\d{4}|\d\d?)[T ] *(?P<hour>\d\d?):(?P<minute>[0-5]\d)"
-    r"(?::(?P<second>[0-5]\d)(?:[.,](?P<part>\d{1,9}))?)?"
-    + _HALF
+    r"(?::(?P<second>[0-5]\d)(?:[.,](?P<fraction>\d{1,9}))?)?"
+    + _AM_PM
     + r" ?(?P<zone>Z|UTC|GMT|[+-]\d\d(?::?\d\d)?)?"
 )
+"""A date of three numbers, d0 to d2 in any order, with a time of day."""
+_MONTH_NAMES = "jan/ene feb mar/mär/mrz apr/abr may/mai jun jul aug/ago sep oct/okt nov dec/dez/dic"
 _MONTHS = {
-    word: number
-    for number, words in enumerate(
-        [
-            "jan/ene",
-            "feb",
-            "mar/mär/mrz",
-            "apr/abr",
-            "may/mai",
-            "jun",
-            "jul",
-            "aug/ago",
-            "sep",
-            "oct/okt",
-            "nov",
-            "dec/dez/dic",
-        ],
-        start=1,
-    )
-    for word in words.split("/")
+    name: number
+    for number, names in enumerate(_MONTH_NAMES.split(), start=1)
+    for name in names.split("/")
 }
 """First three letters of a month in English, German or Spanish, to its number."""
 _MONTH = r"(?P<month>[A-Za-zä]{3,10})\.?"
@@ -57,8 +44,10 @@ _DAY_FIRST = re.compile(rf"(?P<day>\d\d?)\.?[-/. ]{_MONTH}[-/. ,]+(?P<year>\d{{4
 _MONTH_FIRST = re.compile(rf"{_MONTH}[- ](?P<day>\d\d?)(?:, ?|[- ])(?P<year>\d{{4}})(?=[T ])")
 _YEAR_FIRST = re.compile(rf"(?P<year>\d{{4}})[-/. ]{_MONTH}[-/. ](?P<day>\d\d?)(?=[T ])")
 _NAMED_MONTHS = (_DAY_FIRST, _MONTH_FIRST, _YEAR_FIRST)
-_CLOCK = re.compile(r"(\d\d?:[0-5]\d:[0-5]\d(?:[.,:]\d{1,9})?|[0-5]?\d:[0-5]\d[.,]\d{1,9})" + _HALF)
-_COLON_BEFORE_PART = re.compile(r"(\d\d?:[0-5]\d:[0-5]\d):(\d{1,9})")
+_CLOCK = re.compile(
+    r"(\d\d?:[0-5]\d:[0-5]\d(?:[.,:]\d{1,9})?|[0-5]?\d:[0-5]\d[.,]\d{1,9})" + _AM_PM
+)
+_COLON_BEFORE_FRACTION = re.compile(r"(\d\d?:[0-5]\d:[0-5]\d):(\d{1,9})")
 """A clock time with a colon before the fraction of a second."""
 _ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:[^AaPp]*")
 
@@ -71,7 +60,7 @@ def is_stamp(text: str) -> bool:
 
 
 def _named_month(text: str) -> re.Match[str] | None:
-    """Find a date with the name of the month at the beginning of a text."""
+    """Match a date with the name of the month at the beginning of a text; None where there is none."""
     for pattern in _NAMED_MONTHS:
         date = pattern.match(text)
         if date and date["month"][:3].casefold() in _MONTHS:
@@ -124,18 +113,20 @@ def seconds_of(text: str, order: str = "") -> float:
     `order`: Order of day, month and year (``dmy``); empty: the text must show the order, else NaN.
     """
     if clock := _CLOCK.fullmatch(text):
-        text = _COLON_BEFORE_PART.sub(r"\1.\2", clock[0])
+        text = _COLON_BEFORE_FRACTION.sub(r"\1.\2", clock[0])
         hours = "" if text.count(":") == 2 else "00:"
         text, order = f"1970-01-01 {hours}{text}", "ymd"
     if _named_month(text):
         text, order = _with_month_number(text), "ymd"
     date = _DATE.fullmatch(text)
     order = order or date_order([text])
+    # a year has four digits, or two
     if not date or not order or len(date[f"d{order.index('y')}"]) == 1:
         return np.nan
     year, month, day = (int(date[f"d{order.index(letter)}"]) for letter in "ymd")
     hour, half, zone = int(date["hour"]), date["half"], date["zone"] or "Z"
     if half:
+        # 12 AM is 0 h and 12 PM is 12 h; hour 24 makes the date invalid below
         hour = hour % 12 + 12 * (half in "Pp") if 1 <= hour <= 12 else 24
     try:
         moment = dt.datetime(
@@ -149,28 +140,37 @@ def seconds_of(text: str, order: str = "") -> float:
         )
     except ValueError:
         return np.nan
-    away = 0.0
+    ahead_of_utc_s = 0
     if zone[0] in "+-":
-        digits = zone[1:].replace(":", "").ljust(4, "0")
-        away = (int(digits[:2]) * 3600 + int(digits[2:]) * 60) * (-1.0 if zone[0] == "-" else 1.0)
-    return moment.timestamp() - away + float(f"0.{date['part'] or 0}")
+        hhmm = zone[1:].replace(":", "").ljust(4, "0")
+        ahead_of_utc_s = int(f"{zone[0]}1") * (int(hhmm[:2]) * 3600 + int(hhmm[2:]) * 60)
+    return moment.timestamp() - ahead_of_utc_s + float(f"0.{date['fraction'] or 0}")
 
 
 def seconds_of_column(cells: Any, order: str = "") -> FloatArray | None:
-    """Return the times of an Arrow column of text, s as of `seconds_of`, all at once.
+    """Return the times of an Arrow column of text, s as of `seconds_of`, all at once; NaN where a cell is null.
 
     None where Arrow cannot read each cell as `seconds_of` would: the caller then reads cell by cell.
     """
     import pyarrow as pa
     import pyarrow.compute as pc
 
+    times = np.full(len(cells), np.nan)
+    if cells.null_count == len(cells):
+        return times
+    if cells.null_count:
+        times_stated = seconds_of_column(cells.drop_null(), order)
+        if times_stated is None:
+            return None
+        times[np.asarray(cells.is_valid())] = times_stated
+        return times
     try:
         first = cells[0].as_py().strip(" \t")
         cells = pc.utf8_trim(cells, " \t")
         if _CLOCK.fullmatch(first):
-            if _COLON_BEFORE_PART.fullmatch(first):
+            if _COLON_BEFORE_FRACTION.fullmatch(first):
                 cells = pc.replace_substring_regex(
-                    cells, f"^{_COLON_BEFORE_PART.pattern}$", r"\1.\2"
+                    cells, f"^{_COLON_BEFORE_FRACTION.pattern}$", r"\1.\2"
                 )
                 first = cells[0].as_py()
             hours = "" if first.count(":") == 2 else "00:"
@@ -200,31 +200,28 @@ def _with_month_numbers(cells: Any) -> Any:
     import pyarrow.compute as pc
 
     first = cells[0].as_py()
-    for pattern in _NAMED_MONTHS:
-        if not pattern.match(first):
-            continue
-        places = {pattern.groupindex[name]: name for name in ("day", "month", "year")}
-        order = [places[number] for number in sorted(places)]
-        plain = re.sub(r"\?P<\w+>", "", pattern.pattern).replace("(?=[T ])", "([T ])")
-        parts = pc.extract_regex(cells, pattern=f"^{pattern.pattern.replace('(?=[T ])', '')}")
-        words = pc.unique(pc.struct_field(parts, "month")).to_pylist()
-        day, year = order.index("day") + 1, order.index("year") + 1
-        for word in filter(None, words):
+    for pattern in filter(lambda pattern: pattern.match(first), _NAMED_MONTHS):
+        # Arrow knows neither a look-ahead nor, where it replaces, groups with names: day, month and year are groups 1
+        # to 3 in the order of the pattern, and group 4 is the T or blank behind the date
+        by_number = re.sub(r"\?P<\w+>", "", pattern.pattern).replace("(?=[T ])", "([T ])")
+        day, year = pattern.groupindex["day"], pattern.groupindex["year"]
+        dates = pc.extract_regex(cells, pattern=f"^{pattern.pattern.replace('(?=[T ])', '')}")
+        for word in filter(None, pc.unique(pc.struct_field(dates, "month")).to_pylist()):
             month = _MONTHS.get(word[:3].casefold())
             if month is None:
                 raise ValueError(word)
-            # group 4 is the T or blank behind the date
-            pattern_of_month = plain.replace("([A-Za-zä]{3,10})", f"({word})")
+            with_this_month = by_number.replace("([A-Za-zä]{3,10})", f"({word})")
             cells = pc.replace_substring_regex(
-                cells, f"^{pattern_of_month}", rf"\{year}-{month:02}-\{day}\4"
+                cells, f"^{with_this_month}", rf"\{year}-{month:02}-\{day}\4"
             )
     return cells
 
 
 def _as_iso(cells: Any, order: str) -> tuple[Any, np.ndarray]:
-    """Return an Arrow column with dates by ISO 8601, and how many half days to add to each time, for AM and PM.
+    """Return an Arrow column with dates by ISO 8601, and how many half days to add to each time: -1, 0 or 1.
 
-    `order`: Order of day, month and year in `cells`. Raises ValueError for an hour that AM and PM cannot have.
+    Half days come of AM and PM, which are removed. `order`: Order of day, month and year in `cells`. Raises ValueError
+    for an hour that AM and PM cannot have.
     """
     import pyarrow.compute as pc
 
@@ -235,16 +232,16 @@ def _as_iso(cells: Any, order: str) -> tuple[Any, np.ndarray]:
     year, month, day = (order.index(letter) + 1 for letter in "ymd")
     iso = rf"\{year}-\{month}-\{day}T"
     cells = pc.replace_substring_regex(cells, r"^(\d+)[-/.](\d+)[-/.](\d+)[T ] *", iso)
-    for _ in range(
-        2
-    ):  # twice, as two neighbouring numbers of one digit share the character between them
+    # a 0 before a single digit; twice, as two neighbouring numbers of one digit share the character between them
+    for _ in range(2):
         cells = pc.replace_substring_regex(cells, r"([-T:])(\d)([-T:])", r"\10\2\3")
     cells = pc.replace_substring_regex(cells, r"^(\d\d)-", r"20\1-")
-    is_pm, half = matches(r"[Pp]\.?[Mm]\.?$"), matches(r"[AaPp]\.?[Mm]\.?$")
-    noon = half * matches("T12:")
-    if (half * (1 - matches(r"T(0[1-9]|1[0-2]):"))).any():
+    is_pm, has_half = matches(r"[Pp]\.?[Mm]\.?$"), matches(r"[AaPp]\.?[Mm]\.?$")
+    if (has_half > matches(r"T(0[1-9]|1[0-2]):")).any():
         raise ValueError  # an hour beyond 1 to 12
-    return pc.replace_substring_regex(cells, r" ?[AaPp]\.?[Mm]\.?$", ""), is_pm - noon
+    cells_without_half = pc.replace_substring_regex(cells, r" ?[AaPp]\.?[Mm]\.?$", "")
+    # 12 AM is 0 h and 12 PM is 12 h
+    return cells_without_half, is_pm - has_half * matches("T12:")
 
 
 class RestartingClock:
@@ -253,29 +250,28 @@ class RestartingClock:
     def __init__(self, period: float) -> None:
         self._period = period
         self._last = 0.0
-        self._passed = 0.0
+        self._added = 0.0
 
     def follow(self, times: FloatArray) -> FloatArray:
         """Return the next times, s, shape (n,), made continuous: a step back by half a period is a new start."""
         is_finite = np.isfinite(times)
         if not is_finite.all():
-            followed = times.copy()
-            followed[is_finite] = self.follow(times[is_finite])
-            return followed
+            with_gaps = times.copy()
+            with_gaps[is_finite] = self.follow(times[is_finite])
+            return with_gaps
         if times.size == 0:
             return times
         steps = np.diff(times, prepend=self._last)
-        passed = self._passed + self._period * np.cumsum(steps < -self._period / 2)
-        self._last, self._passed = float(times[-1]), float(passed[-1])
-        continuous_times: FloatArray = times + passed
+        added = self._added + self._period * np.cumsum(steps < -self._period / 2)
+        self._last, self._added = float(times[-1]), float(added[-1])
+        continuous_times: FloatArray = times + added
         return continuous_times
 
 
 def ns_to_s(stamps: np.ndarray) -> FloatArray:
     """Convert nanoseconds since 1970 (whole numbers) to s; float64 resolves 0.2 microseconds at today's dates."""
-    stamps = np.asarray(stamps, dtype=np.int64)
-    whole = stamps // 10**9
-    seconds: FloatArray = whole + (stamps - whole * 10**9) / 1e9
+    whole_s, rest_ns = np.divmod(np.asarray(stamps, dtype=np.int64), 10**9)
+    seconds: FloatArray = whole_s + rest_ns / 1e9
     return seconds
 
 

@@ -20,11 +20,14 @@ def utf16_of(head: bytes) -> str:
     if head[:2] in _UTF16:
         return _UTF16[head[:2]]
     sample = head[:_SAMPLE_BYTES]
-    for high, encoding in enumerate(("utf-16-be", "utf-16-le")):
+    first_bytes, second_bytes = sample[::2], sample[1::2]
+    for encoding, high_bytes, low_bytes in (
+        ("utf-16-be", first_bytes, second_bytes),
+        ("utf-16-le", second_bytes, first_bytes),
+    ):
         # in UTF-16 the high bytes of most letters are 0, and no low byte is
-        if sample[high::2].count(0) * 4 <= len(sample) or sample[1 - high :: 2].count(0):
-            continue
-        if any(line_end.encode(encoding) in sample for line_end in "\r\n"):
+        most_are_zero = high_bytes.count(0) * 4 > len(sample) and 0 not in low_bytes
+        if most_are_zero and any(line_end.encode(encoding) in sample for line_end in "\r\n"):
             return encoding
     return ""
 
@@ -45,14 +48,13 @@ def text_head(head: bytes) -> bytes:
 
     A damaged text keeps the lines before its first zero byte.
     """
-    lines = head
     if b"\x00" in head and not utf16_of(head):
-        lines, _, _ = head[: head.index(b"\x00")].rpartition(b"\n")
+        whole_lines, _, _ = head.partition(b"\x00")[0].rpartition(b"\n")
         # a binary file has fewer lines before its first zero byte
-        if lines.count(b"\n") < 10:
+        if whole_lines.count(b"\n") < 10:
             return b""
-        lines += b"\n"
-    text = as_utf8(lines)
+        head = whole_lines + b"\n"
+    text = as_utf8(head)
     controls = len(text) - len(text.translate(None, _CONTROLS))
     # one in fifty bytes of a damaged text may be a control character; in a binary file one in ten is
     return b"" if controls * 50 > len(text) else text
@@ -73,7 +75,7 @@ _WEB_PAGE = re.compile(rb"\s*<(?:!doctype\s+html|html|table|meta)\b", re.IGNOREC
 class Line(NamedTuple):
     """One line among the first bytes of a file.
 
-    `stop`: Place in bytes where the next line begins. `whole`: Whether the line has a line end.
+    `stop`: Offset in bytes at which the next line begins. `whole`: Whether the line has a line end.
     """
 
     text: str
@@ -87,7 +89,7 @@ def decode_first_lines(head: bytes, most: int = 400) -> list[Line]:
 
 
 def each_line(head: bytes, encoding: str = "") -> Iterator[Line]:
-    """Yield the lines of the first bytes of a file; `encoding` as of `decoded`."""
+    """Yield the lines of the first bytes of a file; `encoding`: as in `decoded`."""
     start = 0
     while start < len(head):
         end = _LINE_END.search(head, start)
@@ -108,7 +110,10 @@ def decoded(raw: bytes, encoding: str = "") -> str:
 
 
 def cells_of(line: str, delimiter: str, *, quote: bool = True) -> list[str] | None:
-    """Split a line into its cells; None where the quotes do not match; `quote`: whether cells may be in quotes."""
+    """Split a line into its cells; None where the quotes do not match.
+
+    `delimiter`: One character; a blank stands for any number of blanks and tabs. `quote`: Whether cells may be in quotes.
+    """
     if delimiter == " ":
         return _split_at_blanks(line)
     if not quote or '"' not in line:

@@ -34,45 +34,12 @@ _SPELLINGS = {
     "h": "h hr hrs hour hours",
     "d": "d day days",
 }
-CHAIN_UNITS = frozenset(_SPELLINGS)
+QUANTITY_UNITS = frozenset(_SPELLINGS)
 """Units of the quantities that the program reads."""
 _UNIT_BY_SPELLING = {word: unit for unit, words in _SPELLINGS.items() for word in words.split()}
 # spellings in which the case of a letter decides: Nm is N m and nm is nanometre, M is not m
 _EXACT = {"Nm": "N m", "nm": "nm", "MN": "MN", "Mm": "Mm", "S": "S", "M": "M"}
-_OTHER_UNITS = (
-    "V",
-    "mV",
-    "uV",
-    "A",
-    "mA",
-    "Hz",
-    "kHz",
-    "Pa",
-    "kPa",
-    "MPa",
-    "GPa",
-    "bar",
-    "mbar",
-    "psi",
-    "%",
-    "°C",
-    "°F",
-    "K",
-    "g",
-    "kg",
-    "mg",
-    "J",
-    "mJ",
-    "W",
-    "nm",
-    "km",
-    "nN",
-    "uN",
-    "MN",
-    "rpm",
-    "TS",
-    "RN",
-)
+_OTHER_UNITS = "V mV uV A mA Hz kHz Pa kPa MPa GPa bar mbar psi % °C °F K g kg mg J mJ W nm km nN uN MN rpm TS RN"
 """Units of other quantities; with them a row of units is recognised."""
 
 _WIDE = str.maketrans("\uff08\uff09\uff3b\uff3d\u3010\u3011\uff0f\uff1a\u3000", "()[][]/: ")
@@ -84,22 +51,27 @@ _NUMBERED = re.compile(
 """``Force (N) Run #2``: a number, of a run or of a repeated name, behind the unit."""
 _SINCE = re.compile(r"(\w+) since .*", re.IGNORECASE)
 """Unit of a time in netCDF: ``seconds since 2026-02-03``."""
-_BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]\s*$")
-_BRACKETED = re.compile(r"[\[(][^\[\]()]*[\])]")
-_INDEX = re.compile(r".*(\S\[\d+\]|[\[(][xyzXYZ][\])])\s*")
+_NAME_WITH_UNIT = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]\s*$")
+_UNIT_IN_BRACKETS = re.compile(r"[\[(][^\[\]()]*[\])]")
+_WITH_INDEX = re.compile(r".*(\S\[\d+\]|[\[(][xyzXYZ][\])])\s*")
+"""A name that ends with an index or an axis in brackets, which is no unit: ``force[2]``, ``F (z)``."""
 _BEFORE_UNIT = re.compile(r"\s*[_/,]\s*|\s+")
 _POWER = re.compile(r"(\^-?\d|[²³⁻¹]+|(?<=[a-z])-?[234])$")
+"""Power at the end of a unit: ``^2``, ``²``, or ``2`` behind a letter."""
 
 
-def _bare(text: str) -> str:
+def _without_brackets(text: str) -> str:
     """Return a unit without the brackets around it."""
     text = text.strip()
     return text[1:-1].strip() if text[:1] in "([" and text[-1:] in ")]" else text
 
 
-def unit_word(text: str) -> str:
-    """Return a unit in the spelling of this program; an unknown unit comes back unchanged, ``?`` as an empty text."""
-    text = _bare(text.translate(_WIDE))
+def canonical_unit(text: str) -> str:
+    """Return a unit in the spelling of this program: ``N`` for ``Newtons``.
+
+    An unknown unit comes back unchanged, a sign for no unit such as ``?`` as an empty text.
+    """
+    text = _without_brackets(text.translate(_WIDE))
     if since := _SINCE.fullmatch(text):
         text = since[1]
     if text in {"?", "-", "--", "1", "n/a", "none", "None"}:
@@ -110,16 +82,18 @@ def unit_word(text: str) -> str:
     return _UNIT_BY_SPELLING.get(plain, text)
 
 
-def known_unit(text: str) -> bool:
-    """Return whether a text is a unit of this module in any spelling, or a product or ratio of such units."""
-    text = _bare(text)
-    if unit_word(text) in _SPELLINGS:
+def is_unit(text: str) -> bool:
+    """Return whether a text spells a unit of this module in any way, or a product or ratio of such units."""
+    text = _without_brackets(text)
+    if canonical_unit(text) in _SPELLINGS:
         return True
-    parts = [
-        _POWER.sub("", factor) for factor in re.split(r"[\s·⋅\u00d7*/.]+", text.replace("µ", "u"))
-    ]
-    plain = "/" in text or not any(map(str.isdigit, text.replace("^2", "")))
-    return plain and all(p in _OTHER_UNITS or unit_word(p) in _SPELLINGS for p in parts)
+    factors = re.split(r"[\s·⋅\u00d7*/.]+", text.replace("µ", "u"))
+    bases = [_POWER.sub("", factor) for factor in factors]
+    # a digit is a power only in a ratio, or as ^2: F1 and M2 are names
+    may_have_powers = "/" in text or not any(map(str.isdigit, text.replace("^2", "")))
+    return may_have_powers and all(
+        base in _OTHER_UNITS.split() or canonical_unit(base) in _SPELLINGS for base in bases
+    )
 
 
 @lru_cache(1024)
@@ -130,23 +104,23 @@ def split_unit(cell: str, more: frozenset[str] = frozenset()) -> tuple[str, str]
     """
     cell = cell.translate(_WIDE).strip().strip('"').strip()
     numbered = _NUMBERED.fullmatch(cell)
-    if numbered and known_unit(numbered["unit"]):
-        return f"{numbered['head']} {' '.join(numbered['number'].split())}", unit_word(
-            numbered["unit"]
-        )
-    match = _BRACKETS.match(cell)
-    if _INDEX.fullmatch(cell) or ("/" in cell and known_unit(cell)):
+    if numbered and is_unit(numbered["unit"]):
+        number = " ".join(numbered["number"].split())
+        return f"{numbered['head']} {number}", canonical_unit(numbered["unit"])
+    if _WITH_INDEX.fullmatch(cell) or ("/" in cell and is_unit(cell)):
         return cell, ""
+    match = _NAME_WITH_UNIT.match(cell)
     if match and match["name"]:
-        return match["name"].strip(), unit_word(match["unit"])
+        return match["name"].strip(), canonical_unit(match["unit"])
     for between in _BEFORE_UNIT.finditer(cell):
         name, unit = cell[: between.start()].strip(), cell[between.end() :].strip(" _/,")
-        usual = unit_word(unit) in _SPELLINGS or ("/" in unit and known_unit(unit))
-        if name and (usual or unit in more):
-            return name, unit_word(unit)
+        # no product, and none of the other units: in Axial A or Run V the letter is part of the name
+        is_clear = canonical_unit(unit) in _SPELLINGS or ("/" in unit and is_unit(unit))
+        if name and (is_clear or unit in more):
+            return name, canonical_unit(unit)
     # a column of times is often named by its unit alone; but s and min often mean something else
-    is_time = len(cell) > 1 and unit_word(cell) in COUNTED_TIMES
-    return cell, unit_word(cell) if is_time else ""
+    is_time = len(cell) > 1 and canonical_unit(cell) in COUNTED_TIMES
+    return cell, canonical_unit(cell) if is_time else ""
 
 
 COUNTED_TIMES = ("s", "ms", "us", "ns")
@@ -158,25 +132,23 @@ def is_units_row(cells: Sequence[str], width: int) -> bool:
     filled = [cell.strip() for cell in cells if cell.strip()]
     if not filled or not width - 1 <= len(cells) <= width + 1:
         return False
-    if all(_BRACKETED.fullmatch(cell) for cell in filled):
+    if all(_UNIT_IN_BRACKETS.fullmatch(cell) for cell in filled):
         return True
-    unknown_cells = [cell for cell in filled if not known_unit(cell)]
+    unknown_cells = [cell for cell in filled if not is_unit(cell)]
     short = all(len(cell) <= 10 and not any(map(str.isdigit, cell)) for cell in unknown_cells)
     return short and len(unknown_cells) * 2 < len(filled) and len(filled) * 2 > width
 
 
-def unique(names: list[str]) -> tuple[str, ...]:
+def unique_names(names: list[str]) -> tuple[str, ...]:
     """Make the names of columns unique: the second ``Mz`` becomes ``Mz_2``, a blank name ``column 3``."""
-    used: set[str] = set()
-    unique_names = []
-    for place, name in enumerate(names, start=1):
-        base = " ".join(name.split()) or f"column {place}"
-        candidate, number = base, 2
-        while candidate in used:
-            candidate, number = f"{base}_{number}", number + 1
-        used.add(candidate)
-        unique_names.append(candidate)
-    return tuple(unique_names)
+    distinct_names: list[str] = []
+    for column, name in enumerate(names, start=1):
+        base = " ".join(name.split()) or f"column {column}"
+        candidate, repeat = base, 2
+        while candidate in distinct_names:
+            candidate, repeat = f"{base}_{repeat}", repeat + 1
+        distinct_names.append(candidate)
+    return tuple(distinct_names)
 
 
 # --- Factors that convert a unit to the unit of this program, and the unit that a header or a cell states
@@ -230,7 +202,7 @@ _OTHER_RATIOS = {
     "kn/m3": "kPa/m",
     "mn/m3": "MPa/m",
 }
-"""Ratio in the spelling of `_plain`, to the unit that it equals."""
+"""Ratio in the spelling of `_plain_ratio`, to the unit that it equals."""
 _DIGITS = str.maketrans("\u00b2\u00b3\u2074\u207b", "234-")
 
 
@@ -244,18 +216,18 @@ def units_like(unit: str) -> dict[str, float]:
 
 def unit_among(text: str, units: Mapping[str, float]) -> str | None:
     """Return the unit among `units` that a text spells in any way; None where there is none."""
-    word = unit_word(text)
+    word = canonical_unit(text)
     if word in units:
         return word
     # case is ignored only for ratios and pressures: mN and MN differ by case alone, and no millipascal is used
-    plain = _plain(text)
+    plain = _plain_ratio(text)
     plain = _OTHER_RATIOS.get(plain, plain).casefold()
     is_ratio = "/" in plain or plain.endswith(("pa", "psi"))
-    return next((unit for unit in units if is_ratio and plain == _plain(unit)), None)
+    return next((unit for unit in units if is_ratio and plain == _plain_ratio(unit)), None)
 
 
 @lru_cache(4096)
-def _plain(unit: str) -> str:
+def _plain_ratio(unit: str) -> str:
     """Spell a unit in small letters, as a ratio, without spaces and ``^``: ``n/cm3`` for ``N cm⁻³``."""
     unit = unit.strip(" )]").casefold().translate(_DIGITS)
     unit = re.sub(r"[\s*·]*\b([a-z]+)\^?-(\d)", r"/\1\2", re.sub(r"[\s_]per[\s_]", "/", unit))

@@ -47,6 +47,7 @@ def rows_of(sheet: Any, most_columns: int | None = None) -> Iterator[Iterator[tu
 
 def place_of_column(letters: str) -> int:
     """Return the place of a column, from 0, by its letters in a sheet: 0 for ``A``, 26 for ``AA``."""
+    # the letters are digits from 1 to 26 in base 26
     number = 0
     for letter in letters:
         number = 26 * number + ord(letter) - ord("A") + 1
@@ -59,13 +60,14 @@ def is_moment(value: Any) -> bool:
 
 
 def formula_of(value: Any) -> str:
-    """Return the formula of a cell, also one for a range of cells; empty for any other value."""
+    """Return the formula of a cell; empty for any other value."""
+    # an array formula, which fills a range of cells, is an object with the formula as its `text`
     text = str(getattr(value, "text", value) or "")
     return text if text.startswith("=") else ""
 
 
 def text_of(value: Any) -> str:
-    """Return the stripped text of a cell; a number becomes the shortest text that means it."""
+    """Return the text that a csv would hold for the value of a cell, stripped; a number as its shortest text."""
     if value is None:
         return ""
     if isinstance(value, bool):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from log_files import refused, text_reader
 
-from rftfit.logs.beside import may_be_labels
+from rftfit.logs.labels import may_be_labels
 from rftfit.logs.registry import dialect
 
 ARRAYS = dialect("arrays")
