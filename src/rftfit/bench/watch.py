@@ -228,6 +228,7 @@ class Watch:
         `stamps`: Stamps of the files of each run of the medium; None while one of them still changes.
         """
         rows = self.rows[medium.name]
+        # runs of a medium with several plates are flagged, with their number
         plates = len({row.run.intruder for row in rows.values() if row.run.kind == "plate"})
         changed_keys = {}
         for name, row in rows.items():
