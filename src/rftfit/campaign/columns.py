@@ -47,7 +47,7 @@ class SheetColumn(TableColumn):
         """Return whether the cell of a row must be filled; `cells`: cells of the row by name of column."""
         return self.needed and cells.get("kind", "") not in self.may_be_blank
 
-    def unused(self, cells: Mapping[str, str]) -> str | None:
+    def why_unused(self, cells: Mapping[str, str]) -> str | None:
         """Return why a run does not use this column; empty: it does; None: kind or direction is wrong."""
         if self.kinds is KINDS and not self.direction:
             return ""

@@ -28,7 +28,7 @@ _COLUMNS_OF_RUN = (
 )
 
 
-_WORDS = {
+_NAMES_WITH_UNIT = {
     "depth": ("sinkage", "penetration", "tiefe", "einsinkung"),
     "stress_z": (
         *("sigma_z", "sigma_zz", "sigma", "pressure", "stress", "normal_stress"),
@@ -36,7 +36,7 @@ _WORDS = {
     ),
     "stress_x": ("sigma_x", "sigma_xz", "tau", "shear_stress"),
 }
-"""Column to words that name it in headers with a unit, such as ``Sinkage (mm)``."""
+"""Column to names of it in headers with a unit, such as ``Sinkage (mm)``."""
 
 
 def _alpha_columns(component: str) -> tuple[TableColumn, TableColumn]:
@@ -50,7 +50,7 @@ def _alpha_columns(component: str) -> tuple[TableColumn, TableColumn]:
             needed=component == "z",
             unit="N/cm^3",
             also=(name,),
-            words=("alpha",) if component == "z" else (),
+            names_with_unit=("alpha",) if component == "z" else (),
         ),
         _optional(
             error,
@@ -87,7 +87,7 @@ STRESS = Schema(
             "depth of the plate's centre, growing downward",
             unit="cm",
             also=("depth",),
-            words=_WORDS["depth"],
+            names_with_unit=_NAMES_WITH_UNIT["depth"],
         ),
         *(
             TableColumn(
@@ -98,7 +98,7 @@ STRESS = Schema(
                 needed=c == "z",
                 unit="N/cm^2",
                 also=(f"stress_{c}",),
-                words=_WORDS[f"stress_{c}"],
+                names_with_unit=_NAMES_WITH_UNIT[f"stress_{c}"],
             )
             for c in "zx"
         ),

@@ -103,7 +103,7 @@ class TableColumn:
     `unit`: Unit of a number. A header may state another one of the same dimension, as in ``x_mm`` or ``x (mm)``.
     `default`: Unit of the column where its header states none; empty: `unit`.
     `also`: Other names of the column in a header.
-    `words`: Further names, only for a header that states the unit.
+    `names_with_unit`: Further names, only for a header that states the unit.
     `hint`: Words added to what is allowed.
     `period`: Numbers that differ by this mean the same: 180 for the angle of a plate, which has two faces; 0: none.
     """
@@ -119,7 +119,7 @@ class TableColumn:
     unit: str = ""
     default: str = ""
     also: tuple[str, ...] = ()
-    words: tuple[str, ...] = ()
+    names_with_unit: tuple[str, ...] = ()
     hint: str = ""
     period: float = 0.0
 
@@ -132,7 +132,7 @@ class TableColumn:
     def stems(self) -> frozenset[str]:
         """Names without a unit, in the spelling of `folded_name`, for headers that state the unit beside the name."""
         stems = (name for name, unit in cut_header(self.name) if unit_among(unit, self.units))
-        return frozenset([*stems, *self.words])
+        return frozenset([*stems, *self.names_with_unit])
 
     def unit_in(self, header: str) -> str:
         """Return the unit that a header states behind a name; empty: none."""
@@ -175,7 +175,7 @@ class TableColumn:
             and (self.above is None or value > self.above)
         )
 
-    def unused(self, cells: Mapping[str, str]) -> str | None:  # noqa: ARG002
+    def why_unused(self, cells: Mapping[str, str]) -> str | None:  # noqa: ARG002
         """Return why a row does not use this column: empty if it does, None if that is unknown."""
         return ""
 
@@ -508,19 +508,19 @@ def _read_cell(
     """
     name = column.name
     cell = cells.get(name, "")
-    unused = column.unused(cells)
+    why_unused = column.why_unused(cells)
     if bad is not None and (column.form != "text" or bad[0] not in ("date", "merged-cell")):
         draft.note(name, *bad, _BAD_CELLS[bad[0]])
     elif not cell:
-        if column.is_needed_in(cells) and not unused:
+        if column.is_needed_in(cells) and not why_unused:
             draft.bad.add(name)
             # a missing column is one problem of the header, not a problem of each row
-            if unused is not None and (name in cells or not column.header_needed):
+            if why_unused is not None and (name in cells or not column.header_needed):
                 allowed = f"this cell must not be blank; allowed: {column.allowed}"
                 draft.note(name, "required", None, allowed)
-    elif unused:
-        # only where `unused` is a reason: where it is None, kind or direction are wrong, and no warning is sure
-        draft.note(name, "ignored", cell, f"nothing: {unused}", severity="warning")
+    elif why_unused:
+        # only where there is a reason: where it is None, kind or direction are wrong, and no warning is sure
+        draft.note(name, "ignored", cell, f"nothing: {why_unused}", severity="warning")
     elif column.form == "number":
         _read_number(draft, column, cell, scale)
     else:
