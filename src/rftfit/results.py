@@ -845,7 +845,8 @@ class Medium(KnownMedium):
             except InputError as error:
                 return FourierProfile(np.full(9, np.nan), f"generic, {self.name}", str(error))
         fits = self.results.fits(method)
-        fit, counted_fits = fits[self.name], [other for other in fits.values() if other.counts]
+        fit = fits[self.name]
+        counted_fits = [counted for counted in fits.values() if counted.counts]
         if fit.reason or not counted_fits:
             why = fit.reason or "no medium that passes its checks has nine terms"
             name = f"generic ({fit.method}) of {self.name}"

@@ -229,8 +229,8 @@ def _without_touching(groups: Iterable[tuple[int, int]]) -> list[tuple[int, int]
 
 def _is_peak(level: FloatArray, index: int) -> bool:
     """Return whether the steps before and behind a level have opposite signs; on the side of a bump they have not."""
-    before, here, behind = level[index - 1 : index + 2]
-    return bool((here - before) * (behind - here) < 0)
+    before, peak, behind = level[index - 1 : index + 2]
+    return bool((peak - before) * (behind - peak) < 0)
 
 
 def _is_sharp(level: FloatArray, edge: tuple[int, int], beside: float) -> bool:
