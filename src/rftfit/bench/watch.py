@@ -367,7 +367,8 @@ class Watch:
                 row |= {"intruder": last_run.intruder, "tare_run": tare_run}
                 for log in ("force_log", "motion_log"):
                     row[log] = getattr(last_run, log).replace(last_run.run_id, run_id)
-                rows += [row] if run_id else []
+                if run_id:
+                    rows.append(row)
         return rows
 
     # --- files that no row names

@@ -244,7 +244,7 @@ class _CheckedRows:
         columns["bad"] |= is_wrong
         value_found = value_found and value_found.format(columns[column][wrong[0]])
         allowed += f"; this is the first of {wrong.size} rows" if wrong.size > 1 else ""
-        self.draft_of(wrong[0]).note(column, code, value_found, allowed)
+        self.draft_of(int(wrong[0])).note(column, code, value_found, allowed)
 
     def draft_of(self, index: int) -> DraftRow:
         """Make a row to which problems of the row with this index can be added."""
@@ -255,7 +255,7 @@ class _CheckedRows:
         without_data = np.flatnonzero(self.rows.columns["no_data"])
         if without_data.size:
             allowed = f"values other than those of table.missing in the config; {without_data.size} rows are left out"
-            draft = self.draft_of(without_data[0])
+            draft = self.draft_of(int(without_data[0]))
             draft.note("depth_cm", "no-data", None, allowed, severity="warning")
 
     def check_numbers(self, units: Collection[str], tolerance_deg: float) -> None:
