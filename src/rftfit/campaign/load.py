@@ -480,5 +480,5 @@ def _vocabulary(file: ModelFile[Config]) -> Vocabulary:
 
 def _shape(intruder: Any) -> str:
     """Return the shape of an intruder in the plain data; empty where it is not valid."""
-    shape = intruder.get("shape") if isinstance(intruder, dict) else None
+    shape = intruder.get("shape", "") if isinstance(intruder, dict) else ""
     return shape if shape in (*PLATE_SHAPES, "leg") else ""

@@ -315,11 +315,11 @@ def read_rows(
 class HeaderCell(NamedTuple):
     """Header of a column in the file.
 
-    `index`: Number of the column in the file, from 0. `name`: Its name there. `unit`: Unit in the file. `scale`: Factor
+    `position`: Number of the column in the file, from 0. `name`: Its name there. `unit`: Unit in the file. `scale`: Factor
     from this unit to the unit of the schema; NaN where it is not known. `is_stated`: True if the header states the unit.
     """
 
-    index: int
+    position: int
     name: str
     unit: str
     scale: float
@@ -343,13 +343,13 @@ def _check_rows(
     for row, cells in table.rows:
         width = len(cells)
         cell_of_column = {
-            name: cells[header.index] if header.index < width else ""
+            name: cells[header.position] if header.position < width else ""
             for name, header in headers.items()
         }
         draft = DraftRow(schema, row, problems)
         for column, header in columns:
             draft.text[column.name] = ""
-            bad = table.bad.get((row, header.index)) if table.bad else None
+            bad = table.bad.get((row, header.position)) if table.bad else None
             _read_cell(draft, column, cell_of_column, bad, header.scale)
         if schema.others != "ignored":
             _check_cells_without_header(draft, names, cells)
@@ -449,7 +449,7 @@ def _read_valid_rows(
     kinds: list[Kind] = ["skip"] * len(table.header)
     for column in schema.columns:
         if column.name in headers:
-            kinds[headers[column.name].index] = "number" if column.form == "number" else "word"
+            kinds[headers[column.name].position] = "number" if column.form == "number" else "word"
     names = tuple(map(str, range(len(kinds))))
     layout = Layout(names, tuple(kinds), table.delimiter, table.decimal, quote=True)
     cells = read_cells_of(layout, block, len(kinds))
@@ -461,7 +461,7 @@ def _read_valid_rows(
     draft = DraftRow(schema, 0, deque(maxlen=0))
     for column in schema.columns:
         name, header = column.name, headers.get(column.name)
-        values: Any = cells.column(str(header.index)).combine_chunks() if header else None
+        values: Any = cells.column(str(header.position)).combine_chunks() if header else None
         if column.form == "number":
             if header is None:
                 columns[name] = np.full(size, math.nan)
@@ -668,7 +668,9 @@ def _find_columns(table: _Table, schema: Schema) -> tuple[_Headers, list[Problem
             header = HeaderCell(index, name, "", math.nan, is_stated=True)
             with_unknown_unit.setdefault(column.name, header)
         elif column.name in headers:
-            allowed = f"each column once; it is also column number {headers[column.name].index + 1}"
+            allowed = (
+                f"each column once; it is also column number {headers[column.name].position + 1}"
+            )
             note(name, "duplicate-column", name, allowed)
         else:
             unit_in_file = unit or column.default
