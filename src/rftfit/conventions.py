@@ -1,4 +1,4 @@
-"""The one place where signs and angles are defined.
+"""Signs and angles of plate and motion, defined for all other modules, and the types of arrays.
 
 Lab frame: x horizontal, z up, z = 0 at the flat free surface. A plate element at attack angle
 beta has the tangent t = (cos beta, -sin beta); one that moves at intrusion angle gamma has the
@@ -12,6 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+IndexArray = npt.NDArray[np.intp]
 
 COMPONENTS = ("z", "x")
 """Components of alpha and of force, in the order of arrays and columns."""
@@ -62,7 +64,7 @@ def mirror(beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[FloatArray, Float
 
 
 def motion_gamma_deg(direction: str, gamma_deg: float) -> float:
-    """Return the angle gamma of the motion of a run, whose gamma as stated is that of its path for a pull back."""
+    """Return gamma of the motion of a run, deg; an extraction may state gamma of its path on the way down instead."""
     return gamma_deg - 180 if direction == "extraction" and gamma_deg > 0 else gamma_deg
 
 

@@ -1,4 +1,4 @@
-"""Numbering of the directions of runs: which runs have the same direction, by one tolerance and one rule.
+"""Which runs have the same direction, and which are repeats: by one tolerance and one rule.
 
 A *direction* is a pair of angles (beta, gamma); plates at beta and at beta + 180 degrees are the same plate. Runs are
 *repeats* if they have the same direction and, for level pushes, the same depth, on which the force of a level push
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from rftfit.conventions import FloatArray
+from rftfit.conventions import BoolArray, FloatArray, IndexArray
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -52,7 +52,7 @@ def same_direction(
     other_beta_deg: npt.ArrayLike,
     other_gamma_deg: npt.ArrayLike,
     tolerance_deg: float,
-) -> npt.NDArray[np.bool_]:
+) -> BoolArray:
     """Return True where both angles of two directions agree within the tolerance; shapes broadcast."""
     apart_deg = angle_apart(beta_deg, gamma_deg, other_beta_deg, other_gamma_deg)
     return np.asarray(apart_deg <= tolerance_deg + _ROUNDING)
@@ -60,13 +60,14 @@ def same_direction(
 
 def is_straight_down(
     beta_deg: npt.ArrayLike, gamma_deg: npt.ArrayLike, tolerance_deg: float
-) -> npt.NDArray[np.bool_]:
+) -> BoolArray:
     """Return True where a level plate moves straight down, (beta, gamma) = (0, 90) deg."""
     return same_direction(beta_deg, gamma_deg, 0.0, 90.0, tolerance_deg)
 
 
-def has_sign(angle_deg: npt.ArrayLike, tolerance_deg: float) -> npt.NDArray[np.bool_]:
+def has_sign(angle_deg: npt.ArrayLike, tolerance_deg: float) -> BoolArray:
     """Return False for plates or paths that are level or upright within the tolerance: a mirror does not change them."""
+    # an angle and its mirror image, its negative, differ by twice the angle
     return np.asarray(np.abs(beta_apart(np.multiply(2, angle_deg), 0.0)) > tolerance_deg)
 
 
@@ -75,8 +76,8 @@ def number_directions(
     gamma_deg: FloatArray,
     tolerance_deg: float,
     depth_cm: npt.ArrayLike = math.nan,
-) -> npt.NDArray[np.intp]:
-    """Give n runs numbers, which are equal for runs of the same direction, or with `depth_cm` for repeats.
+) -> IndexArray:
+    """Number n runs by direction, or with `depth_cm` by repeat: runs of the same direction have the same number.
 
     The angles that most runs have come first and take all runs within the tolerance, so that 44.98 degrees is a repeat of
     45 and no chain of small steps joins runs that are farther apart.
@@ -94,39 +95,43 @@ def number_directions(
         return_inverse=True,
         return_counts=True,
     )
-    number_of_angle = np.full(first_run.size, -1)
-    for angle in np.lexsort((*angles[::-1], run_count))[::-1]:
-        if number_of_angle[angle] < 0:
-            is_near = same_direction(
-                angles[0, angle], angles[1, angle], angles[0], angles[1], tolerance_deg
-            )
-            number_of_angle[is_near & (number_of_angle < 0)] = first_run[angle]
+    beta, gamma = angles
+    unnumbered = -1
+    number_of_angle = np.full(first_run.size, unnumbered)
+    # most runs first; of equally many the largest beta, then the largest gamma
+    for angle in np.lexsort((gamma, beta, run_count))[::-1]:
+        if number_of_angle[angle] == unnumbered:
+            is_near = same_direction(beta[angle], gamma[angle], beta, gamma, tolerance_deg)
+            number_of_angle[is_near & (number_of_angle == unnumbered)] = first_run[angle]
     number = number_of_angle[angle_of_run.ravel()]
     is_level = np.abs(gamma_deg[number]) <= tolerance_deg + _ROUNDING
     return _split_by_depth(number, np.where(is_level, depth_cm, math.nan))
 
 
-def number_rows(table: pd.DataFrame, tolerance_deg: float) -> npt.NDArray[np.intp]:
+def number_rows(table: pd.DataFrame, tolerance_deg: float) -> IndexArray:
     """Call `number_directions` for the n rows of a table with ``beta_deg`` and ``gamma_deg``; returns shape (n,)."""
     beta_deg, gamma_deg = (table[name].to_numpy(float) for name in ("beta_deg", "gamma_deg"))
     return number_directions(beta_deg, gamma_deg, tolerance_deg)
 
 
-def _split_by_depth(number: npt.NDArray[np.intp], depth_cm: FloatArray) -> npt.NDArray[np.intp]:
-    """Split the runs of each direction by depth; runs without a depth (NaN) stay together as one more group."""
+def _split_by_depth(number: IndexArray, depth_cm: FloatArray) -> IndexArray:
+    """Split the runs of each direction by depth; runs without a depth (NaN) stay together as one more group.
+
+    Returns for each run the index of the first run of its group, shape (n,), as `number` does for directions.
+    """
     has_depth = np.isfinite(depth_cm)
     split = number.copy()
     for direction in np.unique(number[has_depth]):
         is_of_direction = number == direction
         with_depth = np.flatnonzero(is_of_direction & has_depth)
         depth_number = number_depths(depth_cm[with_depth])
-        groups = [with_depth[depth_number == value] for value in np.unique(depth_number)]
+        groups = [with_depth[depth_number == depth] for depth in np.unique(depth_number)]
         for runs in (*groups, np.flatnonzero(is_of_direction & ~has_depth)):
             split[runs] = runs.min(initial=number.size)
     return split
 
 
-def number_depths(depth_cm: FloatArray) -> npt.NDArray[np.intp]:
+def number_depths(depth_cm: FloatArray) -> IndexArray:
     """Number the intended depths from 0, the smallest, shape (n,): a gap above `SAME_DEPTH_CM` begins a new one."""
     order = np.argsort(depth_cm, kind="stable")
     depth_number = np.empty(depth_cm.size, dtype=np.intp)
@@ -137,9 +142,12 @@ def number_depths(depth_cm: FloatArray) -> npt.NDArray[np.intp]:
 
 
 def angles_of_directions(
-    number: npt.NDArray[np.intp], beta_deg: FloatArray, gamma_deg: FloatArray
+    number: IndexArray, beta_deg: FloatArray, gamma_deg: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return for each run mean beta and mean gamma, deg, of all runs with its number, both of shape (n,)."""
+    """Return for each run mean beta and mean gamma, deg, of all runs of its direction, both of shape (n,).
+
+    `number`: Index of a run of this direction, from `number_directions`.
+    """
     run_count = np.bincount(number)
     # differences from the run after which the direction is numbered: -90 and 90 degrees have the mean 90, not 0
     beta_off, gamma_off = beta_apart(beta_deg, beta_deg[number]), gamma_deg - gamma_deg[number]

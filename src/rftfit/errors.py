@@ -52,14 +52,14 @@ class WorkflowError(RftfitError):
 
 
 class CollectedErrors:
-    """`InputError`s of several independent inputs, reported together as one error."""
+    """Errors of several independent inputs, collected to be reported together as one `InputError`."""
 
     def __init__(self) -> None:
         self._messages: list[str] = []
 
     @contextmanager
     def collect(self) -> Iterator[None]:
-        """Catch an `InputError` of the block and keep its text for `check`."""
+        """Catch an `InputError` of the block of a ``with`` statement and keep its text for `check`."""
         try:
             yield
         except InputError as error:

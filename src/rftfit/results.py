@@ -55,6 +55,7 @@ from rftfit.store.digests import sha256_of
 from rftfit.store.links import RESULTS
 
 LEG_ERRORS = "leg_errors.csv"
+"""Table of the forces on legs, predicted and measured, with the error of the force model."""
 
 _MOST_SAMPLE_TABLES = 4
 """Most tables of samples (parquet) that are kept in memory at a time, since they are large."""
@@ -69,12 +70,12 @@ class Tables:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self._allowed: frozenset[str] | None = None
+        self._allowed: frozenset[str] | None = None  # None: every file may be read
         self._tables: dict[str, pd.DataFrame] = {}
         self._samples: OrderedDict[str, pd.DataFrame] = OrderedDict()
 
     def only(self, paths: Iterable[str]) -> Self:
-        """Return a view from which only these files, the inputs of a stage, may be read."""
+        """Return a view from which only these files may be read: the inputs of a stage, from the campaign's folder."""
         view = copy(self)
         view._allowed = frozenset(paths)
         return view
@@ -143,29 +144,30 @@ class Tables:
         output = describe_file(f"{RESULTS}/{name}")
         if output is None or not output.columns:
             raise InputError(f"{self.folder / name}: not a table of this program")
-        table = read_csv(
-            source, lambda column: entry.kind if (entry := column_of(output, column)) else ""
-        )
-        return table, output
+
+        def kind_of(column: str) -> str:
+            """Return the kind of a column; empty where the dictionary does not have it."""
+            entry = column_of(output, column)
+            return entry.kind if entry else ""
+
+        return read_csv(source, kind_of), output
 
     def _read_current(self, name: str, source: Path | bytes) -> pd.DataFrame:
         """Read a csv file, or its content, which must have every column that this version of the program writes."""
-        path = self.folder / name
         table, output = self._read_typed(name, source)
-        # a column with `when` is written only under that condition, one with <...> has a name for each table
-        required_names = (
-            column_entry.names
-            for column_entry in output.columns
-            if not column_entry.when and "<" not in column_entry.name
-        )
-        if lacking := [name for names in required_names for name in names if name not in table]:
+        lacking = []
+        for entry in output.columns:
+            # a column with `when` is written only under that condition, one with <...> has a name for each table
+            if not entry.when and "<" not in entry.name:
+                lacking += [column for column in entry.names if column not in table]
+        if lacking:
             raise InputError(
-                f"{path}: no column {', '.join(lacking)}; make the table again with `rftfit run`"
+                f"{self.folder / name}: no column {', '.join(lacking)}; make the table again with `rftfit run`"
             )
         return table
 
     def _sample_table(self, name: str) -> pd.DataFrame:
-        """Read a table of samples; the one that was used longest ago is dropped from memory."""
+        """Read a table of samples; of too many in memory, the table that was used longest ago is dropped."""
         if name not in self._samples:
             self._samples[name] = read_parquet(self._existing_path(name))
             while len(self._samples) > _MOST_SAMPLE_TABLES:
@@ -267,7 +269,7 @@ class Results(Tables):
         """
         names = self.media if media is None else media
         tables = [self.table(pattern.format(medium=medium)) for medium in names]
-        return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
+        return pd.concat(tables or [pd.DataFrame()], ignore_index=True)
 
     def map_table(self, medium: str) -> pd.DataFrame:
         """Table of the map of one medium: alpha estimated in every direction.
@@ -334,22 +336,23 @@ class Results(Tables):
         """Read an alpha table and sort it; raise InputError if its numbers or its angles cannot be used."""
         table = self.table(name).sort_values(["beta_deg", "gamma_deg"], ignore_index=True)
         numbers = table[[column(c, quantity) for c in "zx" for quantity in QUANTITIES]]
-        kinds = {str(kind) for kind in (*numbers.dtypes, *table.dtypes[["beta_deg", "gamma_deg"]])}
-        if not kinds <= {"float64", "int64"} or np.isinf(numbers).any(axis=None):
+        angles = table[["beta_deg", "gamma_deg"]]
+        types = {str(dtype) for dtype in (*numbers.dtypes, *angles.dtypes)}
+        if not types <= {"float64", "int64"} or np.isinf(numbers).any(axis=None):
             why = "a column of numbers holds something else"
-        else:
-            angles = table[["beta_deg", "gamma_deg"]]
-            angles_in_range = (angles.notna() & (angles.abs() <= 90)).all(axis=None)
-            if angles_in_range and not angles.duplicated().any():
-                return table
+        # NaN, too, is not in range
+        elif not (angles.abs() <= 90).all(axis=None) or angles.duplicated().any():
             why = "angles that are missing, outside of -90 to 90 degrees, or there twice"
+        else:
+            return table
         raise InputError(f"{self.path(name)}: {why}; make the table again with `rftfit run`")
 
     @property
     def error_of_legs(self) -> float:
         """Relative error of the force model on the measured legs of the campaign; NaN if none was measured."""
-        shown = self.table(LEG_ERRORS)["model_error_of_legs"].dropna()
-        return float(shown.iloc[0]) if len(shown) else math.nan
+        # the same number in each row of a leg that was compared
+        error_of_row = self.table(LEG_ERRORS)["model_error_of_legs"].dropna()
+        return float(error_of_row.iloc[0]) if len(error_of_row) else math.nan
 
     @property
     def model_error(self) -> float:
@@ -435,7 +438,7 @@ class Results(Tables):
         for lab_medium in self.laboratory:
             profile = TableProfile.from_table(self.alpha_table(lab_medium), lab_medium)
             if lab_medium != medium and not profile.reason and lab_medium not in self.marks:
-                profiles |= {lab_medium: profile}
+                profiles[lab_medium] = profile
         return Shapes(profiles)
 
     def __getitem__(self, medium: str) -> Medium:
@@ -642,22 +645,21 @@ class Medium(KnownMedium):
         InputError
             If the curve cannot be used, for example if it has a single pose.
         """
-        curve = self.legs
-        curve = curve[curve["leg"] == leg] if len(curve) else curve
-        names = ("force_z_N", "force_x_N")
-        if not len(curve) or not curve[[*names]].notna().any(axis=None):
+        legs, force_names = self.legs, ["force_z_N", "force_x_N"]
+        readings = legs[legs["leg"] == leg]
+        if not readings[force_names].notna().any(axis=None):
             return None
         # the error of the model is the same in all repeats: they count as one turn, their mean
-        curve = curve.groupby("theta_deg", as_index=False)[[*names]].mean()
+        curve = readings.groupby("theta_deg", as_index=False)[force_names].mean()
         leg_settings = self.results.config.legs[leg]
         speed = self.results.config.arm.leg_speed_rad_per_s
         motion = rotation(curve["theta_deg"].to_numpy(float), leg_settings.hip_height_cm, speed)
-        forces = {name: curve[name].to_numpy(float) for name in names}
-        largest = max(float(np.nanmax(np.abs(force))) for force in forces.values())
+        forces = {name: curve[name].to_numpy(float) for name in force_names}
+        largest_N = max(float(np.nanmax(np.abs(force))) for force in forces.values())
         # readings of one curve scatter less than forces in different beds: the scatter of beds is the error
-        error = (self._bed_spread or USUAL_BED_SPREAD) * largest
+        error_N = (self._bed_spread or USUAL_BED_SPREAD) * largest_N
         try:
-            return Contact(leg_outline(leg_settings, leg), motion, forces, error, name=self.name)
+            return Contact(leg_outline(leg_settings, leg), motion, forces, error_N, name=self.name)
         except ValueError as problem:
             raise InputError(f"{leg}: {problem}") from problem
 
@@ -686,13 +688,12 @@ class Medium(KnownMedium):
             teachers = self.results.config.maps.use_legs
         legs = [self.contact(leg) for leg in teachers]
         leg_contacts = [contact for contact in legs if contact is not None]
+        # a map takes long to estimate: that of the legs alone is kept
+        maps, key = self.results._maps, (self.name, *teachers)
         if contacts:
             estimated = self._estimate_map([*contacts, *leg_contacts])
         else:
-            maps, key = self.results._maps, (self.name, *teachers)
-            if key not in maps:
-                maps[key] = self._estimate_map(leg_contacts)
-            estimated = maps[key]
+            estimated = maps[key] = maps.get(key) or self._estimate_map(leg_contacts)
         return replace(
             estimated,
             bed_spread=self._bed_spread or USUAL_BED_SPREAD,
@@ -752,7 +753,8 @@ class Medium(KnownMedium):
         elif kind == "map":
             try:
                 profile = self.map().profile
-                profile.spread = profile.spread if draws else None
+                if not draws:
+                    profile.spread = None
             except InputError as error:
                 unknown = np.full((7, 13), np.nan)  # on the grid of the paper
                 profile = TableProfile(unknown, unknown, name=f"map of {self.name}")
@@ -843,19 +845,18 @@ class Medium(KnownMedium):
             except InputError as error:
                 return FourierProfile(np.full(9, np.nan), f"generic, {self.name}", str(error))
         fits = self.results.fits(method)
-        fit_of_medium, counted_fits = fits[self.name], [fit for fit in fits.values() if fit.counts]
-        name = (
-            f"generic ({fit_of_medium.method}) times zeta = {fit_of_medium.zeta:.4f} of {self.name}"
-        )
-        if fit_of_medium.reason or not counted_fits:
-            why = fit_of_medium.reason or "no medium that passes its checks has nine terms"
-            name = f"generic ({fit_of_medium.method}) of {self.name}"
+        fit = fits[self.name]
+        counted_fits = [counted for counted in fits.values() if counted.counts]
+        if fit.reason or not counted_fits:
+            why = fit.reason or "no medium that passes its checks has nine terms"
+            name = f"generic ({fit.method}) of {self.name}"
             return FourierProfile(np.full(9, np.nan), name, f"{name}: {why}")
+        name = f"generic ({fit.method}) times zeta = {fit.zeta:.4f} of {self.name}"
         spread = None
         if draws:
-            generic_draws = scaling.generic(np.stack([fit.draws for fit in counted_fits], axis=1))
-            spread = scaled_generic(fit_of_medium.zeta_draws, generic_draws)
-        return scaled_generic(fit_of_medium.zeta, self.results.generic(method), name, spread)
+            draws_of_media = np.stack([counted.draws for counted in counted_fits], axis=1)
+            spread = scaled_generic(fit.zeta_draws, scaling.generic(draws_of_media))
+        return scaled_generic(fit.zeta, self.results.generic(method), name, spread)
 
     def __repr__(self) -> str:
         return f"<medium {self.name} of {self.results.root}>"

@@ -10,7 +10,7 @@ from rftfit.campaign.rows import Schema, TableColumn, read_rows, read_table_colu
 SCHEMA = Schema(
     "table",
     (
-        TableColumn("depth_cm", meaning="depth", unit="cm", words=("z",), low=0, high=50),
+        TableColumn("depth_cm", meaning="depth", unit="cm", names_with_unit=("z",), low=0, high=50),
         TableColumn("side", "choice", "which side", choices=("left", "right")),
         TableColumn("load_N", needed=False, above=0),
         TableColumn("used", "flag", needed=False),

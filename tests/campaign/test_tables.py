@@ -390,7 +390,7 @@ def test_a_long_table_is_read_as_its_rows_are(tmp_path, monkeypatch):
     path = written(tmp_path / "s.csv", f"{STRESS_HEAD},run_id", *rows)
     readings = []
     for head, block in ((10**6, 10**6), (40, 30), (40, 300), (200, 2000)):
-        monkeypatch.setattr("rftfit.campaign.rows._HEAD", head)
+        monkeypatch.setattr("rftfit.campaign.rows._FIRST_BLOCK", head)
         monkeypatch.setattr("rftfit.campaign.rows._BLOCK", block)
         read_rows, _, problems = read_table_columns(path, STRESS, "s.csv")
         names = {name: [*texts] for name, texts in read_rows.texts.items()}

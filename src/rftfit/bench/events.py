@@ -36,29 +36,38 @@ class Event(NamedTuple):
             lines = [f"{facts['run_id']}: withdrawn, {facts['why']}"]
         # a push that was already there when the watch began needs no line: its medium has one
         elif kind == "push" and not facts["first"]:
-            text = f"{facts['run_id']} (row {facts['row']}): {facts['state']}"
-            text += "".join(f", alpha_{c} {alpha}" for c, alpha in format_alpha(facts).items())
-            delay_s = facts["seconds_since_change"]
-            text += f"; {delay_s:.1f} s after its last change" if math.isfinite(delay_s) else ""
-            lines = [text, *(f"flag: {flag['text']}" for flag in facts["flags"]), facts["reason"]]
+            lines = _describe_push(facts)
         elif kind == "medium":
-            states = ", ".join(f"{number} {state}" for state, number in facts["states"].items())
-            width, before = facts["half_width_percent"], facts["before_percent"]
-            text = f"{facts['medium']}: {states}"
-            text += f"; {facts['target']} +-{width:.2g} %" if math.isfinite(width) else ""
-            text += f", before {before:.2g} %" if math.isfinite(before) else ""
-            pushes = dict.fromkeys(
-                f"({row['beta_deg']}, {row['gamma_deg']})" for row in facts["next"]
-            )
-            next_pushes = f"next (beta, gamma), deg: {', '.join(pushes)}" if pushes else ""
-            lines = [text, facts["verdict"], next_pushes]
-            lines += [
-                f"check {check['check']} fails, {check['effect']}: {check['sentence']}"
-                for check in facts["checks"]
-            ]
-        return (
-            time.strftime("%H:%M:%S  ") + "\n          ".join(filter(None, lines)) if lines else ""
-        )
+            lines = _describe_medium(facts)
+        if not lines:
+            return ""
+        return time.strftime("%H:%M:%S  ") + "\n          ".join(filter(None, lines))
+
+
+def _describe_push(facts: Mapping[str, Any]) -> list[str]:
+    """Format the result of a push as lines: state and alpha, each flag, and why it has no number."""
+    result = f"{facts['run_id']} (row {facts['row']}): {facts['state']}"
+    result += "".join(f", alpha_{c} {alpha}" for c, alpha in format_alpha(facts).items())
+    delay_s = facts["seconds_since_change"]
+    result += f"; {delay_s:.1f} s after its last change" if math.isfinite(delay_s) else ""
+    return [result, *(f"flag: {flag['text']}" for flag in facts["flags"]), facts["reason"]]
+
+
+def _describe_medium(facts: Mapping[str, Any]) -> list[str]:
+    """Format the state of a medium as lines: its runs and target, verdict, next pushes, and failed checks."""
+    states = ", ".join(f"{number} {state}" for state, number in facts["states"].items())
+    width, before = facts["half_width_percent"], facts["before_percent"]
+    state = f"{facts['medium']}: {states}"
+    state += f"; {facts['target']} +-{width:.2g} %" if math.isfinite(width) else ""
+    state += f", before {before:.2g} %" if math.isfinite(before) else ""
+    # a push and its tare, or several depths, have one direction
+    directions = dict.fromkeys(f"({row['beta_deg']}, {row['gamma_deg']})" for row in facts["next"])
+    next_pushes = f"next (beta, gamma), deg: {', '.join(directions)}" if directions else ""
+    failed_checks = (
+        f"check {check['check']} fails, {check['effect']}: {check['sentence']}"
+        for check in facts["checks"]
+    )
+    return [state, facts["verdict"], next_pushes, *failed_checks]
 
 
 def format_alpha(facts: Mapping[str, Any]) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""Find files that no longer change, by size and time of change: notifications fail on network drives."""
+"""Finds files that no longer change, by size and time of change: notifications fail on network drives."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ Stamp = tuple[int, int] | None
 """Size of a file in bytes, and time of its last change in ns; None if there is no such file."""
 
 _TURNS = 4
-"""Number of looks in which a file that no longer changes is checked once: most files never change again."""
+"""Number of calls of `check_changes` in which a still file is checked once: most files never change again."""
 
 
-class _Seen(NamedTuple):
+class _FileState(NamedTuple):
     """Stamp of a file, the time since which it has not changed, s, and True if that is long enough."""
 
     stamp: Stamp
-    since: float
-    still: bool
+    since_s: float
+    is_still: bool
 
 
 def stamp_of(path: str) -> Stamp:
@@ -36,16 +36,16 @@ class Files:
 
     def __init__(self, wait_s: float) -> None:
         self.wait_s = wait_s
-        self.seen: dict[str, _Seen] = {}
+        self._states: dict[str, _FileState] = {}
         self._turn = 0
         self._folders: dict[str, Stamp] = {}
         self._below: list[str] = []
 
     def below(self, base: str) -> list[str]:
         """List the files in a folder and below, without hidden ones; the list is made anew if a folder changed."""
-        same = all(stamp_of(path) == stamp for path, stamp in self._folders.items())
+        is_same = all(stamp_of(path) == stamp for path, stamp in self._folders.items())
         # two changes at the same tick of the disk's clock have one stamp, so list anew now and then
-        if not same or base not in self._folders or not self._turn % _TURNS:
+        if not is_same or base not in self._folders or not self._turn % _TURNS:
             self._folders, self._below = {}, []
             for folder, _, names in os.walk(base):
                 folder_path = Path(folder).as_posix()
@@ -53,25 +53,27 @@ class Files:
                 self._below += [f"{folder_path}/{name}" for name in names if name[0] != "."]
         return self._below
 
-    def check_changes(self, paths: Iterable[str], now: float) -> bool:
+    def check_changes(self, paths: Iterable[str], now_s: float) -> bool:
         """Check some files; return True if one of them changed, became still, appeared or disappeared.
 
-        `now`: Time by a monotonic clock, s.
+        `now_s`: Time by a monotonic clock, s.
         """
         self._turn += 1
-        before, self.seen = self.seen, {}
+        before, self._states = self._states, {}
         for index, path in enumerate(paths):
             state = before.get(path)
-            if state is None or not state.still or not (index + self._turn) % _TURNS:
+            # of the still files another quarter at each turn
+            if state is None or not state.is_still or not (index + self._turn) % _TURNS:
                 stamp = stamp_of(path)
-                since = state.since if state and state.stamp == stamp else now
-                state = _Seen(stamp, since, now - since >= self.wait_s)
-            self.seen[path] = state
-        return before != self.seen
+                since_s = state.since_s if state and state.stamp == stamp else now_s
+                state = _FileState(stamp, since_s, now_s - since_s >= self.wait_s)
+            self._states[path] = state
+        return before != self._states
 
     def stamps(self, paths: Iterable[str]) -> tuple[Stamp, ...] | None:
         """Return the stamps of some files; None if one of them still changes."""
-        states = [self.seen.get(path, _Seen(None, 0, True)) for path in paths]
-        return (
-            tuple(state.stamp for state in states) if all(state.still for state in states) else None
-        )
+        no_file = _FileState(None, 0, is_still=True)
+        states = [self._states.get(path, no_file) for path in paths]
+        if not all(state.is_still for state in states):
+            return None
+        return tuple(state.stamp for state in states)

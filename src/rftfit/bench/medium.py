@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
@@ -25,6 +26,7 @@ from rftfit.results import Results
 from rftfit.workflow.measure import FLAGGING
 
 _TABLE_COLUMNS = {"runs": [*RUN_COLUMNS], "tares": TARE_COLUMNS, "fits": FIT_COLUMNS}
+"""Tables with at most one row for each run, and their columns."""
 
 
 class MeasuredRun(NamedTuple):
@@ -45,9 +47,9 @@ class MeasuredRun(NamedTuple):
         return bool(self.rows["runs"]["status"] == "read")
 
     @property
-    def is_of_the_log(self) -> bool:
-        """False if its logs could not be read only because the machine had too many open files."""
-        return not has(self.rows["runs"], NO_HANDLE.replace("_", "-"))
+    def lacked_handle(self) -> bool:
+        """True if its logs could not be read only because the machine had too many open files."""
+        return has(self.rows["runs"], NO_HANDLE.replace("_", "-"))
 
     @property
     def doubts(self) -> list[str]:
@@ -74,7 +76,7 @@ class LiveMedium:
     `map`: None while no push has alpha.
     `plan`: Next pushes; None if the target has no number in this medium.
     `width`, `before`: Half width of the interval of the target, percent, now and before the last push.
-    `last`: Plate run that was measured last, at the time `measured_at`, `seconds` after its files changed.
+    `last`: run_id of the plate run that was measured last, at the time `measured_at`, `seconds` after its files changed.
     """
 
     name: str
@@ -99,18 +101,18 @@ def measure(
     moving: Collection[str],
     clocks: SessionClocks | None,
 ) -> Iterator[tuple[str, MeasuredRun]]:
-    """Measure some runs of a medium, and yield each with its run_id; runs are measured in groups.
+    """Measure some runs of a medium, and yield each with its run_id; runs are measured in batches, which limits memory.
 
     `moving`: Runs whose files still change; such a tare counts as missing.
     """
-    run_by_id, names = {run.run_id: run for run in campaign.runs_of(medium)}, [*run_ids]
-    at_a_time = 256  # limits memory
+    runs_of_medium, names = campaign.runs_of(medium), [*run_ids]
+    tare_of = {run.run_id: run.tare_run for run in runs_of_medium}
+    at_a_time = 256
     for first in range(0, len(names), at_a_time):
         batch = names[first : first + at_a_time]
-        chosen = {run_by_id[name].tare_run for name in batch}.difference(["", *moving]).union(batch)
-        batch_campaign = replace(
-            campaign, runs=tuple(run_by_id[name] for name in run_by_id if name in chosen)
-        )
+        tares_of_batch = {tare_of[name] for name in batch}.difference(["", *moving])
+        runs = tuple(run for run in runs_of_medium if run.run_id in tares_of_batch.union(batch))
+        batch_campaign = replace(campaign, runs=runs)
         # each table goes through the form of its csv file, so that numbers are those of `rftfit run`
         results = Results(batch_campaign)
         samples, status, book_of_ingest = ingest_medium(batch_campaign, medium, clocks)
@@ -121,48 +123,36 @@ def measure(
             campaign, medium, status, tared, tares, only=batch
         )
         fits = results.hold_as_csv(f"fits/{medium}.csv", fits)
-        tables = zip(_TABLE_COLUMNS, (status, tares, fits), strict=True)
-        rows = {
-            name: {str(row["run_id"]): row for row in table.to_dict("records")}
-            for name, table in tables
-        }
-        where, columns = (
-            split_runs(tared),
-            tared.assign(window=windows["why"]).drop(columns="run_id"),
-        )
+        tables = dict(zip(_TABLE_COLUMNS, (status, tares, fits), strict=True))
+        rows_by_run: defaultdict[str, dict[str, Row]] = defaultdict(dict)
+        for table_name, table in tables.items():
+            for row in table.to_dict("records"):
+                rows_by_run[str(row["run_id"])][table_name] = row
+        samples_of_run = split_runs(tared)
+        strokes = tared.assign(window=windows["why"]).drop(columns="run_id")
         books = dict(zip(FLAGGING, (book_of_ingest, book_of_tare, book_of_slopes), strict=True))
         for name in batch:
             flags = {
                 stage: [flag for flag in book.flags if flag.run_id == name]
                 for stage, book in books.items()
             }
-            stroke = columns.iloc[where.get(name, slice(0))]
-            yield (
-                name,
-                MeasuredRun(
-                    {
-                        table: rows_of_table[name]
-                        for table, rows_of_table in rows.items()
-                        if name in rows_of_table
-                    },
-                    {str(key): values.to_numpy().copy() for key, values in stroke.items()},
-                    flags,
-                ),
-            )
+            stroke = strokes.iloc[samples_of_run.get(name, slice(0))]
+            tared_columns = {str(key): values.to_numpy().copy() for key, values in stroke.items()}
+            yield name, MeasuredRun(rows_by_run[name], tared_columns, flags)
 
 
 def hold(results: Results, medium: LiveMedium, runs: Collection[Run]) -> None:
     """Put the tables of the measured runs into `results`, as if `rftfit run` had written them."""
-    kept = {run.run_id: medium.runs[run.run_id] for run in runs}
+    measured_runs = {run.run_id: medium.runs[run.run_id] for run in runs}
     for name, columns in _TABLE_COLUMNS.items():
-        rows = [measured.rows[name] for measured in kept.values() if name in measured.rows]
+        rows = [run.rows[name] for run in measured_runs.values() if name in run.rows]
         results.hold_as_csv(f"{name}/{medium.name}.csv", pd.DataFrame(rows, columns=columns))
     for stage in FLAGGING:
-        flags = [flag for measured in kept.values() for flag in measured.flags[stage]]
+        flags = [flag for run in measured_runs.values() for flag in run.flags[stage]]
         table = flag_table(medium.name, stage, flags)
         results.hold_as_csv(f"flags/{stage}/{medium.name}.csv", table)
-    parts = {name: measured.tared for name, measured in kept.items() if measured.tared["why"].size}
-    tared = join_runs(parts, [*next(iter(kept.values())).tared])
+    strokes = {name: run.tared for name, run in measured_runs.items() if run.tared["why"].size}
+    tared = join_runs(strokes, [*next(iter(measured_runs.values())).tared])
     windows = tared[["run_id"]].assign(why=tared["window"])
     results.hold(f"tared/{medium.name}.parquet", tared.drop(columns="window"))
     results.hold(f"windows/{medium.name}.parquet", windows)

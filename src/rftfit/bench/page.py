@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from html import escape
-from urllib.parse import parse_qs, urlencode
+from urllib.parse import parse_qsl, urlencode
 
 import numpy as np
 
@@ -18,13 +18,14 @@ from rftfit.measure.alpha import column
 from rftfit.measure.fits import filed_under
 
 _HEAD = ("row", "run", "state", "beta", "gamma", "alpha_z", "alpha_x", "flags, or why not")
+"""Headings of the table of runs."""
 
 
 def page_of(watch: Watch, query: str) -> str:
     """Format everything below the heading of the page as html; `query` names the medium and the run to show."""
     if not watch.media:
         return "<p>No run of the run sheet has its logs yet.</p>" + _format_problems(watch)
-    asked = {key: values[-1] for key, values in parse_qs(query).items()}
+    asked = dict(parse_qsl(query))
     newest = max(watch.media.values(), key=lambda medium: medium.measured_at)
     medium = watch.media.get(asked.get("medium", ""), newest)
     run = asked["run"] if asked.get("run") in medium.runs else medium.last
@@ -32,36 +33,36 @@ def page_of(watch: Watch, query: str) -> str:
         _format_link(watch.campaign.titles[name], medium is tab_medium, medium=name)
         for name, tab_medium in watch.media.items()
     )
-    parts = (
-        _format_problems(watch),
-        _format_push(watch, medium, run),
-        _format_map(watch, medium),
-        _format_runs(watch, medium, run),
+    return (
+        f'<nav aria-label="Media">{tabs}</nav>{_format_problems(watch)}'
+        f"{_format_push(watch, medium, run)}{_format_map(watch, medium)}{_format_runs(watch, medium, run)}"
     )
-    return f'<nav aria-label="Media">{tabs}</nav>{"".join(parts)}'
 
 
-def _format_link(words: str, is_here: bool, **query: str) -> str:
-    """Format a link to another view of the page; by its id it keeps the focus when the page is sent anew."""
-    where, current_mark = escape(urlencode(query)), " aria-current=true" if is_here else ""
-    return f'<a id="{where}" href="?{where}"{current_mark}>{escape(words)}</a>'
+def _format_link(title: str, is_here: bool, **query: str) -> str:
+    """Format a link to another view of the page; by its id it keeps the focus when the page is sent anew.
+
+    `is_here`: Whether the page shows this view. `query`: Medium and run of the view.
+    """
+    address, current_mark = escape(urlencode(query)), " aria-current=true" if is_here else ""
+    return f'<a id="{address}" href="?{address}"{current_mark}>{escape(title)}</a>'
 
 
-def _format_items(words: Iterable[str], kind: str = "") -> str:
-    """Format texts as items of a list, empty ones left out; `kind`: class of their style."""
-    return "".join(f'<li class="{kind}">{escape(text)}</li>' for text in words if text)
+def _format_items(sentences: Iterable[str], style: str = "") -> str:
+    """Format sentences as items of a list, empty ones left out; `style`: their class in the style sheet."""
+    return "".join(f'<li class="{style}">{escape(item)}</li>' for item in sentences if item)
 
 
 def _format_problems(watch: Watch) -> str:
     """Format problems of config and run sheet, and files that no row names; empty if there are none."""
-    loose = (
+    unnamed = [
         f"{facts['file']}: no row names it"
         + (f"; a row for it has {format_cells(facts['row'])}" if facts["row"] else "")
         for facts in watch.unnamed.values()
-        if facts
-    )
-    lines = _format_items(watch.problems, "bad") + _format_items(loose)
-    return f"<h2>To be put right</h2><ul>{lines}</ul>" if lines else ""
+        if facts  # empty while the file still changes
+    ]
+    items = _format_items(watch.problems, "bad") + _format_items(unnamed)
+    return f"<h2>To be put right</h2><ul>{items}</ul>" if items else ""
 
 
 def _format_push(watch: Watch, medium: LiveMedium, name: str) -> str:
@@ -72,23 +73,23 @@ def _format_push(watch: Watch, medium: LiveMedium, name: str) -> str:
     plate = watch.campaign.config.intruders[run.intruder]
     assert plate.shape != "leg"
     runs_of_cell = str(cell_of_run(medium.alpha, name).get("run_ids", "")).split()
-    same = [key for key in runs_of_cell if key != name and key in medium.runs]
-    drawn = draw_stress(
-        measured, plate.area_cm2, filed_under(run)[2], [medium.runs[key] for key in same]
-    )
+    repeats = {key: medium.runs[key] for key in runs_of_cell if key in medium.runs}
+    repeats.pop(name, None)
+    sign_x = filed_under(run)[2]
+    picture = draw_stress(measured, plate.area_cm2, sign_x, [*repeats.values()])
     numbers = "".join(
         f'<li class="{c}">alpha_{c} = {alpha} N/cm³</li>'
         for c, alpha in format_alpha(facts).items()
     )
-    bad = _format_items([*(flag["text"] for flag in facts["flags"]), facts["reason"]], "bad")
+    doubts = _format_items([*(flag["text"] for flag in facts["flags"]), facts["reason"]], "bad")
     has_delay = np.isfinite(medium.seconds) and name == medium.last
-    soft = f"Shown after {medium.seconds:.1f} s." if has_delay else ""
-    soft += f" Repeats, dashed: {', '.join(same)}." if same else ""
-    what = "Last push" if name == medium.last else "Push"
+    note = f"Shown after {medium.seconds:.1f} s." if has_delay else ""
+    note += f" Repeats, dashed: {', '.join(repeats)}." if repeats else ""
+    which = "Last push" if name == medium.last else "Push"
     return (
-        f"<h2>{what}: {escape(name)}, {facts['state']}</h2><div class=row><div>{drawn}</div><div>"
+        f"<h2>{which}: {escape(name)}, {facts['state']}</h2><div class=row><div>{picture}</div><div>"
         f"<p>beta {facts['beta_deg']:g}, gamma {facts['gamma_deg']:.4g} deg, {facts['direction']}</p>"
-        f"<ul>{numbers}{bad}</ul><p class=soft>{escape(soft)}</p></div></div>"
+        f"<ul>{numbers}{doubts}</ul><p class=soft>{escape(note)}</p></div></div>"
     )
 
 
@@ -98,13 +99,11 @@ def _format_map(watch: Watch, medium: LiveMedium) -> str:
     checks = (
         f"{check['check']}, {check['effect']}: {check['sentence']}" for check in summary["checks"]
     )
-    plates = sum(run.kind == "plate" for run in watch.campaign.runs_of(medium.name))
-    untold = escape(f"No check can tell: {'; '.join(list_untold(plates))}.")
+    plate_runs = sum(run.kind == "plate" for run in watch.campaign.runs_of(medium.name))
+    untold = escape(f"No check can tell: {'; '.join(list_untold(plate_runs))}.")
     width, pictures = "No push tells of it yet", ""
     if np.isfinite(medium.width):
-        width = f"Half width of the interval: +-{medium.width:.2g} %".replace(
-            "+-", "\N{PLUS-MINUS SIGN}"
-        )
+        width = f"Half width of the interval: \N{PLUS-MINUS SIGN}{medium.width:.2g} %"
     if abs(medium.before - medium.width) > 0:  # False if one is NaN
         change = "narrowed" if medium.width < medium.before else "widened"
         width += f"; the last push {change} it from {medium.before:.2g} %"
@@ -115,9 +114,8 @@ def _format_map(watch: Watch, medium: LiveMedium) -> str:
                 draw_heat(table, c, None if error else medium.plan, error=error) for c in "zx"
             )
     rows = summary["next"]
-    sheet = "\n".join(
-        [",".join(row) for row in rows[:1]] + [",".join(row.values()) for row in rows]
-    )
+    header = [",".join(row) for row in rows[:1]]
+    sheet = "\n".join(header + [",".join(row.values()) for row in rows])
     return (
         f"<h2>{escape(summary['target'])} of {escape(medium.name)}</h2><ul>{_format_items(checks, 'bad')}</ul>"
         f"<p>{escape(summary['verdict'])}</p><p>{untold}</p><p>{width}.</p><div class=maps>{pictures}</div><h2>Next pushes, as rows for the run sheet</h2>"
@@ -127,27 +125,26 @@ def _format_map(watch: Watch, medium: LiveMedium) -> str:
 
 def _format_runs(watch: Watch, medium: LiveMedium, shown: str) -> str:
     """Format the table of runs, the last row of the run sheet first; `shown`: run that the page shows."""
-    rows = []
-    for name, row in sorted(
-        watch.rows[medium.name].items(), key=lambda name_and_row: -name_and_row[1].run.row
-    ):
+    table_rows = []
+    runs = [row.run for row in watch.rows[medium.name].values()]
+    for run in sorted(runs, key=lambda run: -run.row):
+        name = run.run_id
         state, measured = watch.state(medium.name, name), medium.runs.get(name)
         fit = measured.rows.get("fits", {}) if measured else {}
-        words = "; ".join(measured.doubts) or measured.why if measured else ""
-        numbers = (
-            fit.get(key, np.nan) for key in ("beta_deg", "gamma_deg", column("z"), column("x"))
-        )
-        cells = [f"{value:.4g}" if np.isfinite(value) else "" for value in numbers]
-        link = (
-            _format_link(name, name == shown, medium=medium.name, run=name) if fit else escape(name)
-        )
-        kind = ' class="bad"' if words or state == REFUSED else ""
-        rows.append(
-            f"<tr><td>{row.run.row}<td>{link}<td{kind}>{state}<td>{'<td>'.join(cells)}"
-            f'<td class="words">{escape(words)}'
+        doubts = "; ".join(measured.doubts) or measured.why if measured else ""
+        columns = ("beta_deg", "gamma_deg", column("z"), column("x"))
+        numbers = [fit.get(key, np.nan) for key in columns]
+        cells = [f"{number:.4g}" if np.isfinite(number) else "" for number in numbers]
+        link = escape(name)
+        if fit:
+            link = _format_link(name, name == shown, medium=medium.name, run=name)
+        style = ' class="bad"' if doubts or state == REFUSED else ""
+        table_rows.append(
+            f"<tr><td>{run.row}<td>{link}<td{style}>{state}<td>{'<td>'.join(cells)}"
+            f'<td class="words">{escape(doubts)}'
         )
     head = "".join(f'<th scope="col">{heading}</th>' for heading in _HEAD)
-    table = f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
+    table = f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(table_rows)}</tbody></table>"
     return (
         f'<h2>Runs</h2><div class="wide" tabindex="0" role="region" aria-label="Runs">{table}</div>'
     )

@@ -53,9 +53,10 @@ class LivePage(ThreadingHTTPServer):
     request_queue_size = 128
 
     def __init__(self, port: int = 0) -> None:
-        self.asked, self.clients, self.closed = Event(), list[Client](), False
+        self.asked = Event()  # set when a browser has asked for the page
+        self.clients, self.closed = list[Client](), False
+        # open connections, the oldest first; True for those that have shown the token
         self._connections: dict[socket.socket, bool] = {}
-        """Open connections, the oldest first; True for those that have shown the token."""
         self._changing = Lock()
         try:
             super().__init__((HOST, port), _Handler)
@@ -71,17 +72,15 @@ class LivePage(ThreadingHTTPServer):
         """Admit a connection. If there are too many, end the oldest one without the token, or refuse the new one."""
         with self._changing:
             if len(self._connections) >= MOST_CONNECTIONS:
-                strangers = (
-                    connection
-                    for connection, has_token in self._connections.items()
-                    if not has_token
-                )
-                oldest_stranger = next(strangers, None)
-                if oldest_stranger is None:
+                without_token = [
+                    key for key, has_token in self._connections.items() if not has_token
+                ]
+                if not without_token:
                     return False
-                del self._connections[oldest_stranger]
+                oldest = without_token[0]
+                del self._connections[oldest]
                 with suppress(OSError):
-                    oldest_stranger.shutdown(socket.SHUT_RDWR)
+                    oldest.shutdown(socket.SHUT_RDWR)
             self._connections[request] = False
         return True
 
@@ -110,9 +109,10 @@ class LivePage(ThreadingHTTPServer):
         `content`: Function that makes the content for a query.
         """
         self.asked.clear()
-        for client in [client for client in self.clients if changed or client.is_new]:
-            client.content, client.is_new = content(client.query), False
-            client.content_ready.set()
+        for client in list(self.clients):
+            if changed or client.is_new:
+                client.content, client.is_new = content(client.query), False
+                client.content_ready.set()
 
     def close(self) -> None:
         """End the server and all connections to browsers."""
@@ -168,16 +168,16 @@ class _Handler(BaseHTTPRequestHandler):
         _, token, page_and_query = [*self.path.split("/", 2), "", ""][:3]
         name, _, query = page_and_query.partition("?")
         is_ours = self.headers.get("Origin") in (None, *(f"http://{host}" for host in page_hosts))
-        is_known = hmac.compare_digest(token.encode(), self.server.token.encode())
-        if self.headers.get("Host") not in page_hosts or not is_ours or not is_known:
+        has_token = hmac.compare_digest(token.encode(), self.server.token.encode())
+        if self.headers.get("Host") not in page_hosts or not is_ours or not has_token:
             self.close_connection = True
             self._head(403)
             return
         self.server.keep(self.connection)
         if name == "":
             nonce = secrets.token_hex(8)
-            text = Path(__file__).with_name("page.html").read_text(encoding="utf-8")
-            page = text.replace("NONCE", nonce).encode()
+            template = Path(__file__).with_name("page.html").read_text(encoding="utf-8")
+            page = template.replace("NONCE", nonce).encode()
             self._head(200, len(page), nonce=nonce)
             self.wfile.write(page)
         elif name == "events":
@@ -216,8 +216,8 @@ class _Handler(BaseHTTPRequestHandler):
             while not page.closed:
                 is_new = client.content_ready.wait(longest_silence_s)
                 client.content_ready.clear()  # before the content is taken, so that newer content is sent too
-                text = f"data: {json.dumps(client.content)}" if is_new else ": still here"
-                self.wfile.write(f"{text}\n\n".encode())
+                message = f"data: {json.dumps(client.content)}" if is_new else ": still here"
+                self.wfile.write(f"{message}\n\n".encode())
         page.clients.remove(client)
 
     def log_message(self, format: str, *args: object) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from itertools import chain, count
@@ -34,16 +34,15 @@ from rftfit.results import Results
 from rftfit.workflow.measure import checks
 from rftfit.workflow.state import cells_of_run
 
-MEASURED, WAITING, GROWING, BARE, REFUSED, EXCLUDED, READ = (
-    "measured",
-    "waiting",
-    "growing",
-    "not tared yet",
-    "no alpha",
-    "excluded",
-    "read",
-)
-"""States of a run."""
+MEASURED = "measured"
+WAITING = "waiting"
+GROWING = "growing"
+UNTARED = "not tared yet"
+REFUSED = "no alpha"
+EXCLUDED = "excluded"
+READ = "read"
+"""States of a run: a push with alpha; no files yet; files that still change; a push whose tare has no files yet; a run
+without a number; one that the sheet excludes; a rod or leg with its logs."""
 
 _TEMPORARY = (
     "sheet.log-missing",
@@ -55,11 +54,15 @@ _TEMPORARY = (
 
 
 class _Row(NamedTuple):
-    """A run of the sheet, the cells of its row that matter for results, and its files."""
+    """A run of the sheet, the cells of its row that matter for results, and the paths of its files."""
 
     run: Run
     cells: tuple[str, ...]
     files: tuple[str, ...]
+
+    def stamps_now(self) -> tuple[Stamp, ...]:
+        """Read the stamps of the files."""
+        return tuple(map(stamp_of, self.files))
 
 
 class Watch:
@@ -80,6 +83,7 @@ class Watch:
         self.problems: dict[str, Problem] = {}
         self.unnamed: dict[str, dict[str, Any]] = {}
         self._files = Files(wait_s)
+        # stamps of config, run sheet and the other settings when they were read
         self._read_from: tuple[Stamp, ...] | None = None
         campaign, problems = check_campaign(self.config, good_rows=True)
         if campaign is None:
@@ -88,6 +92,7 @@ class Watch:
             raise InputError(f"{campaign.sheet}: a table has no logs, so there is none to wait for")
         self.campaign: Campaign = campaign
         self._must_look_again = False
+        # run_id of each push straight down, to what its clocks were estimated from, and the estimate
         self._aligned: dict[str, tuple[Any, pd.DataFrame]] = {}
 
     def step(self, now: float | None = None) -> Iterator[Event]:
@@ -106,11 +111,11 @@ class Watch:
         for medium in list(self.media.values()):
             yield from self._withdraw_runs(medium, self.rows.get(medium.name, ()))
         self.media = {name: self.media.get(name) or LiveMedium(name) for name in self.rows}
-        before = {name: dict(medium.keys) for name, medium in self.media.items()}
+        keys_before = {name: dict(medium.keys) for name, medium in self.media.items()}
         clocks = self._session_clocks()
         for medium in self.media.values():
             yield from self._measure_runs(medium, clocks)
-        changed = [name for name, medium in self.media.items() if medium.keys != before[name]]
+        changed = [name for name, medium in self.media.items() if medium.keys != keys_before[name]]
         if changed:
             yield from self._report_media(changed)
         yield from self._report_unnamed(below)
@@ -120,10 +125,10 @@ class Watch:
     def _settings(self) -> list[str]:
         """List the files on which all runs depend: config, run sheet, calibration, logs of the rigid contact."""
         config, raw = self.campaign.config, self.campaign.raw.as_posix()
-        names, contact = [config.force_log.calibration], config.rigid_contact
-        names += [contact.force_log, contact.motion_log] if contact else []
+        in_raw, contact = [config.force_log.calibration], config.rigid_contact
+        in_raw += [contact.force_log, contact.motion_log] if contact else []
         config_and_sheet = [self.config.as_posix(), self.campaign.sheet.as_posix()]
-        return config_and_sheet + [f"{raw}/{name}" for name in names if name]
+        return config_and_sheet + [f"{raw}/{name}" for name in in_raw if name]
 
     def _reread(self) -> Iterator[Event]:
         """Read config and run sheet again if they changed and are still; report new and solved problems."""
@@ -137,24 +142,23 @@ class Watch:
         }
         for text, problem in (old_problems | self.problems).items():
             if (text in old_problems) != (text in self.problems):
-                facts = {
-                    "row": problem.place.row,
-                    "code": problem.code,
-                    "severity": problem.severity,
-                }
-                yield Event("problem", facts | {"text": text, "solved": text in old_problems})
+                facts = {"row": problem.place.row, "code": problem.code}
+                facts |= {"severity": problem.severity, "text": text}
+                yield Event("problem", facts | {"solved": text in old_problems})
         if campaign is not None:
             self.campaign = campaign
+            # stamps behind those of config and run sheet, whose content was compared, are of calibration and contact
             if campaign.config != before.config or stamps[2:] != (self._read_from or stamps)[2:]:
                 self.media = {}  # results by other settings are not valid any more
         self._read_from = stamps
 
     def _make_rows(self, medium: str, below: list[str]) -> dict[str, _Row]:
-        """Make the rows of a medium by run_id; `below`: files in the raw folder, among them those of bags."""
+        """Make the rows of a medium by run_id; `below`: files in the raw folder, among them those of ROS bags."""
         rows, raw = {}, self.campaign.raw.as_posix()
         for run in self.campaign.runs_of(medium):
             names = (run.force_log, run.motion_log, run.zero_log)
             logs = {f"{raw}/{name}" for name in names if name}
+            # a bag is a folder of files, and is named by one of them
             if bags := tuple(name.removesuffix(BAG) for name in logs if name.endswith(f"/{BAG}")):
                 logs.update(name for name in below if name.startswith(bags))
             rows[run.run_id] = _Row(run, tuple(cells_of_run(run).values()), tuple(sorted(logs)))
@@ -171,18 +175,14 @@ class Watch:
         for medium, rows in self.rows.items():
             for name, row in rows.items():
                 stamps = self._files.stamps(row.files)
-                if (
-                    row.run.excluded
-                    or not goes_straight_down(row.run)
-                    or None in (stamps or [None])
-                ):
+                are_still = stamps is not None and None not in stamps
+                if not are_still or row.run.excluded or not goes_straight_down(row.run):
                     continue
                 key = settings, row.cells, stamps
-                before = self._aligned.get(name)
-                if before is None or before[0] != key:
+                aligned[name] = self._aligned.get(name, (None, pd.DataFrame()))
+                if aligned[name][0] != key:
                     campaign_of_run = replace(self.campaign, runs=(row.run,))
-                    before = key, align_medium(campaign_of_run, medium)
-                aligned[name] = before
+                    aligned[name] = key, align_medium(campaign_of_run, medium)
         self._aligned = aligned
         return SessionClocks.of_pushes([table for _, table in aligned.values()], settings)
 
@@ -193,32 +193,17 @@ class Watch:
         """
         rows, first = self.rows[medium.name], medium.alpha.empty
         stamps = {name: self._files.stamps(row.files) for name, row in rows.items()}
-        plates = len({row.run.intruder for row in rows.values() if row.run.kind == "plate"})
-        keys_to_measure = {}
-        for name, row in rows.items():
-            tare = rows.get(row.run.tare_run)
-            tare_stamps = tare and stamps[tare.run.run_id]
-            # a leg needs its tare, and a run that was already measured keeps its result until the tare is still
-            waits = tare and tare_stamps is None and (row.run.kind == "leg" or name in medium.runs)
-            sessions = {sheet_row.run.session for sheet_row in (row, tare) if sheet_row}
-            session_clocks = clocks and tuple(
-                clocks.of_session(label) for label in sorted(sessions)
-            )
-            key = (
-                row.cells,
-                stamps[name],
-                tare and (tare.cells, tare_stamps),
-                plates,
-                session_clocks,
-            )
-            if stamps[name] is not None and not waits and medium.keys.get(name) != key:
-                keys_to_measure[name] = key
-        moving = [name for name, stamp in stamps.items() if stamp is None]
+        keys_to_measure = self._changed_keys(medium, stamps, clocks)
+        moving = [name for name, stamps_of_run in stamps.items() if stamps_of_run is None]
         for name, measured in measure(self.campaign, medium.name, keys_to_measure, moving, clocks):
-            read = [rows[key] for key in (name, rows[name].run.tare_run) if key in rows]
-            if any(stamps[row.run.run_id] not in (None, _stamps_now(row)) for row in read):
+            run_and_tare = [name, rows[name].run.tare_run]
+            if any(
+                stamps.get(key) not in (None, rows[key].stamps_now())
+                for key in run_and_tare
+                if key in rows
+            ):
                 continue  # its files changed while they were read: a later step measures it
-            if not measured.is_of_the_log:
+            if measured.lacked_handle:
                 self._must_look_again = True
                 continue
             previous = medium.runs.get(name)
@@ -232,14 +217,41 @@ class Watch:
                 medium.seconds = np.nan if first else facts["seconds_since_change"]
             yield Event("push", facts | {"first": first})
 
+    def _changed_keys(
+        self,
+        medium: LiveMedium,
+        stamps: Mapping[str, tuple[Stamp, ...] | None],
+        clocks: SessionClocks | None,
+    ) -> dict[str, Any]:
+        """Return the runs that are to be measured now, with their inputs (`LiveMedium.keys`).
+
+        `stamps`: Stamps of the files of each run of the medium; None while one of them still changes.
+        """
+        rows = self.rows[medium.name]
+        # runs of a medium with several plates are flagged, with their number
+        plates = len({row.run.intruder for row in rows.values() if row.run.kind == "plate"})
+        changed_keys = {}
+        for name, row in rows.items():
+            tare = rows.get(row.run.tare_run)
+            tare_stamps = tare and stamps[tare.run.run_id]
+            # a leg needs its tare, and a run that was already measured keeps its result until the tare is still
+            waits = tare and tare_stamps is None and (row.run.kind == "leg" or name in medium.runs)
+            sessions = sorted({row.run.session, tare.run.session if tare else row.run.session})
+            session_clocks = clocks and [clocks.of_session(label) for label in sessions]
+            tare_key = tare and (tare.cells, tare_stamps)
+            key = row.cells, stamps[name], tare_key, plates, session_clocks
+            if stamps[name] is not None and not waits and medium.keys.get(name) != key:
+                changed_keys[name] = key
+        return changed_keys
+
     def _withdraw_runs(self, medium: LiveMedium, rows: Collection[str]) -> Iterator[Event]:
-        """Forget measured runs without a valid row, and yield an event for each."""
+        """Forget measured runs without a valid row, and yield an event for each; `rows`: run_ids with a valid row."""
         for name in [name for name in medium.runs if name not in rows]:
             del medium.runs[name], medium.keys[name]
             yield _withdrawn_event(medium, name, "no row without an error names it")
 
     def state(self, medium: str, name: str) -> str:
-        """Return the state of a run at this moment."""
+        """Return the state of a run at this moment, one of the constants of this module."""
         row, measured = self.rows[medium][name], self.media[medium].runs.get(name)
         stamps = self._files.stamps(row.files)
         if row.run.excluded:
@@ -248,19 +260,20 @@ class Watch:
             return GROWING
         if None in stamps:
             return WAITING
+        if not measured.why:
+            return MEASURED if row.run.kind == "plate" else READ
         tare = row.run.tare_run
         lacks_tare = tare in self.rows[medium] and self.state(medium, tare) in (WAITING, GROWING)
-        if measured.is_read and measured.why and lacks_tare:
-            return BARE
-        return REFUSED if measured.why else MEASURED if row.run.kind == "plate" else READ
+        return UNTARED if measured.is_read and lacks_tare else REFUSED
 
     def facts(self, medium: LiveMedium, name: str) -> dict[str, Any]:
         """Return the facts of an event about a run: state, alpha with its interval, flags, or why it has no number."""
         row, measured = self.rows[medium.name][name], medium.runs[name]
         run, fit = row.run, measured.rows.get("fits", {})
-        numbers = [f"{angle}_deg" for angle in ("beta", "gamma")]
-        numbers += [column(c, end) for c in "zx" for end in ("", "_lo", "_hi")]
-        changed = max((stamp[1] / 1e9 for stamp in _stamps_now(row) if stamp), default=np.nan)
+        columns_of_fit = ["beta_deg", "gamma_deg"]
+        columns_of_fit += [column(c, end) for c in "zx" for end in ("", "_lo", "_hi")]
+        change_times_s = (stamp[1] / 1e9 for stamp in row.stamps_now() if stamp)
+        changed_s = max(change_times_s, default=np.nan)
         return {
             "medium": medium.name,
             "run_id": name,
@@ -268,23 +281,23 @@ class Watch:
             "kind": run.kind,
             "state": self.state(medium.name, name),
             "direction": run.direction,
-            **{number: fit.get(number, np.nan) for number in numbers},
+            **{name: fit.get(name, np.nan) for name in columns_of_fit},
             "flags": [
                 {"code": flag.code, "text": str(flag)}
-                for flags in measured.flags.values()
-                for flag in flags
+                for flag in chain.from_iterable(measured.flags.values())
             ],
             "reason": measured.why,
-            "seconds_since_change": round(time.time() - changed, 3),
+            "seconds_since_change": round(time.time() - changed_s, 3),
         }
 
     # --- media
 
     def _report_media(self, changed: Collection[str]) -> Iterator[Event]:
         """Check the media with new runs, estimate their maps, plan the next pushes; yield an event for each medium."""
-        kept = {name for medium in self.media.values() for name in medium.runs}
-        runs = [run for run in self.campaign.runs if run.run_id in kept]
-        runs = [run for run in runs if run.kind != "leg" or run.tare_run in {"", *kept}]
+        measured = {name for medium in self.media.values() for name in medium.runs}
+        runs = [run for run in self.campaign.runs if run.run_id in measured]
+        # a leg without its tare has no force
+        runs = [run for run in runs if run.kind != "leg" or run.tare_run in {"", *measured}]
         view = replace(self.campaign, runs=tuple(runs))
         results = Results(view)
         for medium in (self.media[name] for name in view.media_with_runs):
@@ -303,21 +316,21 @@ class Watch:
     def _plan_pushes(self, results: Results, medium: LiveMedium) -> None:
         """Estimate the map of a medium, and choose the next pushes, which determine the target best."""
         config, planned = results.config, results.config.grid.planned
+        confidence = config.fit.confidence
+        # the next push is one of the directions that the config plans, so the map for it has these
         nodes = map_nodes(*zip(*planned, strict=True)) if planned else None
         shapes = results.shapes(medium.name)
         try:
-            known_map = medium.map = results[medium.name].map()
+            current_map = medium.map = results[medium.name].map()
             if planned:
                 pushes = pushes_of(medium.alpha, config)
-                known_map = estimate(pushes, shapes, nodes, confidence=known_map.confidence)
+                current_map = estimate(pushes, shapes, nodes, confidence=confidence)
         except InputError:
-            medium.map, known_map = None, prior_map(shapes, nodes)
-        rig = Rig(tuple(planned), depths=len(config.fit.horizontal_depths_cm))
+            medium.map, current_map = None, prior_map(shapes, nodes)
+        rig = Rig(planned, depths=len(config.fit.horizontal_depths_cm))
         medium.before, medium.width, medium.plan = medium.width, np.nan, None
         with suppress(ValueError):  # the target may have no number in this medium
-            medium.plan = plan(
-                self.target, known_map, rig, count=3, confidence=config.fit.confidence
-            )
+            medium.plan = plan(self.target, current_map, rig, count=3, confidence=confidence)
             medium.width = 100 * medium.plan.steps[0].typical
 
     def summary(self, medium: LiveMedium) -> dict[str, Any]:
@@ -339,21 +352,23 @@ class Watch:
         """Make rows of the run sheet for the next pushes and their tares, in the form of the last plate run."""
         runs = [run for run in self.campaign.runs if run.medium == medium.name]
         plate_runs = [run for run in runs if run.kind == "plate"]
-        depths, rows = self.campaign.config.fit.horizontal_depths_cm, []
+        if not medium.plan or not plate_runs:
+            return []
+        last_run, depths = plate_runs[-1], self.campaign.config.fit.horizontal_depths_cm
         names = (f"{medium.name}_{number:03d}" for number in count(1 + len(runs)))
-        steps = medium.plan.steps[1:] if medium.plan and plate_runs else ()
-        for push in chain.from_iterable(push_rows(step, depths) for step in steps):
-            name, last_run = (
-                next(name for name in names if name not in self.campaign.by_id),
-                plate_runs[-1],
-            )
+        free_names = (name for name in names if name not in self.campaign.by_id)
+        # the first step is the state before any of the next pushes
+        pushes = chain.from_iterable(push_rows(step, depths) for step in medium.plan.steps[1:])
+        rows = []
+        for push, name in zip(pushes, free_names, strict=False):
             tare = f"{name}_rod" if last_run.tare_run and not last_run.tare_shared else ""
-            for run_id, kind in ((name, "plate"), (tare, "rod"))[: 2 if tare else 1]:
+            for run_id, kind, tare_run in ((name, "plate", tare), (tare, "rod", "")):
                 row = {"run_id": run_id, "kind": kind, "medium": medium.name} | push
-                row |= {"intruder": last_run.intruder, "tare_run": tare if kind == "plate" else ""}
+                row |= {"intruder": last_run.intruder, "tare_run": tare_run}
                 for log in ("force_log", "motion_log"):
                     row[log] = getattr(last_run, log).replace(last_run.run_id, run_id)
-                rows.append(row)
+                if run_id:
+                    rows.append(row)
         return rows
 
     # --- files that no row names
@@ -367,6 +382,7 @@ class Watch:
             file for rows in self.rows.values() for row in rows.values() for file in row.files
         }
         named_files |= {*self._settings(), f"{raw}/{REENACTED}", f"{raw}/README.md"}
+        # tracks of the robot are named by their own sheet; no path starts with \0
         tracks = f"{raw}/{Path(robot.runs).parent}/" if robot and robot.runs else "\0"
         loose = [path for path in below if path not in named_files and not path.startswith(tracks)]
         most_reported = 20
@@ -382,17 +398,13 @@ class Watch:
         """Guess the cells of a row that would name a file, by the logs in other rows; empty if none is similar."""
         for run in self.campaign.runs:
             for key in ("force_log", "motion_log"):
+                # logs of other runs differ from this one in the run_id within their names
                 before, run_id, after = getattr(run, key).rpartition(run.run_id)
-                named_alike = file.startswith(before) and file.endswith(after)
-                name = file[len(before) : len(file) - len(after)]
-                if run_id and named_alike and name and "/" not in name:
-                    return {"run_id": name, key: file}
+                is_alike = run_id and file.startswith(before) and file.endswith(after)
+                new_id = file[len(before) : len(file) - len(after)]
+                if is_alike and new_id and "/" not in new_id:
+                    return {"run_id": new_id, key: file}
         return {}
-
-
-def _stamps_now(row: _Row) -> tuple[Stamp, ...]:
-    """Read the stamps of the files of a row."""
-    return tuple(map(stamp_of, row.files))
 
 
 def _withdrawn_event(medium: LiveMedium, name: str, why: str) -> Event:

@@ -15,6 +15,7 @@ from rftfit.table.units import FORCE_TO_N, TORQUE_TO_N_M
 
 _LOADS = tuple(name for name in get_args(ForceQuantity) if name[0] in "FT")
 _UNITS = {"F": FORCE_TO_N, "T": TORQUE_TO_N_M}
+"""First letter of a load, to its units."""
 _SCHEMA = Schema("calibration", (), file="calibration")
 
 
@@ -22,7 +23,7 @@ _SCHEMA = Schema("calibration", (), file="calibration")
 class Calibration:
     """Loads (forces and torques) as weighted sums of gauges.
 
-    `gauges`: Columns of the log. `loads`: Quantity, its unit, and the factor of each gauge.
+    `gauges`: Columns of the log. `loads`: Name (F1 to T3), unit, and the factor of each gauge, of each load.
     """
 
     gauges: tuple[str, ...]
@@ -39,29 +40,26 @@ def read_calibration(path: Path) -> Calibration:
             f"row 1: found {', '.join(header) or 'nothing'}; allowed: load, unit, and the name of each "
             "gauge once"
         )
-    loads: list[tuple[str, str, tuple[float, ...]]] = []
+    loads: dict[str, tuple[str, tuple[float, ...]]] = {}
     problems: list[str] = []
-    for number, row in enumerate(rows, start=2):
-        name, unit, *cells = [*row, "", ""][: max(len(row), 2)]
-        if name not in _LOADS or name in (load for load, _, _ in loads):
-            problems.append(
-                f"row {number}: found {name!r}; allowed: each of {', '.join(_LOADS)} once"
-            )
+    for row, cells in enumerate(rows, start=2):
+        load, unit, *factor_cells = cells + [""] * (2 - len(cells))
+        if load not in _LOADS or load in loads:
+            problems.append(f"row {row}: found {load!r}; allowed: each of {', '.join(_LOADS)} once")
             continue
-        if unit not in _UNITS[name[0]]:
-            allowed = ", ".join(_UNITS[name[0]])
-            problems.append(f"row {number}, unit: found {unit!r}; allowed: {allowed}")
-        values = tuple(map(number_of, cells))
-        if len(values) != len(gauges) or not all(map(math.isfinite, values)):
-            problems.append(
-                f"row {number}: found {', '.join(cells) or 'nothing'}; allowed: {len(gauges)} numbers"
-            )
-        loads.append((name, unit, values))
-    absent = [name for name in ("F1", "F2", "F3") if name not in (load for load, _, _ in loads)]
+        units = _UNITS[load[0]]
+        if unit not in units:
+            problems.append(f"row {row}, unit: found {unit!r}; allowed: {', '.join(units)}")
+        factors = tuple(map(number_of, factor_cells))
+        if len(factors) != len(gauges) or not all(map(math.isfinite, factors)):
+            cells_found = ", ".join(factor_cells) or "nothing"
+            problems.append(f"row {row}: found {cells_found}; allowed: {len(gauges)} numbers")
+        loads[load] = unit, factors
+    absent = [load for load in ("F1", "F2", "F3") if load not in loads]
     if absent and not problems:
         problems.append(
             f"no row for {', '.join(absent)}: each of F1, F2 and F3 has one, a channel that nothing measures its unit and zeros"
         )
     if problems:
         raise InputError("; ".join(problems))
-    return Calibration(gauges, tuple(loads))
+    return Calibration(gauges, tuple((load, *loads[load]) for load in loads))

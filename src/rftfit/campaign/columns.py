@@ -9,6 +9,7 @@ from functools import partial
 from rftfit.campaign.rows import TableColumn
 
 KINDS = ("plate", "rod", "leg", "leg_air")
+"""Kinds of run."""
 _ALONG_PATHS, _TURNING = ("intrusion", "extraction", "horizontal"), ("rotation",)
 _DIRECTION_WORDS = (*_ALONG_PATHS, *_TURNING)
 
@@ -32,7 +33,7 @@ class SheetColumn(TableColumn):
 
     @property
     def header_needed(self) -> bool:
-        """Whether a sheet without this column cannot be read."""
+        """True if a sheet without this column cannot be read."""
         return self.needed and not self.direction
 
     @property
@@ -46,7 +47,7 @@ class SheetColumn(TableColumn):
         """Return whether the cell of a row must be filled; `cells`: cells of the row by name of column."""
         return self.needed and cells.get("kind", "") not in self.may_be_blank
 
-    def unused(self, cells: Mapping[str, str]) -> str | None:
+    def why_unused(self, cells: Mapping[str, str]) -> str | None:
         """Return why a run does not use this column; empty: it does; None: kind or direction is wrong."""
         if self.kinds is KINDS and not self.direction:
             return ""
@@ -61,7 +62,9 @@ class SheetColumn(TableColumn):
 
 
 _PLATES = ("plate", "rod")
+"""Kinds of run along a straight path."""
 _MEASURED = ("plate", "leg")
+"""Kinds of run from which a tare is subtracted."""
 
 _optional = partial(SheetColumn, needed=False)
 _angle = partial(SheetColumn, kinds=_PLATES, low=-90, high=90, unit="degrees")

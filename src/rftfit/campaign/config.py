@@ -32,6 +32,7 @@ Positive = Annotated[float, Field(gt=0, le=LARGEST)]
 NotNegative = Annotated[float, Field(ge=0, le=LARGEST)]
 OfFile = Annotated[float, Field(ge=-LARGEST_OF_FILES, le=LARGEST_OF_FILES)]
 Percent = Annotated[float, Field(ge=0, le=100)]
+AngleDeg = Annotated[float, Field(ge=-90, le=90)]
 AngleError = Annotated[float, Field(ge=0, le=90)]
 Share = Annotated[float, Field(gt=0, le=1)]
 ColumnNumber = Annotated[int, Field(ge=1, le=1_000_000)]
@@ -205,7 +206,7 @@ class FlatOutline(Model):
 
 AnyPlate = Plate | Disc | FlatOutline
 PLATE_SHAPES = ("plate", "disc", "flat")
-Intruder = Annotated[Plate | Disc | FlatOutline | Leg, Field(discriminator="shape")]
+Intruder = Annotated[AnyPlate | Leg, Field(discriminator="shape")]
 
 
 # --- How the logs of a campaign are written: dialect, text format, and which column is which quantity.
@@ -262,9 +263,6 @@ def units_of(quantity: str) -> tuple[str, ...]:
     return UNITS_OF.get(quantity, UNITS_OF.get(quantity[0], ()))
 
 
-Q = TypeVar("Q", bound=str)
-
-
 class TextFormat(Model):
     """Any delimited text, described; the file is then read by the dialect ``delimited``."""
 
@@ -314,13 +312,17 @@ class TextFormat(Model):
         return name
 
 
-class SecondColumn(Model):
-    """A column whose values are added to those of another."""
+class NamedColumn(Model):
+    """A column of a log."""
 
     column: str | ColumnNumber | None = None
     """its name as rftfit inspect shows it, or its number in the file, from 1"""
     unit: Unit | None = None
     """its unit; needed where the file states none"""
+
+
+class SecondColumn(NamedColumn):
+    """A column whose values are added to those of another."""
 
     @model_validator(mode="after")
     def _names_a_column(self) -> SecondColumn:
@@ -330,13 +332,9 @@ class SecondColumn(Model):
         return self
 
 
-class ColumnEntry(Model):
+class ColumnEntry(NamedColumn):
     """The column of a quantity."""
 
-    column: str | ColumnNumber | None = None
-    """its name as rftfit inspect shows it, or its number in the file, from 1"""
-    unit: Unit | None = None
-    """its unit; needed where the file states none"""
     factor: OfFile = 1.0
     """multiplied onto the values, for example -1 where down is positive; with `unit`, units of the
     quantity for one of a file's own (V, counts)
@@ -368,7 +366,7 @@ class ColumnEntry(Model):
     """
 
     @model_validator(mode="after")
-    def _one_of_both(self) -> ColumnEntry:
+    def _column_or_constant(self) -> ColumnEntry:
         """Refuse an entry with both a column and a constant, or neither; a rate without a constant; a factor of 0."""
         if (self.column is None) == (self.constant is None):
             raise ValueError("needs either a column or a constant")
@@ -379,16 +377,18 @@ class ColumnEntry(Model):
         return self
 
 
-def _full_column_entry(value: Any) -> Any:
+def _full_column_entry(entry: Any) -> Any:
     """Return the section of a column for a bare name or number, as in ``F3: Kraft``; a section comes back unchanged."""
-    plain = isinstance(value, str | int) and not isinstance(value, bool)
-    return {"column": value} if plain else value
+    is_bare = isinstance(entry, str | int) and not isinstance(entry, bool)
+    return {"column": entry} if is_bare else entry
 
 
-Chosen = Annotated[
+ColumnOrEntry = Annotated[
     ColumnEntry,
     BeforeValidator(_full_column_entry, json_schema_input_type=ColumnEntry | str | ColumnNumber),
 ]
+Q = TypeVar("Q", bound=str)
+"""Quantities that a kind of log can have."""
 
 
 class Source(Model, Generic[Q]):
@@ -417,7 +417,7 @@ class Source(Model, Generic[Q]):
 
     A row with such a value in a column that is used is left out and counted. Example: `missing: [-9999, -999999]`.
     """
-    columns: dict[Q, Chosen] = {}
+    columns: dict[Q, ColumnOrEntry] = {}
     """quantity: column; default: the columns are named by the quantities
 
     Needed where the columns of the file have other names than `time`, `F1`, `x`, `z`. `rftfit
@@ -427,29 +427,29 @@ class Source(Model, Generic[Q]):
 
     @property
     def where_words(self) -> dict[str, tuple[str, ...]]:
-        """Column of `where` to the words that its cells may hold."""
-        words_by_column = {
-            name: word if isinstance(word, list) else [word] for name, word in self.where.items()
-        }
-        return {
-            name: tuple(f"{word:g}" if isinstance(word, float) else word for word in words)
-            for name, words in words_by_column.items()
-        }
+        """Column of `where` to the words that its cells may hold, numbers as text."""
+        words_of_column = {}
+        for column, stated in self.where.items():
+            words = stated if isinstance(stated, list) else [stated]
+            as_text = (f"{word:g}" if isinstance(word, float) else word for word in words)
+            words_of_column[column] = tuple(as_text)
+        return words_of_column
 
     @field_validator("columns")
     @classmethod
     def _units_fit(cls, columns: dict[Q, ColumnEntry]) -> dict[Q, ColumnEntry]:
         """Refuse units that the quantity cannot have."""
-        wrong = []
+        faults = []
         for quantity, entry in columns.items():
-            units = {"unit": entry.unit, "plus.unit": entry.plus and entry.plus.unit}
-            wrong += [
-                f"{quantity}.{key}: found {unit!r}; allowed: one of {', '.join(units_of(quantity))}"
-                for key, unit in units.items()
-                if unit and units_of(quantity) and unit not in units_of(quantity)
+            allowed = units_of(quantity)
+            stated = {"unit": entry.unit, "plus.unit": entry.plus and entry.plus.unit}
+            faults += [
+                f"{quantity}.{key}: found {unit!r}; allowed: one of {', '.join(allowed)}"
+                for key, unit in stated.items()
+                if unit and allowed and unit not in allowed
             ]
-        if wrong:
-            raise ValueError("; ".join(wrong))
+        if faults:
+            raise ValueError("; ".join(faults))
         return columns
 
     @model_validator(mode="after")
@@ -661,7 +661,7 @@ class Container(Model):
 
     @property
     def is_open(self) -> bool:
-        """Whether this is open ground, without walls."""
+        """True for open ground, without walls."""
         return min(self.length_cm, self.width_cm) >= OPEN_CM
 
 
@@ -672,14 +672,14 @@ Direction = tuple[float, float]
 class Grid(Model):
     """Directions in which a medium of the role laboratory is to be measured."""
 
-    beta_deg: tuple[Annotated[float, Field(ge=-90, le=90)], ...] = Field(default=(), strict=False)
+    beta_deg: tuple[AngleDeg, ...] = Field(default=(), strict=False)
     """planned attack angles, degrees; each with every gamma_deg is a cell
 
     A run in a direction that is not planned is an error, most often a typing error; a planned
     direction without a run is listed as missing. Example: `grid: {beta_deg: [-60, -30, 0, 30, 60,
     90], gamma_deg: [-90, -60, -30, 0, 30, 60, 90]}`.
     """
-    gamma_deg: tuple[Annotated[float, Field(ge=-90, le=90)], ...] = Field(default=(), strict=False)
+    gamma_deg: tuple[AngleDeg, ...] = Field(default=(), strict=False)
     """planned intrusion angles, degrees, up to the sides negative"""
     angle_tolerance_deg: Annotated[float, Field(ge=0, le=10)] = TOLERANCE_DEG
     """directions that differ by no more in both angles are one cell, degrees
@@ -841,7 +841,7 @@ class ErrorSettings(Model):
 
     @property
     def bed(self) -> tuple[float, float] | None:
-        """Stated scatter between beds: a part in N/cm^3, and a part relative to alpha; None where none is stated."""
+        """Stated scatter of alpha between beds: in N/cm^3, and relative to alpha; None where neither is stated."""
         if self.bed_N_per_cm3 is None and self.bed_percent is None:
             return None
         return self.bed_N_per_cm3 or 0.0, (self.bed_percent or 0.0) / 100
@@ -895,7 +895,7 @@ class TableSettings(Model):
     """unit of alpha and its errors"""
 
 
-_NOT_OF_TABLES: dict[str, Any] = {
+_RIG_OF_TABLES: dict[str, Any] = {
     "transducer": {
         "name": "not stated",
         "range_N": [LARGEST] * 3,
@@ -903,7 +903,7 @@ _NOT_OF_TABLES: dict[str, Any] = {
     },
     "container": dict.fromkeys(("length_cm", "width_cm", "depth_cm"), LARGEST),
 }
-"""Values, without effect, of keys that only a campaign with logs needs."""
+"""Values, without effect, of the keys that a campaign with logs needs and one that is a table leaves out."""
 
 UNIT_AREA = "unit_area"
 """Intruder of a campaign that is a table: a plate of 1 cm^2, so that its force is the stress of the table."""
@@ -1132,17 +1132,14 @@ class Config(Model):
     @classmethod
     def _table_needs_no_rig(cls, data: Any) -> Any:
         """Add the keys that a campaign that is a table need not state."""
-        if isinstance(data, dict) and data.get("table") is not None:
+        if not isinstance(data, dict) or data.get("table") is None:
+            return data
+        # other intruders may be legs, whose forces are predicted
+        intruders = data.get("intruders", {})
+        if isinstance(intruders, dict):
             area = {"shape": "flat", "area_cm2": 1.0, "length_cm": 1.0, "thickness_cm": 1.0}
-            intruder_table = data.get("intruders", {})
-            # other intruders may be legs, whose forces are predicted
-            intruders = (
-                {**intruder_table, UNIT_AREA: area}
-                if isinstance(intruder_table, dict)
-                else intruder_table
-            )
-            return {**_NOT_OF_TABLES, **data, "intruders": intruders}
-        return data
+            intruders = {**intruders, UNIT_AREA: area}
+        return {**_RIG_OF_TABLES, **data, "intruders": intruders}
 
     @property
     def legs(self) -> dict[str, Leg]:
@@ -1163,27 +1160,21 @@ class Config(Model):
         cls, robot: RobotRuns | None, info: ValidationInfo
     ) -> RobotRuns | None:
         """Refuse a robot on a medium that is not measured over the grid."""
-        media = info.data.get("media")
+        media = info.data.get("media")  # None where the media have an error
         if robot is not None and media is not None:
-            grid = [name for name, medium in media.items() if medium.role == "laboratory"]
-            if robot.medium not in grid:
-                raise ValueError(
-                    f"medium: found {robot.medium!r}; allowed: a medium of the role laboratory, "
-                    f"one of {', '.join(grid) or 'which there is none'}"
-                )
+            laboratory = [name for name, medium in media.items() if medium.role == "laboratory"]
+            _need_word("medium", robot.medium, "a medium of the role laboratory", laboratory)
         return robot
 
     @field_validator("maps")
     @classmethod
     def _teachers_are_legs(cls, maps: Maps, info: ValidationInfo) -> Maps:
         """Refuse a name in `maps.use_legs` that is no leg."""
-        intruders = info.data.get("intruders")
+        intruders = info.data.get("intruders")  # None where the intruders have an error
         if intruders is not None:
             legs = [name for name, intruder in intruders.items() if isinstance(intruder, Leg)]
-            if unknown := [name for name in maps.use_legs if name not in legs]:
-                raise ValueError(
-                    f"use_legs: found {unknown[0]!r}; allowed: a leg of intruders, one of {', '.join(legs) or 'which there is none'}"
-                )
+            for name in maps.use_legs:
+                _need_word("use_legs", name, "a leg of intruders", legs)
         return maps
 
     @field_validator("intruders", "media")
@@ -1199,3 +1190,10 @@ class Config(Model):
             if is_device(name):
                 raise ValueError(f"found the name {name!r}; allowed: {DEVICE}")
         return section
+
+
+def _need_word(key: str, word: str, kind: str, allowed: list[str]) -> None:
+    """Raise ValueError for a word that is not allowed in a key; `kind`: what an allowed word names."""
+    if word not in allowed:
+        words = ", ".join(allowed) or "which there is none"
+        raise ValueError(f"{key}: found {word!r}; allowed: {kind}, one of {words}")

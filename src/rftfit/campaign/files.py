@@ -37,7 +37,7 @@ _MOST_NAMES = 2000
 
 
 def read_text(path: Path, file: str, area: str, limit: int) -> str:
-    """Read a file of UTF-8 text; see `read_bytes` and `decode`."""
+    """Read a file of UTF-8 text; the arguments as in `read_bytes`."""
     return decode(read_bytes(path, file, area, limit), file, area)
 
 
@@ -48,9 +48,9 @@ def read_bytes(path: Path, file: str, area: str, limit: int, cure: str = "") -> 
     is too large.
     """
 
-    def refusal(code: str, text: str) -> CampaignError:
+    def refusal(code: str, allowed: str) -> CampaignError:
         """Make the error; `code`: last part of the code of the problem."""
-        return CampaignError([Problem(f"{area}.{code}", Place(file), None, text)])
+        return CampaignError([Problem(f"{area}.{code}", Place(file), None, allowed)])
 
     try:
         state = path.stat()
@@ -58,11 +58,10 @@ def read_bytes(path: Path, file: str, area: str, limit: int, cure: str = "") -> 
         if not stat.S_ISREG(state.st_mode):
             raise refusal("not-a-file", "this is a folder or device, not a file")
         if state.st_size > limit:
-            text = (
+            sizes = (
                 f"{state.st_size / 1e6:.1f} MB are too large; at most {limit / 1e6:g} MB are read"
             )
-            text += cure and f": {cure}"
-            raise refusal("too-large", text)
+            raise refusal("too-large", sizes + (cure and f": {cure}"))
         return path.read_bytes()
     except FileNotFoundError:
         raise refusal("missing", "the file does not exist") from None
@@ -76,12 +75,12 @@ def decode(data: bytes, file: str, area: str) -> str:
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        line, encoding = None, "UTF-16"
+        line, value_found = None, "UTF-16"
         if not data.startswith((b"\xff\xfe", b"\xfe\xff")):
             line = len(re.findall(rb"\r\n|\r|\n", data[: error.start])) + 1
-            encoding = f"byte {data[error.start]:#04x}"
+            value_found = f"byte {data[error.start]:#04x}"
         allowed = "UTF-8 text; in a spreadsheet save as 'CSV UTF-8', in an editor choose UTF-8"
-        problem = Problem(f"{area}.not-utf8", Place(file, line=line), encoding, allowed)
+        problem = Problem(f"{area}.not-utf8", Place(file, line=line), value_found, allowed)
         raise CampaignError([problem]) from None
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
@@ -96,21 +95,19 @@ def folded(path: str) -> str:
     return unicodedata.normalize("NFC", unicodedata.normalize("NFC", path).casefold())
 
 
-_TURNS_TEXT = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
+_DIRECTION_SIGNS = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
 """Signs that reverse the direction of the letters behind them, so that a text can mislead its reader."""
 
 
 def unshowable(text: str) -> str:
     """Return the first character that a page or figure cannot show as it is; empty if there is none."""
-    if text.isprintable():
+    if text.isprintable():  # as most are
         return ""
-    signs = (
-        sign
-        for sign in text
-        if sign in _TURNS_TEXT
-        or (sign not in "\t\n" and unicodedata.category(sign) in ("Cc", "Cs"))
-    )
-    return next(signs, "")
+    for sign in text:
+        is_control = sign not in "\t\n" and unicodedata.category(sign) in ("Cc", "Cs")
+        if is_control or sign in _DIRECTION_SIGNS:
+            return sign
+    return ""
 
 
 class BadPath(Exception):
@@ -130,23 +127,24 @@ def inside(path: str, folder: str) -> bool:
     return path == folder or path.startswith(folder.rstrip("/\\") + os.sep)
 
 
-def plain_path(text: str) -> str:
-    """Return a relative path without its ``.`` parts, or raise `BadPath`."""
-    if "\\" in text:
-        raise BadPath("backslash", "write / and not backslashes", text.replace("\\", "/"))
-    if not text.strip() or not text.isprintable():
-        raise BadPath("path", "without control characters" if text.strip() else "not blank")
-    if text.startswith(("/", "~")) or re.match(r"[A-Za-z]:", text):
+def plain_path(written: str) -> str:
+    """Return a relative path without its ``.`` parts, or raise `BadPath`; `written`: path as the user wrote it."""
+    parts = written.split("/")
+    if "\\" in written:
+        raise BadPath("backslash", "write / and not backslashes", written.replace("\\", "/"))
+    if not written.strip() or not written.isprintable():
+        raise BadPath("path", "without control characters" if written.strip() else "not blank")
+    if written.startswith(("/", "~")) or re.match(r"[A-Za-z]:", written):
         raise BadPath("path-outside", "a relative path, not an absolute one")
-    if ".." in text.split("/"):
+    if ".." in parts:
         raise BadPath("path-outside", "it must stay inside, without ..")
-    if any(is_device(folder) for folder in text.split("/")):
+    if any(map(is_device, parts)):
         raise BadPath("reserved-name", DEVICE)
-    return posixpath.normpath(text)
+    return posixpath.normpath(written)
 
 
 class Entry(NamedTuple):
-    """A path and its `status`; for a path that cannot be used also `code`, `why`, and the `nearest` file."""
+    """What lies at a path; for a path that cannot be used also `code` of the problem, `why`, and the `nearest` file."""
 
     path: str
     status: Status
@@ -164,8 +162,8 @@ class Folder:
     def __init__(self, base: Path | str, elsewhere: Sequence[str] = ()) -> None:
         self.base = os.path.realpath(base)
         self.elsewhere = (*elsewhere,)
-        self._parents: dict[str, str] = {}
-        self._names: dict[str, tuple[str, ...]] = {}
+        self._real_folders: dict[str, str] = {}
+        self._names: dict[str, list[str]] = {}
         self._searches = 0
 
     def look_up(self, written: str) -> Entry:
@@ -181,19 +179,19 @@ class Folder:
 
     def status(self, path: str) -> Status:
         """Return what lies at a path from `plain_path`; ``outside`` if a link leads out of the folder."""
-        head, _, name = path.rpartition("/")
+        parent, _, name = path.rpartition("/")
         # links are resolved once for each folder: a campaign has thousands of logs in a few folders
-        if head not in self._parents:
-            self._parents[head] = os.path.realpath(f"{self.base}/{head}") if head else self.base
-        full = f"{self._parents[head]}/{name}"
+        if parent not in self._real_folders:
+            self._real_folders[parent] = os.path.realpath(f"{self.base}/{parent}")
+        real = f"{self._real_folders[parent]}/{name}"
         try:
-            mode = os.lstat(full).st_mode
+            mode = os.lstat(real).st_mode
             if stat.S_ISLNK(mode):
-                full = os.path.realpath(full)
-                mode = os.stat(full).st_mode if self._reaches(full) else 0  # noqa: PTH116
+                real = os.path.realpath(real)
+                mode = os.stat(real).st_mode if self._reaches(real) else 0  # noqa: PTH116
         except (OSError, ValueError):
             mode = None
-        if not self._reaches(full):
+        if not self._reaches(real):
             return "outside"
         if mode is None:
             return "missing"
@@ -215,20 +213,20 @@ class Folder:
         self._searches += 1
         if self._searches > MOST_SEARCHES:
             return None
-        head, _, name = path.rpartition("/")
-        if head not in self._names:
-            self._names[head] = self._list_names(head)
+        parent, slash, name = path.rpartition("/")
+        if parent not in self._names:
+            self._names[parent] = self._list_names(parent)
         # a link that leads nowhere is listed under the name that is missing
-        nearest_name = did_you_mean(name, [other for other in self._names[head] if other != name])
-        return None if nearest_name is None else f"{head}/{nearest_name}" if head else nearest_name
+        nearest_name = did_you_mean(name, [file for file in self._names[parent] if file != name])
+        return nearest_name and f"{parent}{slash}{nearest_name}"
 
-    def _list_names(self, head: str) -> tuple[str, ...]:
-        """Return the names in a folder; none where they are too many."""
+    def _list_names(self, folder: str) -> list[str]:
+        """Return the names in a folder, none where they are too many; `folder`: relative to the base."""
         try:
-            names = sorted(os.listdir(f"{self.base}/{head}"))  # noqa: PTH208
+            names = sorted(os.listdir(f"{self.base}/{folder}"))  # noqa: PTH208
         except (OSError, ValueError):
-            return ()
-        return tuple(names) if len(names) <= _MOST_NAMES else ()
+            return []
+        return names if len(names) <= _MOST_NAMES else []
 
 
 def campaign_folder(root: Path, raw: str) -> Folder:
@@ -236,10 +234,10 @@ def campaign_folder(root: Path, raw: str) -> Folder:
 
     `raw`: Path of the raw folder as the config has it.
     """
-    folder = Folder(root)
     try:
-        parts = plain_path(raw).split("/")
+        path = Path(os.path.realpath(root), plain_path(raw))
     except BadPath:
-        return folder
-    above = [os.path.join(folder.base, *parts[: count + 1]) for count in range(len(parts))]  # noqa: PTH118
-    return Folder(root, [os.path.realpath(path) for path in above if os.path.islink(path)])  # noqa: PTH114
+        return Folder(root)
+    # the raw folder, or a folder on the way to it, may be the link; those above the campaign are resolved
+    links = [part for part in (path, *path.parents) if os.path.islink(part)]  # noqa: PTH114
+    return Folder(root, [os.path.realpath(link) for link in links])

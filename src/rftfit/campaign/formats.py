@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from rftfit.campaign.columns import COLUMNS as SHEET_COLUMNS
 from rftfit.campaign.columns import LABELS
 from rftfit.campaign.rows import Schema, TableColumn
 
 OTHER_SENSE = "with gamma > 0 depth grows, with gamma < 0 it shrinks"
+"""Rule by which rows of a table of stress are left out, for messages."""
 
+_optional = partial(TableColumn, needed=False)
 _ANGLES = tuple(
     TableColumn(f"{name}_deg", "number", meaning, unit="degrees", also=(name,))
     for name, meaning in (
@@ -15,18 +19,16 @@ _ANGLES = tuple(
         ("gamma", "intrusion angle of its motion: 90 straight down, -90 straight up"),
     )
 )
-RUN_ID = TableColumn("run_id", "name", "rows of one push", needed=False)
+RUN_ID = _optional("run_id", "name", "rows of one push")
 _COLUMNS_OF_RUN = (
-    TableColumn("medium", "name", "key of the config's media", needed=False),
-    TableColumn("excluded", "flag", "yes leaves the run out", needed=False),
-    TableColumn(
-        "reason", "text", "why the run is left out; needed where excluded is yes", needed=False
-    ),
+    _optional("medium", "name", "key of the config's media"),
+    _optional("excluded", "flag", "yes leaves the run out"),
+    _optional("reason", "text", "why the run is left out; needed where excluded is yes"),
     *(column for column in SHEET_COLUMNS if column.name in LABELS),
 )
 
 
-_WORDS = {
+_NAMES_WITH_UNIT = {
     "depth": ("sinkage", "penetration", "tiefe", "einsinkung"),
     "stress_z": (
         *("sigma_z", "sigma_zz", "sigma", "pressure", "stress", "normal_stress"),
@@ -34,7 +36,7 @@ _WORDS = {
     ),
     "stress_x": ("sigma_x", "sigma_xz", "tau", "shear_stress"),
 }
-"""Column to words that name it in headers with a unit, such as ``Sinkage (mm)``."""
+"""Column to names of it in headers with a unit, such as ``Sinkage (mm)``."""
 
 
 def _alpha_columns(component: str) -> tuple[TableColumn, TableColumn]:
@@ -48,13 +50,12 @@ def _alpha_columns(component: str) -> tuple[TableColumn, TableColumn]:
             needed=component == "z",
             unit="N/cm^3",
             also=(name,),
-            words=("alpha",) if component == "z" else (),
+            names_with_unit=("alpha",) if component == "z" else (),
         ),
-        TableColumn(
+        _optional(
             error,
             "number",
             f"standard error of {name}",
-            needed=False,
             low=0,
             unit="N/cm^3",
             also=(f"{name}_se_N_per_cm3", f"{error}_N_per_cm3"),
@@ -62,26 +63,16 @@ def _alpha_columns(component: str) -> tuple[TableColumn, TableColumn]:
     )
 
 
+# alpha and stress are positive upward and toward +x
 ALPHA = Schema(
     "alpha-table",
     (
         *_ANGLES,
         *_alpha_columns("z"),
         *_alpha_columns("x"),
-        TableColumn(
-            "n", "number", "number of runs behind it", needed=False, low=1, also=("n_runs",)
-        ),
-        *(
-            TableColumn(
-                f"depth_{end}_cm",
-                "number",
-                f"{extreme} depth behind it",
-                needed=False,
-                low=0,
-                unit="cm",
-            )
-            for end, extreme in (("from", "least"), ("to", "largest"))
-        ),
+        _optional("n", "number", "number of runs behind it", low=1, also=("n_runs",)),
+        _optional("depth_from_cm", "number", "least depth behind it", low=0, unit="cm"),
+        _optional("depth_to_cm", "number", "largest depth behind it", low=0, unit="cm"),
         *_COLUMNS_OF_RUN,
     ),
     others="warned",
@@ -96,7 +87,7 @@ STRESS = Schema(
             "depth of the plate's centre, growing downward",
             unit="cm",
             also=("depth",),
-            words=_WORDS["depth"],
+            names_with_unit=_NAMES_WITH_UNIT["depth"],
         ),
         *(
             TableColumn(
@@ -107,7 +98,7 @@ STRESS = Schema(
                 needed=c == "z",
                 unit="N/cm^2",
                 also=(f"stress_{c}",),
-                words=_WORDS[f"stress_{c}"],
+                names_with_unit=_NAMES_WITH_UNIT[f"stress_{c}"],
             )
             for c in "zx"
         ),
@@ -116,4 +107,3 @@ STRESS = Schema(
     ),
     others="warned",
 )
-"""`ALPHA` and `STRESS` are the formats of both tables; alpha and stress are positive upward and toward +x."""

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from rftfit.campaign.calibration import Calibration, read_calibration
 from rftfit.campaign.columns import KINDS, LABELS
-from rftfit.campaign.config import PLATE_SHAPES, Config, Leg, RigidContact, RobotRuns
+from rftfit.campaign.config import PLATE_SHAPES, Config, Leg, RobotRuns
 from rftfit.campaign.files import Entry, Folder, campaign_folder, folded, inside
 from rftfit.campaign.presence import miss_campaign, root_of
 from rftfit.campaign.problems import CampaignError, Place, Problem, shown
@@ -30,8 +30,6 @@ from rftfit.store.text import count, megabytes, table
 
 REENACTED = "REENACTED.txt"
 """File in the raw folder of logs that were computed from published results."""
-
-_SHAPES = (*PLATE_SHAPES, "leg")
 
 
 @dataclass(frozen=True)
@@ -53,12 +51,12 @@ class Campaign:
 
     @property
     def is_as_read(self) -> bool:
-        """Whether config and run sheet have not changed since they were read."""
+        """True if config and run sheet have not changed since they were read."""
         return digests_of_files(self.root, self.read_from) == self.read_from
 
     @cached_property
     def reenacted(self) -> bool:
-        """Whether the logs are re-enacted: the marker in the raw folder says so."""
+        """True if the logs were computed from published results, as a marker in the raw folder says."""
         return (self.raw / REENACTED).is_file()
 
     @cached_property
@@ -80,26 +78,23 @@ class Campaign:
     def summary(self) -> str:
         """Describe the campaign: a heading, and a table of the runs and logs of each medium."""
         rows = []
-        sizes: dict[str, int | None] = {}
+        size_of_log: dict[str, int | None] = {}
         for medium in (*self.media_with_runs, ""):
             runs = [run for run in self.runs if run.medium == medium]
             if not runs:
                 continue
-            # a set, as one file may hold force and motion of a run
-            names = {name for run in runs for name in (run.force_log, run.motion_log)}
-            size_of_log = {name: self.size_of(name) for name in names}
-            sizes_known = [size for size in size_of_log.values() if size is not None]
-            sizes |= size_of_log
+            # a dictionary, as one file may hold force and motion of a run
+            sizes = {
+                log: self.size_of(log) for run in runs for log in (run.force_log, run.motion_log)
+            }
+            size_of_log |= sizes
+            existing = [size for size in sizes.values() if size is not None]
             counts = [sum(run.kind == kind for run in runs) for kind in KINDS]
-            counts += [
-                sum(run.excluded for run in runs),
-                len(sizes_known),
-                len(size_of_log) - len(sizes_known),
-            ]
-            rows.append([medium or "(in air)", *map(str, counts), f"{sum(sizes_known) / 1e6:.1f}"])
+            counts += [sum(run.excluded for run in runs), len(existing), len(sizes) - len(existing)]
+            rows.append([medium or "(in air)", *map(str, counts), f"{sum(existing) / 1e6:.1f}"])
         header = ["medium", *KINDS, "excluded", "logs", "missing", "MB"]
-        total = sum(filter(None, sizes.values()))
-        runs_and_logs = f"{count(len(self.runs), 'run')}, {count(len(sizes), 'log')}"
+        total = sum(filter(None, size_of_log.values()))
+        runs_and_logs = f"{count(len(self.runs), 'run')}, {count(len(size_of_log), 'log')}"
         return f"{self.config.title}: {runs_and_logs}, {megabytes(total)}\n{table(header, rows)}"
 
     def count_level_depths(self, medium: str) -> int:
@@ -108,16 +103,15 @@ class Campaign:
         The config states them, or else the horizontal runs of the sheet have them, at least two.
         """
         fit = self.config.fit
-        planned_cm = [
-            run.depth_cm
-            for run in self.runs
-            if run.medium == medium and run.kind == "plate" and run.direction == "horizontal"
-        ]
-        known_cm = np.array([depth for depth in planned_cm if np.isfinite(depth)], dtype=float)
-        if "horizontal_depths_cm" in fit.model_fields_set or not known_cm.size:
+        # only horizontal runs have a depth
+        depths_cm = np.array(
+            [run.depth_cm for run in self.runs if run.medium == medium and run.kind == "plate"]
+        )
+        depths_cm = depths_cm[np.isfinite(depths_cm)]
+        if "horizontal_depths_cm" in fit.model_fields_set or not depths_cm.size:
             return len(fit.horizontal_depths_cm)
         # one depth cannot show that stress is proportional to depth
-        return max(2, len(set(number_depths(known_cm).tolist())))
+        return max(2, 1 + int(number_depths(depths_cm).max()))
 
     def runs_of(self, medium: str) -> tuple[Run, ...]:
         """Return all runs of a medium, also excluded ones, and the in-air runs that its legs name as tare.
@@ -126,12 +120,10 @@ class Campaign:
         """
         if medium not in self.config.media:
             raise KeyError(medium)
-        runs_of_medium = {run.run_id: run for run in self.runs if run.medium == medium}
-        air_runs = {
-            run.tare_run for run in runs_of_medium.values() if run.kind == "leg" and run.tare_run
-        }
-        runs_of_medium |= {name: self.by_id[name] for name in air_runs}
-        return tuple(runs_of_medium[name] for name in sorted(runs_of_medium))
+        runs = {run.run_id: run for run in self.runs if run.medium == medium}
+        tares_of_legs = {run.tare_run for run in runs.values() if run.kind == "leg"} - {""}
+        runs |= {name: self.by_id[name] for name in tares_of_legs}
+        return tuple(runs[name] for name in sorted(runs))
 
     def size_of(self, log: str) -> int | None:
         """Return the bytes of a log; None where the file does not exist."""
@@ -155,8 +147,8 @@ class Campaign:
         """Return the plate runs of a medium before its first log exists; empty once there is a log."""
         runs = [run for run in self.runs if run.medium == medium and run.kind == "plate"]
         planned = [run for run in runs if not run.excluded]
-        logs = {name for run in planned for name in (run.force_log, run.motion_log)}
-        return [] if any(self.size_of(name) is not None for name in logs) else planned
+        logs = {log for run in planned for log in (run.force_log, run.motion_log)}
+        return [] if any(self.size_of(log) is not None for log in logs) else planned
 
     def of_role(self, role: str = "") -> tuple[str, ...]:
         """Return the media with runs that have a role, ``laboratory`` or ``natural_sand``; default: any role."""
@@ -174,8 +166,8 @@ class Campaign:
 
     def with_legs(self, role: str) -> tuple[str, ...]:
         """Return the media of a role in which legs were turned."""
-        legged = {run.medium for run in self.runs if run.kind == "leg"}
-        return tuple(name for name in self.of_role(role) if name in legged)
+        media_of_legs = {run.medium for run in self.runs if run.kind == "leg"}
+        return tuple(name for name in self.of_role(role) if name in media_of_legs)
 
     @cached_property
     def robot_medium(self) -> str:
@@ -191,9 +183,11 @@ class Campaign:
     @cached_property
     def unassigned_air_runs(self) -> tuple[Run, ...]:
         """In-air runs that no leg names as tare, so that they belong to no medium; sorted by run_id."""
-        air_runs_of_legs = {run.tare_run for run in self.runs if run.kind == "leg"}
-        loose = [run for run in self.runs if not run.medium and run.run_id not in air_runs_of_legs]
-        return tuple(sorted(loose, key=lambda run: run.run_id))
+        tares_of_legs = {run.tare_run for run in self.runs if run.kind == "leg"}
+        unassigned = (
+            run for run in self.runs if not run.medium and run.run_id not in tares_of_legs
+        )
+        return tuple(sorted(unassigned, key=lambda run: run.run_id))
 
 
 def load_campaign(config_path: Path) -> Campaign:
@@ -215,35 +209,34 @@ def check_campaign(
     """
     if (no_campaign := miss_campaign(config_path)) is not None:
         return None, [no_campaign]
-    folder, root = Path(config_path).absolute().parent, root_of(config_path)
-    in_config = folder.name == "config" and root != folder
-    name = f"config/{Path(config_path).name}" if in_config else Path(config_path).name
-    digests = digests_of_files(root, [os.path.relpath(Path(config_path).absolute(), root)])
-    file = read_model(Path(config_path), Config, name)
+    path, root = config_path.absolute(), root_of(config_path)
+    in_config = path.parent.name == "config" and root != path.parent
+    file = read_model(path, Config, f"config/{path.name}" if in_config else path.name)
+    digests = digests_of_files(root, [os.path.relpath(path, root)])
     if file.data is None:
         return None, file.problems
-    written = file.data.get("raw") if isinstance(file.data, dict) else ""
-    within = campaign_folder(root, written if isinstance(written, str) else "")
+    config, raw_as_written = file.model, file.written("raw")
+    within = campaign_folder(root, raw_as_written if isinstance(raw_as_written, str) else "")
     raw = _locate(file, within, "raw")
     sheet = _locate(file, within, "run_sheet")
     logs = Folder(root / raw) if raw else None
     digests |= digests_of_files(root, [sheet] if sheet and not table else [])
-    if file.model is not None and logs is not None:
-        _check_rigid_contact(file, file.model.rigid_contact, file.model.clock.method, logs)
-        _check_calibration(file, file.model.force_log.calibration, logs)
+    if config is not None and logs is not None:
+        _check_rigid_contact(file, config, logs)
+        _check_calibration(file, config.force_log.calibration, logs)
     runs: list[Run] = []
     sheet_problems: list[Problem] = []
     pushes: list[TablePush] = []
-    if sheet and file.model is not None and file.model.table is not None:
-        pushes, sheet_problems, *_ = table or _read_table(file.model, root, raw, sheet)
+    if sheet and config is not None and config.table is not None:
+        pushes, sheet_problems, *_ = table or _read_table(config, root, raw, sheet)
         runs = [push.run for push in pushes]
-    elif sheet and not (isinstance(file.data, dict) and file.data.get("table")):
+    elif sheet and not file.written("table"):
         runs, sheet_problems = read_sheet(root / sheet, sheet, _vocabulary(file), logs)
-    if file.model is not None:
+    if config is not None:
         if logs is not None:
-            _check_robot(file, file.model.robot, within, logs, runs)
-        _warn_of_near_walls(file, file.model, runs)
-        sheet_problems += _warn_of_missing_profile(file.model, sheet, runs)
+            _check_robot(file, config.robot, within, logs, runs)
+        _warn_of_near_walls(file, config, runs)
+        sheet_problems += _warn_of_missing_profile(config, sheet, runs)
         sheet_problems += _warn_of_alike_labels(sheet, runs)
     if good_rows:
         runs, tare_problems = _drop_untared(sheet, runs)
@@ -251,12 +244,11 @@ def check_campaign(
     problems = sorted(file.problems, key=lambda problem: problem.place.line or 0)
     problems += sheet_problems
     decisive = file.problems if good_rows else problems
-    if file.model is None or any(problem.severity == "error" for problem in decisive):
+    if config is None or any(problem.severity == "error" for problem in decisive):
         return None, problems
     numbers = {push.run.run_id: push.columns for push in pushes}
-    return Campaign(
-        root, root / raw, root / sheet, file.model, tuple(runs), numbers, digests
-    ), problems
+    campaign = Campaign(root, root / raw, root / sheet, config, tuple(runs), numbers, digests)
+    return campaign, problems
 
 
 def _drop_untared(sheet: str, runs: list[Run]) -> tuple[list[Run], list[Problem]]:
@@ -275,14 +267,15 @@ def _warn_of_alike_labels(sheet: str, runs: list[Run]) -> list[Problem]:
     """Return a warning for each label that differs from another one in capitals, spaces or marks alone."""
     problems: dict[tuple[str, str], Problem] = {}
     for column in LABELS:
-        first_rows: dict[str, tuple[str, int]] = {}
+        # letters and digits of a label, to the first label with these and its row
+        first_labels: dict[str, tuple[str, int]] = {}
         for run in runs:
             label = str(getattr(run, column))
-            plain = "".join(filter(str.isalnum, label.casefold()))
-            like, row = first_rows.setdefault(plain, (label, run.row))
-            if plain and like != label and (column, label) not in problems:
+            letters = "".join(filter(str.isalnum, label.casefold()))
+            first_label, row = first_labels.setdefault(letters, (label, run.row))
+            if letters and first_label != label and (column, label) not in problems:
                 place = Place(sheet, run.row, column)
-                allowed = f"'{shown(like)}' as in row {row}, if the same is meant: labels that differ in any letter are two"
+                allowed = f"'{shown(first_label)}' as in row {row}, if the same is meant: labels that differ in any letter are two"
                 alike = Problem("sheet.label-alike", place, label, allowed, severity="warning")
                 problems[column, label] = alike
     return [*problems.values()]
@@ -301,14 +294,15 @@ def _warn_of_near_walls(file: ModelFile[Config], config: Config, runs: list[Run]
         return
     length_cm = max(plate.length_cm for plate in plates)
     box, fit = config.container, config.fit
-    kept_cm: dict[KeyPath, float] = {}
+    # key of a setting, to the distance between plate and walls or bottom that it allows
+    distances_cm: dict[KeyPath, float] = {}
     if not box.is_open:
-        kept_cm["fit", "wall_clearance_cm"] = fit.wall_clearance_cm
+        distances_cm["fit", "wall_clearance_cm"] = fit.wall_clearance_cm
     if fit.max_depth_cm is not None:
-        kept_cm["fit", "max_depth_cm"] = box.depth_cm - fit.max_depth_cm
+        distances_cm["fit", "max_depth_cm"] = box.depth_cm - fit.max_depth_cm
     widths_cm = [getattr(plate, "width_cm", plate.length_cm) for plate in plates]
-    kept_cm["container", "width_cm"] = (box.width_cm - max(widths_cm)) / 2
-    for key, distance_cm in kept_cm.items():
+    distances_cm["container", "width_cm"] = (box.width_cm - max(widths_cm)) / 2
+    for key, distance_cm in distances_cm.items():
         if distance_cm < length_cm:
             allowed = (
                 f"at least the plate's length, {length_cm:g} cm, between plate and walls or bottom: nearer, they carry force, "
@@ -325,26 +319,26 @@ def _warn_of_missing_profile(config: Config, sheet: str, runs: list[Run]) -> lis
     problems = []
     for name, medium in config.media.items():
         pushes = [run for run in runs if run.medium == name and run.kind == "plate"]
-        place = Place(f"{sheet}, medium {name}")
-        if not pushes and any(run.medium == name and run.kind == "leg" for run in runs):
-            text = (
-                "a plate run of each medium; without one there is no alpha, and nothing to compare "
-                "the forces on its legs with"
-            )
-            problems.append(Problem("sheet.no-plate", place, "only legs", text, severity="warning"))
-        level = all(
+        all_straight_down = all(
             is_straight_down(run.beta_deg, run.gamma_deg, config.grid.angle_tolerance_deg)
             for run in pushes
         )
-        if pushes and level and medium.role == "laboratory":
-            text = (
+        if not pushes and any(run.medium == name and run.kind == "leg" for run in runs):
+            code, runs_found = "no-plate", "only legs"
+            allowed = (
+                "a plate run of each medium; without one there is no alpha, and nothing to compare "
+                "the forces on its legs with"
+            )
+        elif pushes and all_straight_down and medium.role == "laboratory":
+            code, runs_found = "only-straight-down", "nothing but level plates pushed straight down"
+            allowed = (
                 "role natural_sand, in which one push scales the generic profile; a profile of its own "
                 "needs other directions too"
             )
-            only = "nothing but level plates pushed straight down"
-            problems.append(
-                Problem("sheet.only-straight-down", place, only, text, severity="warning")
-            )
+        else:
+            continue
+        place = Place(f"{sheet}, medium {name}")
+        problems.append(Problem(f"sheet.{code}", place, runs_found, allowed, severity="warning"))
     return problems
 
 
@@ -358,9 +352,9 @@ def _read_table(
             f"a table inside the raw folder, {raw}: it is the record that all results come from"
         )
         return [], [Problem("table.not-in-raw", Place(sheet), None, allowed)]
-    within = sheet[len(raw) + 1 :]
+    path_in_raw = sheet[len(raw) + 1 :]
     tolerance = config.grid.angle_tolerance_deg
-    return read_pushes(root / sheet, sheet, config.table, config.media, within, tolerance)[:2]
+    return read_pushes(root / sheet, sheet, config.table, config.media, path_in_raw, tolerance)[:2]
 
 
 def read_layout(config_path: Path) -> Campaign:
@@ -380,18 +374,19 @@ def _locate(file: ModelFile[Config], root: Folder, key: str, *, exists: bool = T
 
     `key`: ``raw`` or ``run_sheet``. `exists`: Whether the path has to exist.
     """
-    written = file.data.get(key) if isinstance(file.data, dict) else None
+    written = file.written(key)
     if not isinstance(written, str):
         return ""
     entry = root.look_up(written)
     code, allowed = _path_fault(root, key, entry, exists=exists)
     if code:
         file.note((key,), code, written, allowed, entry.nearest)
+    # what lies in the folder of results can be read, and then has all its problems in one report
     return "" if code and code != "in-results" else entry.path
 
 
 def _path_fault(root: Folder, key: str, entry: Entry, *, exists: bool) -> tuple[str, str]:
-    """Return code and text of the problem with the path of raw folder or run sheet; empty texts without one."""
+    """Return code and allowed words of the problem with the path of raw folder or run sheet; both empty without one."""
     if entry.code:
         what = "a folder" if key == "raw" else "a file"
         return entry.code, f"the path of {what} inside the campaign's folder; {entry.why}"
@@ -401,49 +396,46 @@ def _path_fault(root: Folder, key: str, entry: Entry, *, exists: bool) -> tuple[
     # for a sheet that is missing or no file, its reader makes the problem
     if key == "raw" and exists and entry.status != "folder":
         return "raw-missing", "a folder that exists, relative to the folder of the campaign"
-    place, results = (os.path.realpath(f"{root.base}/{path}") for path in (entry.path, RESULTS))
-    if not inside(place, results) and not (key == "raw" and inside(results, place)):
+    real, results = (os.path.realpath(f"{root.base}/{path}") for path in (entry.path, RESULTS))
+    if not inside(real, results) and not (key == "raw" and inside(results, real)):
         return "", ""
     # there the program would overwrite the sheet, or write among the logs
-    text = f"a place outside of {RESULTS}/, which the program writes and anybody may delete"
+    allowed = f"a place outside of {RESULTS}/, which the program writes and anybody may delete"
     if not inside(entry.path, RESULTS):
-        text += f"; a link brings the two together: {RESULTS} is {results}"
-    return "in-results", text
+        allowed += f"; a link brings the two together: {RESULTS} is {results}"
+    return "in-results", allowed
 
 
-def _check_rigid_contact(
-    file: ModelFile[Config], contact: RigidContact | None, clock: str, logs: Folder
-) -> None:
+def _check_rigid_contact(file: ModelFile[Config], config: Config, logs: Folder) -> None:
     """Check that the two logs of the push against something rigid can be used, as the sheet does for those of a run."""
+    contact, clock_method = config.rigid_contact, config.clock.method
     if contact is None:
         return
-    paths = [
-        _need_file(
-            file, ("rigid_contact", key), getattr(contact, key), logs, "raw", "rigid-contact"
-        )
-        for key in ("force_log", "motion_log")
-    ]
-    section = ("rigid_contact", "motion_log")
-    if paths[0] and paths[0] == paths[1]:
-        if clock != "same_clock":
-            file.note(section, "one-file", contact.motion_log, same_file_needs_one_clock(clock))
-    elif paths[0] and folded(paths[0]) == folded(paths[1]):
-        allowed = f"a file of its own; force_log names it as {paths[0]}: some disks "
-        file.note(section, "shared-file", contact.motion_log, f"{allowed}treat both names as one")
+    force_log, motion_log = (
+        _need_file(file, ("rigid_contact", key), written, logs, "raw", "rigid-contact")
+        for key, written in (("force_log", contact.force_log), ("motion_log", contact.motion_log))
+    )
+    key = ("rigid_contact", "motion_log")
+    if force_log and force_log == motion_log:
+        if clock_method != "same_clock":
+            allowed = same_file_needs_one_clock(clock_method)
+            file.note(key, "one-file", contact.motion_log, allowed)
+    elif force_log and folded(force_log) == folded(motion_log):
+        allowed = f"a file of its own; force_log names it as {force_log}: some disks treat both names as one"
+        file.note(key, "shared-file", contact.motion_log, allowed)
 
 
 def _check_calibration(file: ModelFile[Config], calibration_file: str | None, logs: Folder) -> None:
     """Check that the calibration file exists and can be read."""
     if calibration_file is None:
         return
-    section = ("force_log", "calibration")
-    if path := _need_file(file, section, calibration_file, logs, "raw", "calibration-file"):
+    key = ("force_log", "calibration")
+    if path := _need_file(file, key, calibration_file, logs, "raw", "calibration-file"):
         try:
             read_calibration(Path(logs.base) / path)
         except InputError as error:
-            file.note(
-                section, "calibration", calibration_file, f"a table without faults; there: {error}"
-            )
+            allowed = f"a table without faults; there: {error}"
+            file.note(key, "calibration", calibration_file, allowed)
 
 
 def _check_robot(
@@ -462,7 +454,11 @@ def _check_robot(
 def _need_file(
     file: ModelFile[Config], key: KeyPath, written: str, folder: Folder, name: str, code: str
 ) -> str:
-    """Return the path of a file that must exist; empty, and a problem at the key, where it cannot be used."""
+    """Return the path of a file that must exist; empty, and a problem at the key, where it cannot be used.
+
+    `written`: Path as the key has it. `folder`, `name`: Folder of the file, and its name in messages. `code`: Of the
+    problem.
+    """
     entry = folder.look_up(written)
     if entry.status == "file":
         return entry.path
@@ -473,23 +469,16 @@ def _need_file(
 
 
 def _vocabulary(file: ModelFile[Config]) -> Vocabulary:
-    """Return the words of the configuration that the sheet may use; where it has errors, from its plain data."""
-    config = file.model
-    if config is not None:
-        shapes = {name: item.shape for name, item in config.intruders.items()}
-        return Vocabulary(tuple(config.media), shapes, config)
-    media, intruders = (_section(file.data, key) for key in ("media", "intruders"))
-    shapes_found: dict[str, str] = {name: _shape(item) for name, item in intruders.items()}
-    return Vocabulary(tuple(media) or None, shapes_found or None)
+    """Return the words of the configuration that the sheet may use, from its plain data: it may have errors elsewhere."""
+    media, intruders = (
+        section if isinstance(section := file.written(key), dict) else {}
+        for key in ("media", "intruders")
+    )
+    shapes = {name: _shape(intruder) for name, intruder in intruders.items()}
+    return Vocabulary(tuple(media) or None, shapes or None, file.model)
 
 
-def _section(data: Any, key: str) -> dict[str, Any]:
-    """Return a section of the plain data; empty where it is none."""
-    section = data.get(key) if isinstance(data, dict) else None
-    return section if isinstance(section, dict) else {}
-
-
-def _shape(item: Any) -> str:
-    """Return the shape of an intruder in the plain data; empty where it is unknown."""
-    shape = item.get("shape") if isinstance(item, dict) else None
-    return shape if shape in _SHAPES else ""
+def _shape(intruder: Any) -> str:
+    """Return the shape of an intruder in the plain data; empty where it is not valid."""
+    shape = intruder.get("shape", "") if isinstance(intruder, dict) else ""
+    return shape if shape in (*PLATE_SHAPES, "leg") else ""

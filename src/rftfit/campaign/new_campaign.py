@@ -29,8 +29,8 @@ _UNREADABLE = (".not-text", ".web-page", ".not-a-workbook", ".too-large", ".unre
 def init_campaign(folder: Path) -> list[Path]:
     """Write the files of a new campaign and list them."""
     header = ",".join(column.name for column in COLUMNS)
-    # the configuration last: with it the folder is a campaign
-    texts = {
+    # the configuration is written last: with it the folder is a campaign
+    contents = {
         "raw/README.md": _template("raw.md"),
         "README.md": _template("README.md").replace("@HEADER@", header),
         "config/README.md": reference_markdown(),
@@ -38,22 +38,27 @@ def init_campaign(folder: Path) -> list[Path]:
         "config/runs.csv": header + "\n",
         "config/config.yaml": _template("config.yaml"),
     }
-    return _write_files(folder, texts, {})
+    return _write_files(folder, contents, {})
 
 
 def init_demonstration(folder: Path) -> list[Path]:
     """Write the configuration of the demonstration into a folder and list its files."""
     shipped_files = ("config/robot.yaml", "config/robot.schema.json", "config/config.yaml")
-    texts = {"config/README.md": reference_markdown(), "config/config.schema.json": json_schema()}
-    return _write_files(folder, texts, {name: shipped(name) for name in shipped_files})
+    contents = {
+        "config/README.md": reference_markdown(),
+        "config/config.schema.json": json_schema(),
+    }
+    return _write_files(folder, contents, {name: shipped(name) for name in shipped_files})
 
 
-def _write_files(folder: Path, texts: Mapping[str, str], copied: Mapping[str, Path]) -> list[Path]:
-    """Copy and write files into a folder, by name, and list them; refuse to overwrite a file.
+def _write_files(
+    folder: Path, contents: Mapping[str, str], sources: Mapping[str, Path]
+) -> list[Path]:
+    """Write the files of a campaign and list them; refuse to overwrite a file.
 
-    `texts`: Name to content. `copied`: Name to the file to be copied.
+    `contents`: Path in the folder, to content. `sources`: Path in the folder, to the file to be copied.
     """
-    names = [*copied, *texts]
+    names = [*sources, *contents]
     refuse_target_by_link(folder)
     if os.path.lexists(folder) and not folder.is_dir():
         raise InputError(f"{folder}: this is not a folder; name a new one or one that exists")
@@ -65,10 +70,10 @@ def _write_files(folder: Path, texts: Mapping[str, str], copied: Mapping[str, Pa
             "new folder or move these files away"
         )
     refuse_links(folder, names)
-    for name, source in copied.items():
+    for name, source in sources.items():
         copy_file(source, folder / name)
-    for name, text in texts.items():
-        write_text(folder / name, text)
+    for name, content in contents.items():
+        write_text(folder / name, content)
     return [folder / name for name in names]
 
 
@@ -88,27 +93,31 @@ def init_from_table(
         raise InputError(f"{table}: there is no such file; allowed: a table as csv, tsv or xlsx")
     name = "".join(c if c.isascii() and (c.isalnum() or c in "._-") else "_" for c in table.name)
     read = read_pushes(table, f"raw/{name}", TableSettings(holds=holds), (), name)
-    if unreadable := [problem for problem in read.problems if problem.code.endswith(_UNREADABLE)]:
-        where = Place(str(table), line=unreadable[0].place.line)
-        raise CampaignError([replace(unreadable[0], place=where)])
-    cells: dict[str, set[tuple[float, float]]] = {key: set() for key in read.media}
+    for problem in read.problems:
+        if problem.code.endswith(_UNREADABLE):
+            # the user knows the table by the path that was given, not by that of its copy
+            place = Place(str(table), line=problem.place.line)
+            raise CampaignError([replace(problem, place=place)])
+    directions: dict[str, set[tuple[float, float]]] = {key: set() for key in read.media}
     for push in read.pushes:
-        cells[push.run.medium].add((push.run.beta_deg, push.run.gamma_deg))
-    media = "\n".join(_medium_line(key, title, cells[key]) for key, title in read.media.items())
+        directions[push.run.medium].add((push.run.beta_deg, push.run.gamma_deg))
+    media = "\n".join(
+        _medium_line(key, title, directions[key]) for key, title in read.media.items()
+    )
     config = _template("table.yaml").replace("@FILE@", f"raw/{name}").replace("@HOLDS@", holds)
-    texts = {
+    contents = {
         "config/README.md": reference_markdown(),
         "config/config.schema.json": json_schema(),
         "config/config.yaml": config.replace("@MEDIA@", media),
     }
-    return _write_files(folder, texts, {f"raw/{name}": table}), read
+    return _write_files(folder, contents, {f"raw/{name}": table}), read
 
 
-def _medium_line(key: str, title: str, cells: set[tuple[float, float]]) -> str:
-    """Return the line of config for a medium of a table; `cells`: its directions (beta, gamma)."""
-    facts = [f"title: {json.dumps(title)}"]
-    if all(is_straight_down(*cell, TOLERANCE_DEG) for cell in cells):
-        facts.append("role: natural_sand")
+def _medium_line(key: str, title: str, directions: set[tuple[float, float]]) -> str:
+    """Return the line of config for a medium of a table; `directions`: (beta, gamma) of its pushes, deg."""
+    settings = [f"title: {json.dumps(title)}"]
+    if all(is_straight_down(*direction, TOLERANCE_DEG) for direction in directions):
+        settings.append("role: natural_sand")
     if key in (*MEDIA, *SANDS):
-        facts.append(f"published_as: {key}")
-    return f"  {key}: {{{', '.join(facts)}}}"
+        settings.append(f"published_as: {key}")
+    return f"  {key}: {{{', '.join(settings)}}}"

@@ -1,4 +1,4 @@
-"""Finds the files of a campaign, or says that there is none, without slow imports."""
+"""Finds the configuration and the folder of a campaign, or says that there is none, without slow imports."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ CONFIG = "config/config.yaml"
 """Path of the configuration of a campaign, relative to its folder."""
 
 _CONFIGS = (CONFIG, "config.yaml")
+"""Where a configuration may lie in the folder of a campaign."""
 
 
 def root_of(config_path: Path) -> Path:
@@ -34,6 +35,7 @@ def miss_campaign(config_path: Path) -> Problem | None:
     else:
         return None
     working_folder = Path.cwd()
+    # the campaign around the working folder, and those below the folder of the missing file
     near = [folder for folder in working_folder.parents if (folder / CONFIG).is_file()][:1]
     with suppress(OSError):
         near += sorted(path.parents[1] for path in root_of(config_path).glob(f"*/{CONFIG}"))
@@ -50,14 +52,12 @@ def config_of(folder: str | Path) -> Path:
 
     Raises InputError where there is none.
     """
-    folder = Path(folder)
-    places = [folder] if folder.is_file() else []
-    for place in (folder, folder.parent) if folder.name in ("config", RESULTS) else (folder,):
-        places += [place / name for name in _CONFIGS]
-    config = next((path for path in places if path.is_file()), None)
-    if config is None:
-        raise InputError(
-            f"{folder}: no config/config.yaml there; allowed: the folder of a campaign "
-            "(`rftfit init` makes one)"
-        )
-    return config
+    path = Path(folder)
+    folders = [path, path.parent] if path.name in ("config", RESULTS) else [path]
+    for candidate in [path, *(folder / name for folder in folders for name in _CONFIGS)]:
+        if candidate.is_file():
+            return candidate
+    raise InputError(
+        f"{path}: no config/config.yaml there; allowed: the folder of a campaign "
+        "(`rftfit init` makes one)"
+    )

@@ -1,4 +1,4 @@
-"""Problems of the user's input, as objects, and the one place where they become text."""
+"""Problems of the user's input, as objects, and their sentences."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import groupby
-from typing import Literal
+from typing import Any, Literal
 
 from rftfit.errors import InputError
 
@@ -16,7 +16,6 @@ _LONGEST_SHOWN = 80
 """Most characters of a user's text in a message."""
 _LONGEST_COMPARED = 64
 """Most characters of a word for which a similar word is searched."""
-_SEPARATORS = str.maketrans("- ", "__")
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,40 +75,44 @@ def in_lines(problems: Iterable[Problem]) -> list[str]:
     """Format each problem as a line; the same problem in several rows or columns of a file becomes one line."""
     rows_by_problem: dict[Problem, list[int]] = {}
     for problem in problems:
-        everywhere = replace(problem, place=replace(problem.place, row=None))
-        rows_by_problem.setdefault(everywhere, []).extend(filter(None, [problem.place.row]))
+        rows = rows_by_problem.setdefault(_move(problem, row=None), [])
+        rows += filter(None, [problem.place.row])
+    # problem without its columns, and its rows, to the columns
     columns_by_problem: dict[tuple[Problem, tuple[int, ...]], list[str]] = {}
     for problem, rows in rows_by_problem.items():
-        place = problem.place
-        alike = replace(problem, place=replace(place, column=None)), tuple(sorted({*rows}))
-        columns_by_problem.setdefault(alike, []).extend(filter(None, [place.column]))
+        key = _move(problem, column=None), tuple(sorted({*rows}))
+        columns = columns_by_problem.setdefault(key, [])
+        columns += filter(None, [problem.place.column])
     return [
         str(_at_rows(_at_columns(problem, columns), rows))
         for (problem, rows), columns in columns_by_problem.items()
     ]
 
 
+def _move(problem: Problem, **place: Any) -> Problem:
+    """Return the problem with another place, given by fields of `Place`."""
+    return replace(problem, place=replace(problem.place, **place))
+
+
 def _at_columns(problem: Problem, columns: Sequence[str]) -> Problem:
     """Return the problem with the columns in its place: one, several as ``columns a, b``, or none."""
-    place = problem.place
     if len(columns) < 2:
-        return replace(problem, place=replace(place, column=columns[0] if columns else None))
+        return _move(problem, column=columns[0] if columns else None)
     names = join_words(map(shown, columns), most=None)
-    return replace(problem, place=replace(place, file=f"{place.file}, columns {names}"))
+    return _move(problem, file=f"{problem.place.file}, columns {names}")
 
 
 def _at_rows(problem: Problem, rows: Sequence[int]) -> Problem:
     """Return the problem with the rows in its place: one, or several as ``rows 2 to 5, 9``."""
-    place = problem.place
     if len(rows) < 2:
-        return replace(problem, place=replace(place, row=rows[0] if rows else None))
+        return _move(problem, row=rows[0] if rows else None)
     ranges: list[str] = []
-    # in a range, row less its place in the list stays the same
+    # in a range of rows, row less its index in the list stays the same
     for _, members in groupby(enumerate(rows), lambda counted: counted[1] - counted[0]):
-        together = [row for _, row in members]
-        is_range = len(together) > 2
-        ranges += [f"{together[0]} to {together[-1]}"] if is_range else map(str, together)
-    return replace(problem, place=replace(place, file=f"{place.file}, rows {join_words(ranges)}"))
+        range_rows = [row for _, row in members]
+        is_range = len(range_rows) > 2
+        ranges += [f"{range_rows[0]} to {range_rows[-1]}"] if is_range else map(str, range_rows)
+    return _move(problem, file=f"{problem.place.file}, rows {join_words(ranges)}")
 
 
 class CampaignError(InputError):
@@ -132,11 +135,11 @@ class CampaignError(InputError):
 def unknown_word(what: str, word: str, allowed: Iterable[str]) -> str:
     """Return the sentence that a word is not allowed, with the word that was probably meant.
 
-    `what`: Sort of word, or its place.
+    `what`: What the word names, such as "medium", or where it stands.
     """
     words = tuple(allowed)
-    place, nearest = Place(what), did_you_mean(word, words)
-    return str(Problem("word.unknown", place, word, join_words(words) or "none", nearest))
+    nearest = did_you_mean(word, words)
+    return str(Problem("word.unknown", Place(what), word, join_words(words) or "none", nearest))
 
 
 def did_you_mean(word: str, choices: Iterable[str]) -> str | None:
@@ -147,6 +150,7 @@ def did_you_mean(word: str, choices: Iterable[str]) -> str | None:
 @lru_cache(maxsize=1024)
 def _nearest(word: str, choices: tuple[str, ...]) -> str | None:
     """Return the most similar choice, or None; cached, as tables repeat a misspelling."""
+    # of choices that are equal but for case, the first
     plain = {_plain(choice): choice for choice in reversed(choices)}
     close_words = difflib.get_close_matches(_plain(word), plain, n=1, cutoff=0.6)
     return plain[close_words[0]] if close_words else None
@@ -154,14 +158,14 @@ def _nearest(word: str, choices: tuple[str, ...]) -> str | None:
 
 def _plain(word: str) -> str:
     """Return a word in small letters, with underscores for blanks and hyphens."""
-    return word.strip().casefold().translate(_SEPARATORS)
+    return word.strip().casefold().replace("-", "_").replace(" ", "_")
 
 
 def join_words(words: Iterable[str], most: int | None = 12) -> str:
     """Format words as ``a, b, c``: at most the first `most`, and the number of the others; None: all."""
     words = list(words)
-    rest = 0 if most is None else len(words) - most
-    return ", ".join(words[:most]) + (f" and {rest} more" if rest > 0 else "")
+    omitted = len(words[most:]) if most else 0
+    return ", ".join(words[:most]) + (f" and {omitted} more" if omitted else "")
 
 
 def shown(text: str) -> str:
@@ -173,11 +177,9 @@ def shown(text: str) -> str:
 
 def escaped(text: str) -> str:
     """Return a text with its control characters as escapes, which a terminal would obey."""
-    escapes = {
-        character: character.encode("unicode_escape").decode("ascii") for character in {*text}
-    }
     return "".join(
-        character if character.isprintable() else escapes[character] for character in text
+        character if character.isprintable() else character.encode("unicode_escape").decode("ascii")
+        for character in text
     )
 
 

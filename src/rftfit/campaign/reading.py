@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -19,6 +19,7 @@ from rftfit.store.tables import NUMBER
 from rftfit.table.numbers import COMMA
 
 MAX_BYTES = 1_000_000
+"""Most bytes of a file."""
 MAX_DEPTH = 16
 """Most levels of sections within sections."""
 MAX_NODES = 20_000
@@ -36,6 +37,7 @@ _CONSTANTS: dict[str, bool | None] = {
     **dict.fromkeys(("false", "False", "FALSE"), False),
 }
 _TYPE_ERRORS = re.compile(r".*(_type|_parsing|from_float)$")
+"""Types of errors of pydantic for a value of a wrong type."""
 _NAME = "letters A-Z a-z, digits, and . _ -, at most 64, beginning with a letter or digit"
 
 M = TypeVar("M", bound=BaseModel)
@@ -43,7 +45,7 @@ M = TypeVar("M", bound=BaseModel)
 
 @dataclass
 class ModelFile(Generic[M]):
-    """A YAML file as read.
+    """A YAML file, its content and its problems.
 
     `name`: Name of the file for the user.
     `model`: The checked content; None where there is any problem.
@@ -57,13 +59,17 @@ class ModelFile(Generic[M]):
     lines: dict[KeyPath, int] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
 
+    def written(self, key: str) -> Any:
+        """Return the value of a key of the first level as it is written; None without one."""
+        return self.data.get(key) if isinstance(self.data, dict) else None
+
     def place(self, path: KeyPath) -> Place:
         """Return the place of a key; a key without a line has the line of its section; list entries count from 1."""
-        around = path
-        while around and around not in self.lines:
-            around = around[:-1]
+        with_line = path
+        while with_line and with_line not in self.lines:
+            with_line = with_line[:-1]
         key = ".".join(str(step + 1) if isinstance(step, int) else step for step in path)
-        return Place(self.name, line=self.lines.get(around), key=key or None)
+        return Place(self.name, line=self.lines.get(with_line), key=key or None)
 
     def note(
         self,
@@ -108,8 +114,8 @@ def check_model(file: ModelFile[M], model: type[M]) -> None:
             _path_of_error(detail["loc"], file.data): detail
             for detail in error.errors(include_url=False)
         }
-        for location, detail in details.items():
-            _add_problem(detail, location, model, file)
+        for path, detail in details.items():
+            _add_problem(detail, path, model, file)
     else:
         file.model = None if file.problems else checked
     file.problems.sort(key=lambda problem: problem.place.line or 0)
@@ -129,13 +135,12 @@ def parse_yaml(text: str, file: ModelFile[Any]) -> None:
             place = _place_of(mark, file)
         elif isinstance(error, yaml.reader.ReaderError):
             place = Place(file.name, line=text.count("\n", 0, error.position) + 1)
-        parts = (getattr(error, name, None) for name in ("context", "problem", "reason"))
-        why = " ".join(filter(None, parts)) or str(error)
+        messages = (getattr(error, name, None) for name in ("context", "problem", "reason"))
+        why = " ".join(filter(None, messages)) or str(error)
+        code, allowed = "not-yaml", f"this is not YAML: {why}; look here and in the line before"
         if _NESTING in why:
-            file.problems.append(Problem("config.too-large", place, None, _TOO_LARGE))
-            return
-        allowed = f"this is not YAML: {why}; look here and in the line before"
-        file.problems.append(Problem("config.not-yaml", place, None, allowed))
+            code, allowed = "too-large", _TOO_LARGE
+        file.problems.append(Problem(f"config.{code}", place, None, allowed))
 
 
 _REFUSED_TOKENS: dict[type, tuple[str, str, str]] = {
@@ -146,14 +151,14 @@ _REFUSED_TOKENS: dict[type, tuple[str, str, str]] = {
 """Features of YAML that a file may not use: code, sign before the name, and what is allowed."""
 
 _ENTRIES = (yaml.ScalarToken, yaml.BlockEntryToken, yaml.FlowEntryToken)
-_OPENED = (
+_STARTS = (
     yaml.BlockMappingStartToken,
     yaml.BlockSequenceStartToken,
     yaml.FlowMappingStartToken,
     yaml.FlowSequenceStartToken,
 )
 """Tokens that begin a section or list, and below those that end one."""
-_CLOSED = (yaml.BlockEndToken, yaml.FlowMappingEndToken, yaml.FlowSequenceEndToken)
+_ENDS = (yaml.BlockEndToken, yaml.FlowMappingEndToken, yaml.FlowSequenceEndToken)
 
 
 def _refuse_features(text: str, file: ModelFile[Any]) -> None:
@@ -165,7 +170,7 @@ def _refuse_features(text: str, file: ModelFile[Any]) -> None:
             code, sign, allowed = refused
             name = token.value if sign else "".join(filter(None, token.value))
             raise _refusal(token, file, code, allowed, sign + name)
-        depth += isinstance(token, _OPENED) - isinstance(token, _CLOSED)
+        depth += isinstance(token, _STARTS) - isinstance(token, _ENDS)
         entries += isinstance(token, _ENTRIES)
         if depth > MAX_DEPTH + 1 or entries > MAX_NODES:
             raise _refusal(token, file, "too-large", _TOO_LARGE)
@@ -178,12 +183,12 @@ def _plain_data(node: Any, path: KeyPath, file: ModelFile[Any]) -> Any:
     if isinstance(node, yaml.MappingNode):
         return _section_data(node, path, file)
     if isinstance(node, yaml.SequenceNode):
-        items = [(item, (*path, place)) for place, item in enumerate(node.value)]
-        file.lines |= {item_path: item.start_mark.line + 1 for item, item_path in items}
-        return [_plain_data(item, item_path, file) for item, item_path in items]
+        items = [((*path, index), item) for index, item in enumerate(node.value)]
+        file.lines |= {item_path: item.start_mark.line + 1 for item_path, item in items}
+        return [_plain_data(item, item_path, file) for item_path, item in items]
     if sign := unshowable(node.value):
-        text = "text without control characters, also when they are written as escapes"
-        raise _refusal(node, file, "control", text, escaped(sign))
+        allowed = "text without control characters, also when they are written as escapes"
+        raise _refusal(node, file, "control", allowed, escaped(sign))
     return node.value if node.style else _scalar_value(node.value)
 
 
@@ -200,9 +205,9 @@ def _section_data(node: yaml.MappingNode, path: KeyPath, file: ModelFile[Any]) -
         first_line = file.lines.setdefault(key_path, line)
         value = _plain_data(value_node, key_path, file)
         if key in data:
-            place = Place(file.name, line=line, key=file.place(key_path).key)
-            text = f"each key once; line {first_line} already has it"
-            file.problems.append(Problem("config.duplicate-key", place, key, text))
+            place = replace(file.place(key_path), line=line)
+            allowed = f"each key once; line {first_line} already has it"
+            file.problems.append(Problem("config.duplicate-key", place, key, allowed))
         data.setdefault(key, value)
     return data
 
@@ -236,18 +241,18 @@ def _scalar_value(text: str) -> Any:
 def _path_of_error(location: tuple[str | int, ...], data: Any) -> KeyPath:
     """Return the path in the file for a location of pydantic, without the steps that it adds for keys and unions."""
     path: KeyPath = ()
-    tagged = False
+    is_tag_passed = False
     for step in location:
         if step == "[key]":
             continue
-        if isinstance(data, dict) and not tagged and data.get(TAG) == step:
+        if isinstance(data, dict) and not is_tag_passed and data.get(TAG) == step:
             # not a key but the tag of the section, by which pydantic names its model
-            tagged = True
+            is_tag_passed = True
             continue
         # a step into a value names one of its types
         if not isinstance(data, dict | list):
             break
-        path, tagged = (*path, step), False
+        path, is_tag_passed = (*path, step), False
         if isinstance(data, dict):
             data = data.get(step)
         else:
@@ -257,50 +262,45 @@ def _path_of_error(location: tuple[str | int, ...], data: Any) -> KeyPath:
 
 def _add_problem(detail: Any, path: KeyPath, model: type[BaseModel], file: ModelFile[Any]) -> None:
     """Add the problem for one error of pydantic (`detail`) at a path, in words for the user."""
-    sort: str = detail["type"]
+    error_type: str = detail["type"]
     value = detail["input"]
-    if sort == "missing" and path and isinstance(path[-1], int):
+    if error_type == "missing" and path and isinstance(path[-1], int):
         # an entry is missing: the problem is that of the list, which is too short
-        sort, path = "tuple_type", path[:-1]
-    around = file.data
+        error_type, path = "tuple_type", path[:-1]
+    section = file.data
     for step in path[:-1]:
-        around = around[step]
-    tag = str(around.get(TAG, "")) if isinstance(around, dict) else ""
+        section = section[step]
+    tag = str(section.get(TAG, "")) if isinstance(section, dict) else ""
     keys = {key.name: key for key in keys_at(model, path[:-1], tag)} if path else {}
     name = str(path[-1]) if path else ""
     key = keys.get(name)
-    if sort == "extra_forbidden":
-        file.note(path, "unknown-key", name, f"one of {', '.join(keys)}", did_you_mean(name, keys))
-    elif sort == "missing":
-        text = f"this key is missing; it is needed: {_describe_key(key)}"
-        file.note(path, "missing-key", None, text)
-    elif sort in ("union_tag_not_found", "union_tag_invalid"):
+    # words that a literal can be, in the message of pydantic
+    words = re.findall(r"'([^']*)'", detail.get("ctx", {}).get("expected", ""))
+    if error_type == "extra_forbidden":
+        file.note(path, "unknown-key", name, _one_of(keys), did_you_mean(name, keys))
+    elif error_type == "missing":
+        allowed = f"this key is missing; it is needed: {_describe_key(key)}"
+        file.note(path, "missing-key", None, allowed)
+    elif error_type in ("union_tag_not_found", "union_tag_invalid"):
         tags, tag_value = tags_of(model, path), value.get(TAG)
         nearest = did_you_mean(tag_value, tags) if isinstance(tag_value, str) else None
-        file.note(
-            (*path, TAG), TAG, _describe_value(tag_value), f"one of {', '.join(tags)}", nearest
-        )
-    elif "[key]" in detail["loc"] and sort == "literal_error":
-        words = re.findall(r"'([^']*)'", detail["ctx"]["expected"])
-        text = f"one of {', '.join(words)}"
-        file.note(path, "unknown-key", name, text, did_you_mean(name, words))
+        file.note((*path, TAG), TAG, _describe_value(tag_value), _one_of(tags), nearest)
+    elif "[key]" in detail["loc"] and error_type == "literal_error":
+        file.note(path, "unknown-key", name, _one_of(words), did_you_mean(name, words))
     elif "[key]" in detail["loc"]:
         file.note(path, "bad-name", name, _NAME)
-    elif sort == "value_error":
-        text = str(detail["msg"]).removeprefix("Value error, ")
-        file.note(path, "inconsistent", None, text)
-    elif sort == "literal_error":
-        words = re.findall(r"'([^']*)'", detail["ctx"]["expected"])
-        text = _describe_key(key) if key else f"one of {', '.join(words)}"
+    elif error_type == "value_error":
+        file.note(path, "inconsistent", None, str(detail["msg"]).removeprefix("Value error, "))
+    elif error_type == "literal_error":
+        allowed = _describe_key(key) if key else _one_of(words)
         if name == "unit" and "columns" in path[:-1]:
             # only the units of this quantity
             words = [*units_of(str(path[path.index("columns") + 1]))]
-            text = f"one of {', '.join(words)}"
-        file.note(
-            path, "unknown-word", _describe_value(value), text, did_you_mean(str(value), words)
-        )
+            allowed = _one_of(words)
+        nearest = did_you_mean(str(value), words)
+        file.note(path, "unknown-word", _describe_value(value), allowed, nearest)
     else:
-        code = "wrong-type" if _TYPE_ERRORS.match(sort) else "out-of-range"
+        code = "wrong-type" if _TYPE_ERRORS.match(error_type) else "out-of-range"
         if key is None and path and isinstance(path[-1], int):
             # for an entry of a list, or of a list of lists, describe the list
             names = path
@@ -308,12 +308,17 @@ def _add_problem(detail: Any, path: KeyPath, model: type[BaseModel], file: Model
                 names = names[:-1]
             key = next((k for k in keys_at(model, names[:-1]) if k.name == names[-1]), None)
         message = str(detail["msg"]).lower()
-        section = "a section with keys of its own" if "dictionary" in message else message
-        text = (_describe_key(key) if key else section) + _describe_quotes(sort, value)
-        comma = isinstance(value, str) and COMMA.fullmatch(value)
-        file.note(
-            path, code, _describe_value(value), text, value.replace(",", ".") if comma else None
-        )
+        if "dictionary" in message:
+            message = "a section with keys of its own"
+        allowed = (_describe_key(key) if key else message) + _describe_quotes(error_type, value)
+        has_comma = isinstance(value, str) and COMMA.fullmatch(value)
+        nearest = value.replace(",", ".") if has_comma else None
+        file.note(path, code, _describe_value(value), allowed, nearest)
+
+
+def _one_of(words: Iterable[str]) -> str:
+    """Return what is allowed where a value must be one of some words."""
+    return f"one of {', '.join(words)}"
 
 
 def _describe_key(key: Key | None) -> str:
@@ -321,13 +326,12 @@ def _describe_key(key: Key | None) -> str:
     return f"{key.allowed} ({key.description})" if key else "a value"
 
 
-def _describe_quotes(sort: str, value: Any) -> str:
-    """Return the advice to add or remove quotes, where that is the cure; `sort`: type of pydantic's error."""
-    if sort == "string_type" and isinstance(value, int | float):
+def _describe_quotes(error_type: str, value: Any) -> str:
+    """Return the advice to add or remove quotes, where that is the cure; `error_type`: of pydantic."""
+    if error_type == "string_type" and isinstance(value, int | float):
         return "; put it in quotes"
-    if sort in ("float_type", "int_type") and re.fullmatch(r"[-+]?[0-9]+(\.[0-9]*)?", str(value)):
-        return "; without quotes"
-    return ""
+    is_number = re.fullmatch(r"[-+]?[0-9]+(\.[0-9]*)?", str(value))
+    return "; without quotes" if error_type in ("float_type", "int_type") and is_number else ""
 
 
 def _describe_value(value: Any) -> str:

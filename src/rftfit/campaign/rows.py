@@ -52,9 +52,9 @@ MAX_UNPACKED = 40_000_000
 MAX_TAGS = 3_000_000
 """Most XML tags of a workbook, about four for each cell: enough for 45,000 runs, and any are read in seconds."""
 
-_HEAD, _BLOCK = 1 << 12, 1 << 21
-"""Bytes of the first block of a csv, which holds the header, and of the further ones."""
-_MOST_NOTED = 100
+_FIRST_BLOCK, _BLOCK = 1 << 12, 1 << 21
+"""Bytes of the first block of a csv, which holds the header, and of the further ones, at least."""
+_MOST_PROBLEMS = 100
 """Number of problems at which reading by columns stops."""
 
 _MOST_MERGED = 1000
@@ -69,7 +69,8 @@ NO = ("no", "false", "0")
 
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]{0,99}")
 _OLD_WORKBOOK = b"\xd0\xcf\x11\xe0"
-# code of a problem, to the words on what is allowed
+"""First bytes of an xls, and of an encrypted workbook."""
+# code of a problem of a cell of a workbook, to the words on what is allowed
 _BAD_CELLS = {
     "formula": "a value; this formula was never calculated: open the workbook in a spreadsheet and "
     "save it, or type the value",
@@ -80,11 +81,15 @@ _BAD_CELLS = {
     "and fill each",
 }
 _MERGED = re.compile(rb'<mergeCell ref="([A-Z]+)([0-9]+):([A-Z]+)([0-9]+)"')
+_Range = tuple[bytes, bytes, bytes, bytes]
+"""Merged cells of a sheet: letters of the left column, top row, right column, bottom row."""
 
 Form = Literal["name", "choice", "number", "path", "flag", "text"]
 Others = Literal["refused", "warned", "ignored"]
 Line = tuple[int, list[str]]
 """Number of a row, and its cells."""
+Columns = dict[str, npt.NDArray[Any]]
+"""Name of a column, to its values, shape (n,)."""
 
 
 @dataclass(frozen=True)
@@ -92,13 +97,13 @@ class TableColumn:
     """One column of a table.
 
     `meaning`: Words for the user.
-    `needed`: Whether the table must have the column, and each of its cells a value.
+    `needed`: True if the table must have the column, and each of its cells a value.
     `choices`: Words that a cell may hold; None where they are not known, so that no cell is a problem.
     `low`, `high`: Inclusive range of a number; `above`: exclusive lower limit.
     `unit`: Unit of a number. A header may state another one of the same dimension, as in ``x_mm`` or ``x (mm)``.
     `default`: Unit of the column where its header states none; empty: `unit`.
     `also`: Other names of the column in a header.
-    `words`: Further names, only for a header that states the unit.
+    `names_with_unit`: Further names, only for a header that states the unit.
     `hint`: Words added to what is allowed.
     `period`: Numbers that differ by this mean the same: 180 for the angle of a plate, which has two faces; 0: none.
     """
@@ -114,7 +119,7 @@ class TableColumn:
     unit: str = ""
     default: str = ""
     also: tuple[str, ...] = ()
-    words: tuple[str, ...] = ()
+    names_with_unit: tuple[str, ...] = ()
     hint: str = ""
     period: float = 0.0
 
@@ -127,7 +132,7 @@ class TableColumn:
     def stems(self) -> frozenset[str]:
         """Names without a unit, in the spelling of `folded_name`, for headers that state the unit beside the name."""
         stems = (name for name, unit in cut_header(self.name) if unit_among(unit, self.units))
-        return frozenset([*stems, *self.words])
+        return frozenset([*stems, *self.names_with_unit])
 
     def unit_in(self, header: str) -> str:
         """Return the unit that a header states behind a name; empty: none."""
@@ -140,13 +145,13 @@ class TableColumn:
 
     @property
     def header_needed(self) -> bool:
-        """Whether a table without this column cannot be read."""
+        """True if a table without this column cannot be read."""
         return self.needed
 
     @property
     def allowed(self) -> str:
         """Words on what a cell may hold."""
-        text = {
+        allowed = {
             "name": "letters A-Z a-z, digits, and . _ -",
             "choice": ", ".join(self.choices or ()),
             "path": "a path inside the raw folder, with /",
@@ -155,12 +160,12 @@ class TableColumn:
             "number": "a number",
         }[self.form]
         if self.low is not None and self.high is not None:
-            text = f"{self.low:g} to {self.high:g}"
+            allowed = f"{self.low:g} to {self.high:g}"
         elif self.above is not None:
-            text += f" above {self.above:g}"
-            text += "" if self.high is None else f", up to {self.high:g}"
-        text += f" {self.unit}" if self.unit else ""
-        return f"{text}{'; ' if self.hint else ''}{self.hint}"
+            allowed += f" above {self.above:g}"
+            allowed += "" if self.high is None else f", up to {self.high:g}"
+        allowed += self.unit and f" {self.unit}"
+        return allowed + (self.hint and f"; {self.hint}")
 
     def holds(self, value: float) -> bool:
         """Return whether a number is in the range."""
@@ -170,7 +175,7 @@ class TableColumn:
             and (self.above is None or value > self.above)
         )
 
-    def unused(self, cells: Mapping[str, str]) -> str | None:  # noqa: ARG002
+    def why_unused(self, cells: Mapping[str, str]) -> str | None:  # noqa: ARG002
         """Return why a row does not use this column: empty if it does, None if that is unknown."""
         return ""
 
@@ -181,9 +186,9 @@ class Schema:
 
     `area`: First part of the codes of problems.
     `rows`: Noun for its rows in messages.
-    `comments`: Whether lines that start with ``#`` are left out.
-    `others`: Whether a column that is not in `columns` is an error, a warning, or ignored.
-    `lenient`: Whether a bad cell is only marked in its row, without a problem.
+    `comments`: True if lines that start with ``#`` are left out.
+    `others`: What a column that is not in `columns` is: an error, a warning, or ignored.
+    `lenient`: True if a bad cell is only marked in its row, without a problem.
     `missing`: Column to the numbers that mean no data, in the unit of the file: a row with one of them has no data.
     `decimal`: Decimal mark of its numbers.
     `file`: Name of the table in problems.
@@ -208,6 +213,11 @@ class Schema:
         return CampaignError([Problem(f"{self.area}.{code}", place, value_found, allowed)])
 
     @property
+    def names(self) -> list[str]:
+        """Names that a header may have, of all columns."""
+        return [name for column in self.columns for name in (column.name, *column.also)]
+
+    @property
     def no_rows(self) -> tuple[Problem, ...]:
         """Problem of a table with a header and no row."""
         allowed = f"no {self.rows} yet: below the header, one row for each is needed"
@@ -223,7 +233,7 @@ class DraftRow:
     `number`: Column to the number of a good cell, in the unit of the schema.
     `bad`: Columns whose cell has an error, or is blank though needed.
     `problems`: Problems of the whole table, to which this row adds its problems.
-    `no_data`: Whether a cell has a number that means no data; `number` has 0 there.
+    `no_data`: True if a cell has a number that means no data; `number` has 0 there.
     """
 
     schema: Schema
@@ -292,23 +302,24 @@ def read_rows(
     schema = replace(schema, file=str(path) if file is None else file)
     try:
         table = _read_table(path, schema)
-        places, problems = _find_columns(table, schema)
+        headers, problems = _find_columns(table, schema)
     except CampaignError as error:
         return [], list(error.problems)
     if not table.rows:
         problems += schema.no_rows
-    noted = deque[Problem](maxlen=0) if schema.lenient else problems
-    return _check_rows(table, places, schema, noted), problems
+    # a deque of length 0 forgets what is added to it
+    problems_of_cells = deque[Problem](maxlen=0) if schema.lenient else problems
+    return _check_rows(table, headers, schema, problems_of_cells), problems
 
 
 class HeaderCell(NamedTuple):
     """Header of a column in the file.
 
-    `place`: Column in the file, from 0. `name`: Its name there. `unit`: Unit in the file. `scale`: Factor of this unit
-    in the unit of the schema. `is_stated`: Whether the header states the unit.
+    `position`: Number of the column in the file, from 0. `name`: Its name there. `unit`: Unit in the file. `scale`: Factor
+    from this unit to the unit of the schema; NaN where it is not known. `is_stated`: True if the header states the unit.
     """
 
-    place: int
+    position: int
     name: str
     unit: str
     scale: float
@@ -316,30 +327,32 @@ class HeaderCell(NamedTuple):
 
 
 _Headers = dict[str, HeaderCell]
+"""Name of a column of the schema, to its header in the file; without columns that the file does not have."""
 
 
 def _check_rows(
-    table: _Table, places: _Headers, schema: Schema, problems: MutableSequence[Problem]
+    table: _Table, headers: _Headers, schema: Schema, problems: MutableSequence[Problem]
 ) -> list[DraftRow]:
-    """Check the rows of a table cell by cell; `places`: column of the schema to its header in the file."""
+    """Check the rows of a table cell by cell, and add the problems of cells."""
     schema = replace(schema, decimal=table.decimal)
-    columns = [(column, places.get(column.name)) for column in schema.columns]
+    no_header = HeaderCell(-1, "", "", 1.0, is_stated=False)
+    columns = [(column, headers.get(column.name, no_header)) for column in schema.columns]
     # in a table of another program a column without a name may be an index: "-" stands for its name
-    header = table.header if schema.others == "refused" else ["-"] * len(table.header)
+    names = table.header if schema.others == "refused" else ["-"] * len(table.header)
     drafts: list[DraftRow] = []
-    for number, cells in table.rows:
+    for row, cells in table.rows:
         width = len(cells)
         cell_of_column = {
-            name: cells[cell.place] if cell.place < width else "" for name, cell in places.items()
+            name: cells[header.position] if header.position < width else ""
+            for name, header in headers.items()
         }
-        draft = DraftRow(schema, number, problems)
-        for column, header_cell in columns:
+        draft = DraftRow(schema, row, problems)
+        for column, header in columns:
             draft.text[column.name] = ""
-            index, scale = (header_cell.place, header_cell.scale) if header_cell else (-1, 1.0)
-            bad = table.bad.get((number, index)) if table.bad else None
-            _read_cell(draft, column, cell_of_column, bad, scale)
+            bad = table.bad.get((row, header.position)) if table.bad else None
+            _read_cell(draft, column, cell_of_column, bad, header.scale)
         if schema.others != "ignored":
-            _check_cells_without_header(draft, header, cells)
+            _check_cells_without_header(draft, names, cells)
         drafts.append(draft)
     return drafts
 
@@ -348,22 +361,23 @@ def _check_rows(
 class TableRows:
     """Rows of a table as columns, shape (n,): ``row``, ``bad``, ``no_data``, and the columns of the schema.
 
-    `columns`: Name to values; a missing number is NaN; a text is a whole number, its code. `texts`: Column of texts to
-    its different texts, each with its code; a bad cell has the text `BAD`.
+    `columns`: Name to values; a missing number is NaN, and of a text there is its code, a whole number. `texts`: Column
+    of texts, to each of its different texts, to the code; a bad cell has the text `BAD`.
     """
 
-    columns: dict[str, npt.NDArray[Any]]
+    columns: Columns
     texts: dict[str, dict[str, int]]
 
     @classmethod
     def of(
         cls, drafts: Sequence[DraftRow], schema: Schema, texts: dict[str, dict[str, int]]
     ) -> TableRows:
-        """Make columns of checked rows."""
-        columns: dict[str, npt.NDArray[Any]]
-        columns = {"row": np.array([draft.row for draft in drafts], dtype=np.int64)}
-        columns["bad"] = np.array([bool(draft.bad) for draft in drafts], dtype=bool)
-        columns["no_data"] = np.array([draft.no_data for draft in drafts], dtype=bool)
+        """Make columns of checked rows; new texts are added to `texts`."""
+        columns: Columns = {
+            "row": np.array([draft.row for draft in drafts], dtype=np.int64),
+            "bad": np.array([bool(draft.bad) for draft in drafts], dtype=bool),
+            "no_data": np.array([draft.no_data for draft in drafts], dtype=bool),
+        }
         for column in schema.columns:
             name = column.name
             if column.form == "number":
@@ -384,7 +398,7 @@ def _code_texts(texts: Iterable[str], codes: dict[str, int]) -> npt.NDArray[np.i
 
 def read_table_columns(
     path: Path, schema: Schema, file: str
-) -> tuple[TableRows, dict[str, HeaderCell], list[Problem]]:
+) -> tuple[TableRows, _Headers, list[Problem]]:
     """Read a table of any length by columns, block by block; a block with a bad cell is checked cell by cell.
 
     Returns its rows, the header of each column, and all problems; after many problems only those of the first rows.
@@ -392,102 +406,87 @@ def read_table_columns(
     schema = replace(schema, file=file)
     problems: list[Problem] = []
     texts: dict[str, dict[str, int]] = {}
-    columns = TableRows.of([], schema, texts).columns
-    filled = 0
-
-    def join(block_columns: dict[str, npt.NDArray[Any]]) -> None:
-        """Copy the columns of a block behind those of the blocks before."""
-        nonlocal filled
-        begin, filled = filled, filled + block_columns["row"].size
-        for name, values in block_columns.items():
-            # adding 0 makes 0 of -0
-            np.add(values, 0, out=columns[name][begin:filled], casting="unsafe")
-
     try:
         data = _long_text(path, schema)
-        position = _next_row_start(data, 0, _HEAD)
-        position = position if data[:position].strip() else len(data)
-        suffix = path.suffix.lower()
-        table = (
-            _read_csv(data[:position].decode(), schema, suffix)
-            if data
-            else _read_table(path, schema)
-        )
-        places, problems = _find_columns(table, schema)
-        most = len(table.rows) + data.count(b"\n", position) + 1
-        columns = {name: np.empty(most, values.dtype) for name, values in columns.items()}
-        join(TableRows.of(_check_rows(table, places, schema, problems), schema, texts).columns)
+        position = _next_row_start(data, 0, _FIRST_BLOCK)
+        if not data[:position].strip():
+            position = len(data)
+        if data:
+            table = _read_csv(data[:position].decode(), schema, path.suffix.lower())
+        else:
+            table = _read_table(path, schema)
+        headers, problems = _find_columns(table, schema)
+        drafts = _check_rows(table, headers, schema, problems)
+        blocks = [TableRows.of(drafts, schema, texts).columns]
         while position < len(data):
             block = data[position : (position := _next_row_start(data, position, _BLOCK))]
-            block_columns = _read_valid_rows(block, table, places, schema, texts)
-            if block_columns is None:
+            columns = _read_valid_rows(block, table, headers, schema, texts)
+            if columns is None:
                 table.rows = []
                 _add_rows(table, block.decode(), schema)
-                block_columns = TableRows.of(
-                    _check_rows(table, places, schema, problems), schema, texts
-                ).columns
-            join(block_columns)
-            if position < len(data) and len(problems) > _MOST_NOTED:
+                drafts = _check_rows(table, headers, schema, problems)
+                columns = TableRows.of(drafts, schema, texts).columns
+            blocks.append(columns)
+            if position < len(data) and len(problems) > _MOST_PROBLEMS:
                 allowed = "this put right first: the rows below were not looked at"
                 raise schema.refusal("many-problems", allowed, row=table.last)
     except CampaignError as error:
         return TableRows.of([], schema, texts), {}, [*problems, *error.problems]
     if table.last <= table.header_row:
         problems += schema.no_rows
-    columns = {name: values[:filled] for name, values in columns.items()}
-    return TableRows(columns, texts), places, problems
+    # each column is taken out of the blocks, so that a long table is in memory once
+    joined = {name: np.concatenate([block.pop(name) for block in blocks]) for name in [*blocks[0]]}
+    return TableRows(joined, texts), headers, problems
 
 
 def _read_valid_rows(
-    block: bytes, table: _Table, places: _Headers, schema: Schema, texts: dict[str, dict[str, int]]
-) -> dict[str, npt.NDArray[Any]] | None:
-    """Read a block of rows as columns, fast; None where a cell is not valid.
+    block: bytes, table: _Table, headers: _Headers, schema: Schema, texts: dict[str, dict[str, int]]
+) -> Columns | None:
+    """Read a block of rows as columns, by Arrow; None where a cell is not valid.
 
     `texts`: As in `TableRows`; new texts are added.
     """
     kinds: list[Kind] = ["skip"] * len(table.header)
     for column in schema.columns:
-        if column.name in places:
-            kinds[places[column.name].place] = "number" if column.form == "number" else "word"
+        if column.name in headers:
+            kinds[headers[column.name].position] = "number" if column.form == "number" else "word"
     names = tuple(map(str, range(len(kinds))))
     layout = Layout(names, tuple(kinds), table.delimiter, table.decimal, quote=True)
     cells = read_cells_of(layout, block, len(kinds))
     size = block.count(b"\n") + (not block.endswith(b"\n"))
     if cells is None or cells.num_rows != size:
         return None  # a bad cell, a blank line, or a quote that swallowed line ends
-    columns: dict[str, npt.NDArray[Any]]
-    columns = {name: np.zeros(size, dtype=bool) for name in ("bad", "no_data")}
+    columns: Columns = {name: np.zeros(size, dtype=bool) for name in ("bad", "no_data")}
     columns["row"] = np.arange(table.last + 1, table.last + 1 + size)
     draft = DraftRow(schema, 0, deque(maxlen=0))
     for column in schema.columns:
-        name, number = column.name, column.form == "number"
-        codes_of_texts = texts.setdefault(name, {}) if not number else {}
-        if name not in places:
-            columns[name] = np.full(
-                size, math.nan if number else _code_texts([""], codes_of_texts)[0]
-            )
-            continue
-        header_cell = places[name]
-        values = cells.column(str(header_cell.place)).combine_chunks()
-        if number:
+        name, header = column.name, headers.get(column.name)
+        values: Any = cells.column(str(header.position)).combine_chunks() if header else None
+        if column.form == "number":
+            if header is None:
+                columns[name] = np.full(size, math.nan)
+                continue
             numbers = values.to_numpy()
             if missing := schema.missing.get(name):
-                has_none = np.isin(numbers, missing)
-                columns["no_data"] |= has_none
-                numbers = np.where(has_none, 0.0, numbers)
-            columns[name] = numbers if header_cell.scale == 1 else numbers * header_cell.scale
+                means_no_data = np.isin(numbers, missing)
+                columns["no_data"] |= means_no_data
+                numbers = np.where(means_no_data, 0.0, numbers)
+            columns[name] = numbers * header.scale + 0.0  # never -0
             ends = columns[name].min(), columns[name].max()
             if not all(math.isfinite(end) and column.holds(end) for end in ends):
                 return None
             continue
-        distinct = []
-        for text in values.dictionary.to_pylist():
+        # each different text is checked once; a column that the file does not have is blank
+        good_texts = []
+        for text in values.dictionary.to_pylist() if header else [""]:
             draft.text[name] = ""
-            _read_cell(draft, column, {name: text.strip()}, None, 1.0)
-            distinct.append(draft.text[name])
+            if header:
+                _read_cell(draft, column, {name: text.strip()}, None, 1.0)
+            good_texts.append(draft.text[name])
         if draft.bad:
             return None
-        columns[name] = _code_texts(distinct, codes_of_texts)[values.indices.to_numpy()]
+        codes = _code_texts(good_texts, texts.setdefault(name, {}))
+        columns[name] = codes[values.indices.to_numpy()] if header else np.repeat(codes, size)
     table.last += size
     return columns
 
@@ -504,24 +503,24 @@ def _read_cell(
 ) -> None:
     """Read the cell of a column into a row, or add its problem.
 
-    `cells`: Cells of the row. `bad`: Code and text of a cell of a workbook that is no value. `scale`: Factor of the
-    unit of the header in the unit of the schema.
+    `cells`: Cells of the row by column. `bad`: Code and text of a cell of a workbook that is no value. `scale`: As in
+    `HeaderCell`.
     """
     name = column.name
     cell = cells.get(name, "")
-    unused = column.unused(cells)
+    why_unused = column.why_unused(cells)
     if bad is not None and (column.form != "text" or bad[0] not in ("date", "merged-cell")):
         draft.note(name, *bad, _BAD_CELLS[bad[0]])
     elif not cell:
-        if column.is_needed_in(cells) and not unused:
+        if column.is_needed_in(cells) and not why_unused:
             draft.bad.add(name)
             # a missing column is one problem of the header, not a problem of each row
-            if unused is not None and (name in cells or not column.header_needed):
+            if why_unused is not None and (name in cells or not column.header_needed):
                 allowed = f"this cell must not be blank; allowed: {column.allowed}"
                 draft.note(name, "required", None, allowed)
-    elif unused:
-        # only where `unused` is a reason: where it is None, kind or direction are wrong, and no warning is sure
-        draft.note(name, "ignored", cell, f"nothing: {unused}", severity="warning")
+    elif why_unused:
+        # only where there is a reason: where it is None, kind or direction are wrong, and no warning is sure
+        draft.note(name, "ignored", cell, f"nothing: {why_unused}", severity="warning")
     elif column.form == "number":
         _read_number(draft, column, cell, scale)
     else:
@@ -533,7 +532,7 @@ def _read_number(draft: DraftRow, column: TableColumn, cell: str, scale: float) 
     if math.isnan(scale):  # the unit is unknown, which is a problem of the header
         draft.bad.add(column.name)
         return
-    code, nearest, hint = "", None, ""
+    nearest, hint = None, ""
     written, unit_word = cut_unit(cell)
     if unit := unit_among(unit_word, column.units) if unit_word else None:
         cell, scale = written, column.units[unit]
@@ -541,25 +540,25 @@ def _read_number(draft: DraftRow, column: TableColumn, cell: str, scale: float) 
     value = number * scale
     if number in draft.schema.missing.get(column.name, ()):
         draft.no_data, value = True, 0.0
-    if not math.isfinite(value):
-        code = (
-            "not-finite" if NOT_FINITE.fullmatch(cell) or not math.isnan(number) else "not-a-number"
-        )
-        if COMMA.fullmatch(cell):
-            code, nearest, hint = "decimal-comma", cell.replace(",", "."), "; with a decimal point"
-    elif not column.holds(value):
-        code = "out-of-range"
-        if column.period and column.low is not None:
-            nearest, hint = same_angle(value / scale, column.period, column.low)
-    else:
+    if math.isfinite(value) and column.holds(value):
         draft.text[column.name] = cell
         draft.number[column.name] = value + 0.0  # never -0
         return
+    if math.isfinite(value):
+        code = "out-of-range"
+        if column.period and column.low is not None:
+            nearest, hint = same_angle(value / scale, column.period, column.low)
+    elif COMMA.fullmatch(cell):
+        code, nearest, hint = "decimal-comma", cell.replace(",", "."), "; with a decimal point"
+    elif NOT_FINITE.fullmatch(cell) or not math.isnan(number):
+        code = "not-finite"
+    else:
+        code = "not-a-number"
     draft.note(column.name, code, cell, column.allowed + hint, nearest)
 
 
 def same_angle(value: float, period: float, low: float) -> tuple[str, str]:
-    """Return the same angle of a plate in the range from `low`, and the words on why it is the same."""
+    """Return the angle at which a plate is the same, in the range from `low`, as text, and the words on why it is."""
     same = f"{(value - low) % period + low:g}"
     return same, f"; a plate has two faces: {value:g} is the plate at {same}"
 
@@ -614,8 +613,13 @@ def _read_text(draft: DraftRow, column: TableColumn, cell: str) -> None:
         draft.text[column.name] = cell
 
 
-_READERS = {"name": _read_name, "choice": _read_choice, "path": _read_path, "flag": _read_flag}
-_READERS["text"] = _read_text
+_READERS = {
+    "name": _read_name,
+    "choice": _read_choice,
+    "path": _read_path,
+    "flag": _read_flag,
+    "text": _read_text,
+}
 
 
 # --- The header
@@ -625,8 +629,8 @@ _READERS["text"] = _read_text
 class _Table:
     """Header and rows as text, without blank rows.
 
-    `rows`: Number of each row, and its cells. `bad`: Row and place of a bad cell, to its code and text. `last`: Number
-    of the last row that was read.
+    `rows`: Number of each row, and its cells. `bad`: Row and column, from 0, of a bad cell, to its code and text.
+    `last`: Number of the last row that was read.
     """
 
     header: list[str] = field(default_factory=list)
@@ -649,59 +653,63 @@ class _Table:
 
 
 def _find_columns(table: _Table, schema: Schema) -> tuple[_Headers, list[Problem]]:
-    """Find the columns of the schema in the header; return column to its header, and the problems."""
-    places: _Headers = {}
+    """Find the columns of the schema in the header; return their headers, and the problems."""
+    headers: _Headers = {}
     problems: list[Problem] = []
     note = DraftRow(schema, table.header_row, problems).note
     unknown: list[str] = []
-    names = [name for column in schema.columns for name in (column.name, *column.also)]
-    of_other_unit: dict[str, HeaderCell] = {}
+    names = schema.names
+    with_unknown_unit: _Headers = {}
     for index, name in enumerate(table.header):
         column, unit = _column_of(name, schema)
         if column is None:
             unknown += [name] if name else []
         elif unit is None:
-            of_other_unit.setdefault(column.name, HeaderCell(index, name, "", math.nan, True))
-        elif column.name in places:
-            text = f"each column once; it is also column number {places[column.name].place + 1}"
-            note(name, "duplicate-column", name, text)
+            header = HeaderCell(index, name, "", math.nan, is_stated=True)
+            with_unknown_unit.setdefault(column.name, header)
+        elif column.name in headers:
+            allowed = (
+                f"each column once; it is also column number {headers[column.name].position + 1}"
+            )
+            note(name, "duplicate-column", name, allowed)
         else:
-            in_file = unit or column.default
-            scale = column.units[in_file] if in_file else 1.0
-            places[column.name] = HeaderCell(index, name, in_file, scale, bool(unit))
+            unit_in_file = unit or column.default
+            scale = column.units[unit_in_file] if unit_in_file else 1.0
+            headers[column.name] = HeaderCell(index, name, unit_in_file, scale, bool(unit))
     for column in schema.columns:
-        if (cell := of_other_unit.get(column.name)) is None:
+        if column.name not in with_unknown_unit:
             continue
-        if column.name in places:
-            unknown.append(cell.name)
+        header = with_unknown_unit[column.name]
+        if column.name in headers:
+            unknown.append(header.name)
         else:
             allowed = f"{column.name} in {', '.join(column.units)}"
-            note(cell.name, "unknown-unit", cell.name, allowed)
-            places[column.name] = cell
-    if not places and (below := _header_below(table, schema)):
+            note(header.name, "unknown-unit", header.name, allowed)
+            headers[column.name] = header
+    if not headers and (below := _header_below(table, schema)):
         allowed = (
             f"the names of the columns, which stand in row {below}: take out the rows above it"
         )
-        header = next(filter(None, table.header))
-        raise schema.refusal("header-below", allowed, header, table.header_row)
-    missing = [column for column in schema.columns if column.name not in places]
+        first_name = next(filter(None, table.header))
+        raise schema.refusal("header-below", allowed, first_name, table.header_row)
+    missing = [column for column in schema.columns if column.name not in headers]
     for name in () if schema.others == "ignored" else unknown:
         # first among the columns that are missing, so that two misspellings get different answers
         nearest = did_you_mean(name, [column.name for column in missing])
         nearest = nearest or did_you_mean(name, names)
         if schema.others == "warned":
-            text = f"this column is not read; those that are: {', '.join(names)}"
-            note(name, "unknown-column", None, text, nearest, "warning")
+            allowed = f"this column is not read; those that are: {', '.join(names)}"
+            note(name, "unknown-column", None, allowed, nearest, "warning")
         else:
             note(name, "unknown-column", name, f"one of {', '.join(names)}", nearest)
     for column in missing:
         if column.header_needed:
-            text = f"this column is missing; it is needed: {column.meaning}"
-            if header := next((name for name in unknown if folded_name(name) in column.stems), ""):
-                text += f"; is it {header!r}? Say its unit there, as in {header} ({column.unit})"
+            allowed = f"this column is missing; it is needed: {column.meaning}"
+            if name := next((name for name in unknown if folded_name(name) in column.stems), ""):
+                allowed += f"; is it {name!r}? Say its unit there, as in {name} ({column.unit})"
             nearest = did_you_mean(column.name, unknown) if schema.others != "refused" else None
-            note(column.name, "missing-column", None, text, nearest)
-    return places, problems
+            note(column.name, "missing-column", None, allowed, nearest)
+    return headers, problems
 
 
 def _header_below(table: _Table, schema: Schema) -> int:
@@ -711,31 +719,31 @@ def _header_below(table: _Table, schema: Schema) -> int:
 
 
 def _column_of(header: str, schema: Schema) -> tuple[TableColumn | None, str | None]:
-    """Return the column that a header names, and the unit that it states.
+    """Return the column that a header names, None without one, and the unit that it states.
 
-    Unit empty: the header states none; None: one that the column cannot have. Column None: no column has that name.
+    The unit is empty where the header states none, and None where it states one that the column cannot have.
     """
     for column in schema.columns:
         if header == column.name:
             return column, ""
         if header in column.also:
             return column, column.unit_in(header)
-    of_other_unit: TableColumn | None = None
+    with_unknown_unit: TableColumn | None = None
     for name, word in cut_header(header):
         for column in schema.columns:
             if name in column.stems:
                 if unit := unit_among(word, column.units):
                     return column, unit
-                of_other_unit = column
-    return of_other_unit, None
+                with_unknown_unit = column
+    return with_unknown_unit, None
 
 
 def _check_cells_without_header(
-    draft: DraftRow, header: Sequence[str], cells: Sequence[str]
+    draft: DraftRow, names: Sequence[str], cells: Sequence[str]
 ) -> None:
-    """Add a problem for each filled cell below a blank header."""
+    """Add a problem for each filled cell below a blank header; `names`: headers of the columns."""
     for index, cell in enumerate(cells):
-        if cell and (index >= len(header) or not header[index]):
+        if cell and (index >= len(names) or not names[index]):
             allowed = (
                 "nothing where the header is blank; a comma in a note or a decimal comma cuts a row "
                 "in the wrong place: put such a cell in quotes, write numbers with a point"
@@ -802,24 +810,22 @@ def _read_csv(text: str, schema: Schema, suffix: str) -> _Table:
     """Read header and rows of a text; delimiter and decimal mark are found by the names and numbers in it."""
     if schema.comments:
         text = re.sub(r"(?m)^[ \t]*#.*$", "", text)
-    names = [name for column in schema.columns for name in (column.name, *column.also)]
-    head = next((line for line in io.StringIO(text) if line.strip()), "")
+    first_line = next((line for line in io.StringIO(text) if line.strip()), "")
 
-    def known_names(delimiter: str) -> int:
-        """Count the names of columns in the first line, split at a delimiter."""
-        cells = (cell.strip().strip('"').strip() for cell in head.split(delimiter))
-        return sum(_column_of(cell, schema)[1] is not None for cell in cells)
+    def count_names(delimiter: str) -> tuple[int, int]:
+        """Count the names of columns in the first line, split at a delimiter, and the delimiters."""
+        cells = (cell.strip().strip('"').strip() for cell in first_line.split(delimiter))
+        known_names = sum(_column_of(cell, schema)[1] is not None for cell in cells)
+        return known_names, first_line.count(delimiter)
 
     # of delimiters with as many known names, the most frequent; then by the ending of the file's name
-    order = ["\t", ",", ";"] if suffix in (".tsv", ".tab") else [",", ";", "\t"]
-    table = _Table(
-        delimiter=max(order, key=lambda candidate: (known_names(candidate), head.count(candidate)))
-    )
+    delimiters = ["\t", ",", ";"] if suffix in (".tsv", ".tab") else [",", ";", "\t"]
+    table = _Table(delimiter=max(delimiters, key=count_names))
     _add_rows(table, text, schema, schema.most_rows)
     if has_decimal_commas(cell for _, cells in table.rows for cell in cells):
         table.decimal = ","
     # a single long cell with several names: the cells are separated by something else
-    several = min(3, len(names))
+    several, names = min(3, len(schema.names)), schema.names
     if len(table.header) == 1 and sum(name in table.header[0] for name in names) >= several > 1:
         allowed = "cells separated by comma, semicolon, tab"
         raise schema.refusal("wrong-delimiter", allowed, table.header[0], table.header_row)
@@ -854,23 +860,22 @@ def _read_workbook(data: bytes, schema: Schema) -> _Table:
 
         sheet, rows = first_sheet()
         merged = _merged_cells(merged_ranges.get(sheet._worksheet_path, ()))
-        firsts: dict[tuple[int, int], str] = {}
-        sources = first_sheet(formulas=True)[1] if has_formulas else iter(())
-        for row, (values, formulas) in enumerate(
-            zip(rows, chain(sources, repeat(())), strict=False), start=1
-        ):
+        text_of_merged: dict[tuple[int, int], str] = {}
+        rows_of_formulas = first_sheet(formulas=True)[1] if has_formulas else iter(())
+        rows_of_both = zip(rows, chain(rows_of_formulas, repeat(())), strict=False)
+        for row, (values, formulas) in enumerate(rows_of_both, start=1):
             if row > schema.most_rows:
                 raise _too_many_rows(schema)
             texts = [text_of(value) for value in values]
-            for column_index, (value, source) in enumerate(zip_longest(values, formulas)):
-                if bad := _bad_cell(value, source):
-                    table.bad[row, column_index] = bad
-                    texts[column_index] = texts[column_index] or bad[1]
-            for column_index, first in merged.get(row, {}).items() if any(texts) else ():
-                if first == (row, column_index):
-                    firsts[first] = texts[column_index] if column_index < len(texts) else ""
-                elif firsts.get(first):
-                    table.bad[row, column_index] = ("merged-cell", firsts[first])
+            for index, (value, formula) in enumerate(zip_longest(values, formulas)):
+                if bad := _bad_cell(value, formula):
+                    table.bad[row, index] = bad
+                    texts[index] = texts[index] or bad[1]
+            for index, first_cell in merged.get(row, {}).items() if any(texts) else ():
+                if first_cell == (row, index):
+                    text_of_merged[first_cell] = texts[index] if index < len(texts) else ""
+                elif text_of_merged.get(first_cell):
+                    table.bad[row, index] = ("merged-cell", text_of_merged[first_cell])
             table.add(row, texts)
     return table
 
@@ -912,12 +917,10 @@ def _workbook_errors(schema: Schema) -> Iterator[None]:
         raise schema.refusal("not-a-workbook", allowed) from error
 
 
-def _check_archive(
-    data: bytes, schema: Schema
-) -> tuple[bool, dict[str, list[tuple[bytes, bytes, bytes, bytes]]]]:
+def _check_archive(data: bytes, schema: Schema) -> tuple[bool, dict[str, list[_Range]]]:
     """Refuse an archive that no spreadsheet writes, before it is parsed.
 
-    Returns whether there are formulas, and the merged ranges of each sheet: left, top, right, bottom.
+    Returns whether there are formulas, and the merged ranges of each sheet by its path in the archive.
     """
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         unpacked = sum(info.file_size for info in archive.infolist())
@@ -930,33 +933,29 @@ def _check_archive(
         allowed = "a workbook as a spreadsheet saves it; this one declares XML entities"
         raise schema.refusal("not-a-workbook", allowed)
     if (tags := sum(content.count(b"<") for content in parts.values())) > MAX_TAGS:
-        limit = f"at most {MAX_TAGS / 1e6:g} million are read: save the sheet as csv"
-        raise schema.refusal(
-            "too-large", f"{tags / 1e6:.0f} million XML tags are too many; {limit}"
-        )
+        allowed = f"{tags / 1e6:.0f} million XML tags are too many; at most {MAX_TAGS / 1e6:g} million are read: save the sheet as csv"
+        raise schema.refusal("too-large", allowed)
     sheets = {name: content for name, content in parts.items() if name.startswith("xl/worksheets/")}
     has_formulas = any(b"<f>" in content or b"<f " in content for content in sheets.values())
     # merged ranges are found here, as the read-only mode of the library ignores them
     return has_formulas, {name: _MERGED.findall(content) for name, content in sheets.items()}
 
 
-def _merged_cells(
-    ranges: Sequence[tuple[bytes, bytes, bytes, bytes]],
-) -> dict[int, dict[int, tuple[int, int]]]:
-    """Return row to place to the merged cell that has the value: its row and place."""
-    spans_of_rows: dict[int, dict[int, tuple[int, int]]] = {}
+def _merged_cells(ranges: Sequence[_Range]) -> dict[int, dict[int, tuple[int, int]]]:
+    """Return, by row and column from 0, the cell that has the value of a merged cell: row and column of the first one."""
+    first_cells: dict[int, dict[int, tuple[int, int]]] = {}
     for left, top, right, bottom in ranges[:_MOST_MERGED]:
         first, last = place_of_column(left.decode()), place_of_column(right.decode())
         for row in range(int(top), min(int(bottom), int(top) + _MOST_MERGED) + 1):
-            places = range(first, min(last, MAX_COLUMNS - 1) + 1)
-            spans_of_rows.setdefault(row, {}).update(dict.fromkeys(places, (int(top), first)))
-    return spans_of_rows
+            columns = range(first, min(last, MAX_COLUMNS - 1) + 1)
+            first_cells.setdefault(row, {}).update(dict.fromkeys(columns, (int(top), first)))
+    return first_cells
 
 
-def _bad_cell(value: Any, source: Any) -> tuple[str, str] | None:
-    """Return code and text of a cell that holds no value typed by the user, else None; `source`: its formula."""
-    if value is None and source is not None:
-        return "formula", str(getattr(source, "text", source))
+def _bad_cell(value: Any, formula: Any) -> tuple[str, str] | None:
+    """Return code and text of a cell that holds no value typed by the user, else None."""
+    if value is None and formula is not None:
+        return "formula", str(getattr(formula, "text", formula))
     if is_moment(value):
         return "date", f"the date {text_of(value)}"
     if isinstance(value, str) and value in ERROR_VALUES:

@@ -38,12 +38,18 @@ _UNITS = (
     ("_Hz", "Hz"),
     ("_s", "s"),
 )
+"""End of the name of a key, to its unit; the first that fits counts."""
 _PATTERNS = {
     "^[+-]F[123]$": "one of +F1, -F1, +F2, -F2, +F3, -F3 (in quotes)",
     "^[A-Za-z0-9][A-Za-z0-9._-]*$": "letters A-Z a-z, digits, and . _ -, at most 64",
 }
-_TYPES = {"number": "number", "integer": "whole number", "string": "text"}
-_TYPES["boolean"] = "true or false"
+"""Regular expression of a text, to the words for it."""
+_TYPES = {
+    "number": "number",
+    "integer": "whole number",
+    "string": "text",
+    "boolean": "true or false",
+}
 
 
 @dataclass(frozen=True)
@@ -87,26 +93,27 @@ def schema(model: type[BaseModel] = Config) -> dict[str, Any]:
     module = sys.modules[model.__module__]
     for name, section in {model.__name__: page, **page.get("$defs", {})}.items():
         classes = [cls for cls in getattr(module, name).__mro__ if issubclass(cls, Model)]
-        for model_class in reversed(classes):
-            for key, text in _texts(model_class.__module__).get(model_class.__name__, {}).items():
-                section["properties"][key]["description"] = text
+        # a class describes its keys anew where its base describes them, too
+        for cls in reversed(classes):
+            for key, description in _descriptions(cls.__module__).get(cls.__name__, {}).items():
+                section["properties"][key]["description"] = description
     return page
 
 
 @cache
-def _texts(module: str) -> dict[str, dict[str, str]]:
-    """Return class to key to the text below the key, for the models of a module.
+def _descriptions(module: str) -> dict[str, dict[str, str]]:
+    """Return the text below each key in the source of the models of a module, by class and key.
 
     pydantic can read these texts, too, but would do so at every start of the program.
     """
-    classes = ast.parse(inspect.getsource(sys.modules[module])).body
+    statements = ast.parse(inspect.getsource(sys.modules[module])).body
     return {
         cls.name: {
             ast.unparse(key.target): inspect.cleandoc(ast.literal_eval(text.value))
             for key, text in pairwise(cls.body)
             if isinstance(key, ast.AnnAssign) and isinstance(text, ast.Expr)
         }
-        for cls in classes
+        for cls in statements
         if isinstance(cls, ast.ClassDef)
     }
 
@@ -131,7 +138,10 @@ def tags_of(model: type[BaseModel], section: KeyPath) -> list[str]:
 def _walk_keys(
     node: dict[str, Any], path: tuple[str, ...], defs: dict[str, Any], tag: str = ""
 ) -> Iterator[Key]:
-    """Yield each key below a node of the schema, whose path is `path`; `defs`: named parts of the schema."""
+    """Yield each key below a node of the JSON schema.
+
+    `path`, `tag`: Of the section that the node describes, as in `Key`. `defs`: Nodes to which other nodes refer.
+    """
     for name, field in node.get("properties", {}).items():
         target = _resolve(field, defs)
         key_path = (*path, name)
@@ -147,14 +157,14 @@ def _walk_keys(
         yield from _walk_keys(target, key_path, defs)
         if "items" in target:
             yield from _walk_keys(_resolve(target["items"], defs), (*key_path, NUMBER), defs)
-        # a section in which the user chooses the names
+        # a section in which the user chooses the names, each of a section of its own, of one or several kinds
         patterns = target.get("patternProperties", {}).values()
         inner = target.get("additionalProperties") or next(iter(patterns), None)
         if isinstance(inner, dict):
             for variant in inner.get("oneOf", [inner]):
                 section = _resolve(variant, defs)
-                word = section.get("properties", {}).get(TAG, {}).get("const", "")
-                yield from _walk_keys(section, (*key_path, NAME), defs, word)
+                tag_of_section = section.get("properties", {}).get(TAG, {}).get("const", "")
+                yield from _walk_keys(section, (*key_path, NAME), defs, tag_of_section)
 
 
 def _short_and_more(text: str) -> tuple[str, str]:
@@ -300,13 +310,13 @@ def reference_markdown() -> str:
 
 
 def _key_row(key: Key) -> tuple[str, ...]:
-    """Return the row of a key in the table of keys."""
+    """Return the cells of a key in the table of keys."""
     path = f"`{'.'.join(key.path)}`" + (f" ({key.tag})" if key.tag else "")
     return path, key.type, key.unit, key.default, key.allowed, key.description
 
 
 def _column_row(column: SheetColumn) -> tuple[str, ...]:
-    """Return the row of a column in the table of columns."""
+    """Return the cells of a column of the run sheet in the table of columns."""
     used = "all" if column.kinds == KINDS else ", ".join(column.kinds)
     used += f"; {column.direction} only" if column.direction else ""
     needed = used if column.needed else "may be blank"

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from rftfit.campaign.columns import COLUMNS, DIRECTIONS
+from rftfit.campaign.columns import COLUMNS, DIRECTIONS, OF_SOURCES
 from rftfit.campaign.config import PLATE_SHAPES, Arm, Config, ForceQuantity, MotionQuantity
 from rftfit.campaign.files import MOST_SEARCHES, Folder, folded
 from rftfit.campaign.problems import Problem, did_you_mean, join_words, unknown_word
@@ -25,13 +25,13 @@ _SHAPES = {"plate": PLATE_SHAPES, "rod": PLATE_SHAPES, "leg": ("leg",), "leg_air
 _LOGS = tuple(column for column in COLUMNS if column.form == "path" and column.needed)
 _ZERO_LOG = next(column for column in COLUMNS if column.name == "zero_log")
 _ORDER = {column.name: index for index, column in enumerate(COLUMNS)}
-# kind of run, to the kind of its tare; and this kind, to its words
 _TARE_OF = {"plate": "rod", "leg": "leg_air"}
-_WORDS_OF_TARE = {"rod": "a rod run", "leg_air": "a leg_air run"}
+"""Kind of run, to the kind of its tare."""
 _WITHOUT_TARE = {
     "refuse": "as NaN, with that as its reason",
     "flag": "with the force on rod and mount in it, flagged",
 }
+"""Setting `fit.missing_tare`, to how a run without a tare comes out; with another setting it needs none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,14 +44,14 @@ class Run:
     `depth_cm`: Depth of a horizontal run; NaN for all others.
     `force_log`, `motion_log`: Paths relative to the raw folder, with ``/`` and without ``.`` or ``..``.
     `tare_run`: run_id of the run to subtract; empty if there is none.
-    `tare_shared`: Whether that tare is meant to serve several runs.
+    `tare_shared`: True if that tare is meant to serve several runs.
     `surface_z_mm`: Arm z of the free surface; None: as the configuration states.
     `zero_log`: Force log without load that gives the zero; empty: the run's own rest in air.
     `stroke`: Number of the stroke along the path, from 1; None: the only one.
     `force_where`, `motion_where`, `force_columns`, `motion_columns`: Rows and columns of the logs that
         belong to the run, as the sheet writes them; empty: as the configuration states.
     `session`, `operator`, `plate`, `rod`: Labels that runs share; empty: not stated.
-    `lacks_force_x`: Whether the run is from a table without stress along x; no column of a run sheet.
+    `lacks_force_x`: True if the run is from a table without stress along x; no column of a run sheet.
     `rows_without_data`: Number of rows of a table left out for a value of `table.missing`; no column of a sheet either.
     `row`: Row as a spreadsheet numbers it; the header is row 1.
     """
@@ -66,13 +66,13 @@ class Run:
     depth_cm: float
     force_log: str
     motion_log: str
-    tare_run: str
-    tare_shared: bool
-    surface_z_mm: float | None
-    excluded: bool
-    reason: str
-    note: str
     row: int
+    tare_run: str = ""
+    tare_shared: bool = False
+    surface_z_mm: float | None = None
+    excluded: bool = False
+    reason: str = ""
+    note: str = ""
     zero_log: str = ""
     stroke: int | None = None
     force_where: str = ""
@@ -234,18 +234,16 @@ def _check_stroke(draft: DraftRow) -> None:
 
 def _check_sources(draft: DraftRow) -> None:
     """Refuse rows and columns of the logs that are not written as assignments."""
-    kinds: tuple[LogKind, ...] = ("force", "motion")
-    for kind in kinds:
-        where, columns = f"{kind}_where", f"{kind}_columns"
-        for name in (where, columns):
-            try:
-                if name == where:
-                    read_assignments(draft.text[name])
-                else:
-                    read_log_columns(draft.text[name], kind)
-            except ValueError as error:
-                form = "column=value; column=value" if name == where else "quantity=column; ..."
-                draft.note(name, "assignment", draft.text[name], f"{form}; {error}")
+    for name in OF_SOURCES:
+        cell, form = draft.text[name], "column=value; column=value"
+        try:
+            if name.endswith("_where"):
+                read_assignments(cell)
+            else:
+                form = "quantity=column; ..."
+                read_log_columns(cell, "force" if name == "force_columns" else "motion")
+        except ValueError as error:
+            draft.note(name, "assignment", cell, f"{form}; {error}")
 
 
 def _check_depth(draft: DraftRow, vocabulary: Vocabulary) -> None:
@@ -254,13 +252,11 @@ def _check_depth(draft: DraftRow, vocabulary: Vocabulary) -> None:
     # the default lists the depths of the paper, which need not hold here
     if depth is None or config is None or "horizontal_depths_cm" not in config.fit.model_fields_set:
         return
-    planned_depths = config.fit.horizontal_depths_cm
-    if all(abs(depth - planned_cm) > _CHOSEN.same_depth_cm for planned_cm in planned_depths):
-        depths = ", ".join(f"{planned_cm:g}" for planned_cm in planned_depths)
+    listed_cm = config.fit.horizontal_depths_cm
+    if all(abs(depth - listed) > _CHOSEN.same_depth_cm for listed in listed_cm):
+        depths, cell = ", ".join(f"{listed:g}" for listed in listed_cm), draft.text["depth_cm"]
         allowed = f"one of {depths} cm (fit.horizontal_depths_cm in the config)"
-        draft.note(
-            "depth_cm", "depth-unlisted", draft.text["depth_cm"], allowed, severity="warning"
-        )
+        draft.note("depth_cm", "depth-unlisted", cell, allowed, severity="warning")
 
 
 def check_excluded(draft: DraftRow) -> None:
@@ -281,20 +277,18 @@ def check_excluded(draft: DraftRow) -> None:
 
 def _check_ids(drafts: list[DraftRow]) -> None:
     """Refuse a run_id that an earlier row has, also one that differs only in case."""
-    first: dict[str, DraftRow] = {}
+    first_drafts: dict[str, DraftRow] = {}
     for draft in drafts:
         name = draft.text["run_id"]
-        if not name:
+        first = first_drafts.setdefault(name.casefold(), draft)
+        if first is draft or not name:
             continue
-        first_row = first.setdefault(name.casefold(), draft)
-        if first_row is draft:
-            continue
-        if first_row.text["run_id"] == name:
-            allowed = f"a name that no other run has; row {first_row.row} has it"
+        if first.text["run_id"] == name:
+            allowed = f"a name that no other run has; row {first.row} has it"
             draft.note("run_id", "duplicate-id", name, allowed)
         else:
-            allowed = f"a name that differs by more than case from {first_row.text['run_id']}"
-            draft.note("run_id", "case-id", name, f"{allowed} in row {first_row.row}")
+            allowed = f"a name that differs by more than case from {first.text['run_id']}"
+            draft.note("run_id", "case-id", name, f"{allowed} in row {first.row}")
 
 
 def same_file_needs_one_clock(method: str) -> str:
@@ -309,43 +303,44 @@ def _check_files(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
     """Refuse a log that two rows name, unless they are different strokes, rows or columns of it, or one rod."""
     config = vocabulary.config
     method = "same_clock" if config is None else config.clock.method
-    tolerance = (config.arm if config else Arm()).angle_tolerance_deg
-    # rows, with the column of the log, by the file that they name; and by file, stroke, rows and columns
-    uses: defaultdict[object, list[tuple[DraftRow, str]]] = defaultdict(list)
+    tolerance_deg = (config.arm if config else Arm()).angle_tolerance_deg
+    # by file the first row that names it, and by file, stroke, rows and columns all rows; each with the column of the log
+    first_uses: dict[str, tuple[DraftRow, str]] = {}
+    equal_uses: defaultdict[object, list[tuple[DraftRow, str]]] = defaultdict(list)
     for draft in drafts:
-        for column in _LOGS:
-            name, path = column.name, draft.text[column.name]
+        for log in ("force_log", "motion_log"):
+            path = draft.text[log]
             if not path:
                 continue
-            selected = _rows_and_columns(draft, name)
-            uses_of_file = uses[folded(path)]
-            alike = uses[path, draft.number.get("stroke"), selected]
-            for earlier_row, use in [*uses_of_file[:1], *alike]:
-                # force and motion of one run in one file
-                same_row = earlier_row is draft and earlier_row.text[use] == path
-                if same_row and method != "same_clock":
-                    draft.note(name, "one-file", path, same_file_needs_one_clock(method))
-                elif earlier_row.text[use] == path and (
-                    same_row
-                    or _rows_and_columns(earlier_row, use) != selected
-                    or _are_different_strokes(draft, earlier_row, tolerance)
-                    or (_are_rods(draft, earlier_row) and not _differences(draft, earlier_row))
+            selected = _rows_and_columns(draft, log)
+            equal_uses_of_file = equal_uses[path, draft.number.get("stroke"), selected]
+            first_use = first_uses.setdefault(folded(path), (draft, log))
+            for earlier, earlier_log in [first_use, *equal_uses_of_file]:
+                if earlier is draft and earlier_log == log:
+                    continue
+                path_there = earlier.text[earlier_log]
+                has_both_logs = earlier is draft and path_there == path
+                if has_both_logs and method != "same_clock":
+                    draft.note(log, "one-file", path, same_file_needs_one_clock(method))
+                    break
+                are_rods = earlier is not draft and _are_rods(draft, earlier)
+                differences = _differences(draft, earlier) if are_rods else []
+                if path_there == path and (
+                    has_both_logs
+                    or _rows_and_columns(earlier, earlier_log) != selected
+                    or _are_different_strokes(draft, earlier, tolerance_deg)
+                    or (are_rods and not differences)
                 ):
                     continue
-                else:
-                    where = "of this row" if earlier_row is draft else f"of row {earlier_row.row}"
-                    allowed = f"a file of its own; {use} {where} names this one"
-                    if earlier_row is not draft and _are_rods(draft, earlier_row):
-                        different = ", ".join(_differences(draft, earlier_row))
-                        allowed += f". Rows of one rod log must agree in {different}"
-                    if earlier_row.text[use] != path:
-                        allowed += (
-                            f", as {earlier_row.text[use]}: some disks treat both names as one"
-                        )
-                    draft.note(name, "shared-file", path, allowed)
+                where = "of this row" if earlier is draft else f"of row {earlier.row}"
+                allowed = f"a file of its own; {earlier_log} {where} names this one"
+                if are_rods:
+                    allowed += f". Rows of one rod log must agree in {', '.join(differences)}"
+                if path_there != path:
+                    allowed += f", as {path_there}: some disks treat both names as one"
+                draft.note(log, "shared-file", path, allowed)
                 break
-            uses_of_file.append((draft, name))
-            alike.append((draft, name))
+            equal_uses_of_file.append((draft, log))
 
 
 def _rows_and_columns(draft: DraftRow, log: str) -> tuple[str, str]:
@@ -357,17 +352,17 @@ def _rows_and_columns(draft: DraftRow, log: str) -> tuple[str, str]:
 def _are_different_strokes(first_row: DraftRow, second_row: DraftRow, tolerance_deg: float) -> bool:
     """Return whether two rows name different strokes of one log.
 
-    Strokes count for each direction of motion: a push and its pull back may both be number 1.
+    Strokes are counted for each direction of motion: a push and its pull back may both be number 1.
     """
     first, second = first_row.number.get("stroke"), second_row.number.get("stroke")
     if first is None or second is None or first != second:
         return None not in (first, second)
-    facts = (
-        (row.text["direction"], row.number.get("gamma_deg", 0)) for row in (first_row, second_row)
+    first_gamma, second_gamma = (
+        motion_gamma_deg(row.text["direction"], row.number.get("gamma_deg", 0))
+        for row in (first_row, second_row)
     )
-    way, back = (motion_gamma_deg(*fact) for fact in facts)
-    # ways closer than twice the tolerance of the arm could not be told apart
-    return abs((way - back + 180) % 360 - 180) > 2 * tolerance_deg
+    # motions closer than twice the tolerance of the arm could not be told apart
+    return abs((first_gamma - second_gamma + 180) % 360 - 180) > 2 * tolerance_deg
 
 
 _MAY_DIFFER = ("run_id", "intruder", "beta_deg", "tare_run", "tare_shared", "reason", "note")
@@ -380,7 +375,7 @@ _MUST_AGREE = tuple(
 
 
 def _are_rods(first_row: DraftRow, second_row: DraftRow) -> bool:
-    """Return whether both rows are of kind rod."""
+    """Return whether two rows are both of kind rod."""
     return first_row.text["kind"] == second_row.text["kind"] == "rod"
 
 
@@ -414,11 +409,9 @@ def merge_rods(runs: list[Run]) -> list[Run]:
     for run in runs:
         if merged_ids.get(run.run_id, run.run_id) != run.run_id:
             continue
-        several = len(angles[run.run_id]) > 1
+        beta_deg = math.nan if len(angles[run.run_id]) > 1 else run.beta_deg
         tare_run = merged_ids.get(run.tare_run, run.tare_run)
-        changed = several or tare_run != run.tare_run
-        beta_deg = math.nan if several else run.beta_deg
-        merged.append(replace(run, beta_deg=beta_deg, tare_run=tare_run) if changed else run)
+        merged.append(replace(run, beta_deg=beta_deg, tare_run=tare_run))
     return merged
 
 
@@ -439,7 +432,7 @@ def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
         kind, name = draft.text["kind"], draft.text["tare_run"]
         if kind not in _TARE_OF or "tare_run" in draft.bad:
             continue
-        tare_kind = _WORDS_OF_TARE[_TARE_OF[kind]]
+        tare_kind = f"a {_TARE_OF[kind]} run"
         if name in by_id:
             if not draft.yes("excluded") and by_id[name].text["kind"] == _TARE_OF[kind]:
                 users[name].append(draft)
@@ -454,20 +447,17 @@ def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
         elif not draft.yes("excluded") and missing_tare in _WITHOUT_TARE:
             untared.append((draft, tare_kind))
     _report_shifted_column(drafts, by_id)
-    _warn_without_tare(untared, missing_tare, alone=not any(users.values()))
-    for name, several in users.items():
+    _warn_without_tare(untared, missing_tare, none_tared=not users)
+    for name, users_of_tare in users.items():
         # a rod with a blank angle is meant for several plates, and needs no `tare_shared`
         if by_id[name].text["kind"] != "rod" or by_id[name].text["beta_deg"]:
-            _check_shared(name, several)
+            _check_shared(name, users_of_tare)
     tares_in_use = {draft.text["tare_run"] for draft in drafts}
     for name, tare in by_id.items():
-        if (
-            tare.text["kind"] in _WORDS_OF_TARE
-            and name not in tares_in_use
-            and not tare.yes("excluded")
-        ):
+        kind, is_used = tare.text["kind"], name in tares_in_use
+        if kind in _TARE_OF.values() and not is_used and not tare.yes("excluded"):
             allowed = (
-                f"a tare that a run uses; no run uses {tare.text['kind']} {name}: name it under tare_run, of several for one angle "
+                f"a tare that a run uses; no run uses {kind} {name}: name it under tare_run, of several for one angle "
                 "each in a part of the runs, or exclude it"
             )
             tare.note("run_id", "tare-unused", name, allowed, severity="warning")
@@ -478,37 +468,36 @@ _MOST_ROWS = 5
 
 
 def _warn_without_tare(
-    untared: list[tuple[DraftRow, str]], missing_tare: str, *, alone: bool
+    untared: list[tuple[DraftRow, str]], missing_tare: str, *, none_tared: bool
 ) -> None:
     """Warn of each run without a tare.
 
-    One warning for all, if they are many, or if no run has a tare (`alone`) and the config allows that.
+    One warning for all, if they are many, or if no run of the sheet has a tare (`none_tared`) and the config allows that.
+    `untared`: Rows without a tare, each with the words for the kind of its tare.
     """
-    is_one_warning = alone and missing_tare == "flag" and len(untared) > 1
+    is_one_warning = none_tared and missing_tare == "flag" and len(untared) > 1
     if is_one_warning or len(untared) > _MOST_ROWS:
         rows = ", ".join(str(draft.row) for draft, _ in untared[:_MOST_ROWS])
-        which = (
-            f"any of {len(untared)} runs" if alone else f"{len(untared)} runs (rows {rows}, ...)"
-        )
-        text = f"no tare in {which}: they will come out {_WITHOUT_TARE[missing_tare]}"
-        untared[0][0].note("tare_run", "tare-missing", None, text, severity="warning")
+        which = f"{len(untared)} runs"
+        which = f"any of {which}" if none_tared else f"{which} (rows {rows}, ...)"
+        allowed = f"no tare in {which}: they will come out {_WITHOUT_TARE[missing_tare]}"
+        untared[0][0].note("tare_run", "tare-missing", None, allowed, severity="warning")
         return
     for draft, tare_kind in untared:
-        text = f"no tare: this run will come out {_WITHOUT_TARE[missing_tare]}"
-        text += f"; name {tare_kind} to subtract"
-        draft.note("tare_run", "tare-missing", None, text, severity="warning")
+        allowed = f"no tare: this run will come out {_WITHOUT_TARE[missing_tare]}; name {tare_kind} to subtract"
+        draft.note("tare_run", "tare-missing", None, allowed, severity="warning")
 
 
-def _check_shared(name: str, several: list[DraftRow]) -> None:
-    """Refuse a tare `name` that several runs use, where one of them does not state that it is shared."""
-    if len(several) < 2:
+def _check_shared(tare: str, users: list[DraftRow]) -> None:
+    """Refuse a tare that several runs use, where one of them does not state that it is shared."""
+    if len(users) < 2:
         return
-    rows = ", ".join(str(draft.row) for draft in several[:_MOST_ROWS])
-    rows += ", ..." if several[_MOST_ROWS:] else ""
-    for draft in several:
+    rows = ", ".join(str(draft.row) for draft in users[:_MOST_ROWS])
+    rows += ", ..." if users[_MOST_ROWS:] else ""
+    for draft in users:
         if not draft.yes("tare_shared") and "tare_shared" not in draft.bad:
             allowed = (
-                f"this must be yes on each run that uses {name} (rows {rows}); or give each run a "
+                f"this must be yes on each run that uses {tare} (rows {rows}); or give each run a "
                 "tare of its own"
             )
             draft.note("tare_shared", "tare-shared", None, allowed)
@@ -521,7 +510,7 @@ def _check_match(draft: DraftRow, tare: DraftRow) -> None:
     if not tare.text["kind"]:
         return
     if tare.text["kind"] != _TARE_OF[kind]:
-        allowed = f"{_WORDS_OF_TARE[_TARE_OF[kind]]} for a {kind} run; {where} is a {tare.text['kind']} run"
+        allowed = f"a {_TARE_OF[kind]} run for a {kind} run; {where} is a {tare.text['kind']} run"
         draft.note("tare_run", "tare-kind", name, allowed)
         return
     for column in ("medium", "intruder", "direction", "beta_deg", "gamma_deg", "depth_cm"):
@@ -543,20 +532,20 @@ FEWEST_SHIFTED: int = _CHOSEN.fewest_shifted
 
 
 def find_shift(
-    places: Sequence[int], fits: Callable[[int, int], bool]
+    rows: Sequence[int], fits: Callable[[int, int], bool]
 ) -> tuple[int, list[int]] | None:
     """Find the number of rows by which a column is shifted, and the contradicted rows that this shift explains.
 
-    `places`: Places of the contradicted rows among all rows. `fits`: Function of an index in `places` and a place:
-    whether the cells at that place fit the contradicted row. Returns the shift (positive: cells stand above their row)
-    and indices in `places`; None where no shift explains most of them.
+    `rows`: Contradicted rows, as numbers among all rows. `fits`: Function of an index in `rows` and a row: whether the
+    cells of that row fit the contradicted row. Returns the shift (positive: cells stand above their row) and indices in
+    `rows`; None where no shift explains most of them.
     """
     explained = {
-        shift: [index for index, place in enumerate(places) if fits(index, place - shift)]
+        shift: [index for index, row in enumerate(rows) if fits(index, row - shift)]
         for shift in shifts_of_rows()
     }
     shift = max(explained, key=lambda shift: len(explained[shift]))
-    if len(explained[shift]) < max(FEWEST_SHIFTED, _CHOSEN.share_shifted * len(places)):
+    if len(explained[shift]) < max(FEWEST_SHIFTED, _CHOSEN.share_shifted * len(rows)):
         return None
     return shift, explained[shift]
 
@@ -569,24 +558,23 @@ def shifts_of_rows() -> list[int]:
 def _report_shifted_column(drafts: list[DraftRow], by_id: Mapping[str, DraftRow]) -> None:
     """Add a problem if a shift of the column of beta explains most plate runs that contradict their tares."""
     plates = [draft for draft in drafts if draft.text["kind"] == "plate"]
-    tares = [by_id.get(draft.text["tare_run"]) for draft in plates]
 
-    def agrees(place: int, tare: DraftRow) -> bool:
-        """Return whether the plate run at a place has the beta of a tare."""
-        if not 0 <= place < len(plates):
-            return False
-        row = plates[place]
-        both_stated = row.text["beta_deg"] and tare.text["beta_deg"]
-        return bool(both_stated and _agree_in("beta_deg", row, tare))
+    def has_beta_of(index: int, tare: DraftRow) -> bool:
+        """Return whether there is a plate run with this index, and it has the beta of a tare."""
+        is_stated = 0 <= index < len(plates) and plates[index].text["beta_deg"]
+        return bool(is_stated and _agree_in("beta_deg", plates[index], tare))
 
-    contradictions = {
-        place: tare
-        for place, tare in enumerate(tares)
-        if tare is not None and tare.text["beta_deg"] and not agrees(place, tare)
-    }
-    tares_contradicted = [*contradictions.values()]
+    # index of each plate run that contradicts its tare, and the tare
+    contradictions = [
+        (index, tare)
+        for index, plate in enumerate(plates)
+        if (tare := by_id.get(plate.text["tare_run"])) is not None
+        and tare.text["beta_deg"]
+        and not has_beta_of(index, tare)
+    ]
     likeliest_shift = find_shift(
-        [*contradictions], lambda index, place: agrees(place, tares_contradicted[index])
+        [index for index, _ in contradictions],
+        lambda number, index: has_beta_of(index, contradictions[number][1]),
     )
     if likeliest_shift is None:
         return
@@ -597,7 +585,7 @@ def _report_shifted_column(drafts: list[DraftRow], by_id: Mapping[str, DraftRow]
         f"beta_deg of the row {rows_away} fits the tares of {len(explained)} of {len(contradictions)} plate runs that do not match "
         "theirs: was the column shifted? Look whether a cell or a row is missing or there twice"
     )
-    plates[next(iter(contradictions))].note("beta_deg", "column-shifted", None, allowed)
+    plates[contradictions[0][0]].note("beta_deg", "column-shifted", None, allowed)
 
 
 def _agree_in(column: str, draft: DraftRow, tare: DraftRow) -> bool:

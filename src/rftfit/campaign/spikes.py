@@ -3,6 +3,8 @@
 A loose contact, a lost packet or a code for "no data" gives readings with a jump before and a jump back behind them. A
 true step stays on the other side, and a force that slips falls from a peak to which it has risen: such readings are
 close to the readings on one of their sides.
+
+Equal readings in a row are a *level*. Thresholds and their reasons stand in ``chosen.toml``.
 """
 
 from __future__ import annotations
@@ -57,7 +59,9 @@ def find_spikes(
     ndarray of bool
         True for a spike, shape (n,).
     """
-    return _find_repeatedly(lambda left: _find_once(left, most_rows, times, ends_in_push), values)
+    return _find_repeatedly(
+        lambda rest: _find_spikes_once(rest, most_rows, times, ends_in_push), values
+    )
 
 
 def _find_repeatedly(find_once: Callable[[FloatArray], Mask], values: FloatArray) -> Mask:
@@ -66,16 +70,16 @@ def _find_repeatedly(find_once: Callable[[FloatArray], Mask], values: FloatArray
     Where many readings are bad, some are found only after others have been removed.
     """
     is_bad = marked = find_once(values)
-    left = np.arange(marked.size)
+    unmarked = np.arange(marked.size)
     while is_bad.any():
-        left = left[~is_bad]
-        is_bad = find_once(values[..., left])
-        marked[left[is_bad]] = True
+        unmarked = unmarked[~is_bad]
+        is_bad = find_once(values[..., unmarked])
+        marked[unmarked[is_bad]] = True
     return marked
 
 
-def _find_once(values: FloatArray, most_rows: int, times: float, ends_in_push: bool) -> Mask:
-    """Mark readings far from the level on both sides; equal readings in a row count as one, a level."""
+def _find_spikes_once(values: FloatArray, most_rows: int, times: float, ends_in_push: bool) -> Mask:
+    """Mark readings far from the level on both sides; the arguments as in `find_spikes`."""
     nothing = np.zeros(values.size, dtype=bool)
     starts = _starts_of_levels(values[1:] != values[:-1])
     level = values[starts]
@@ -87,36 +91,40 @@ def _find_once(values: FloatArray, most_rows: int, times: float, ends_in_push: b
     jumps = np.flatnonzero(step > np.minimum(far[1:], far[:-1]) / 2)
     if not jumps.size:
         return nothing
-    ends = np.append(starts, values.size)
-    spikes = np.zeros(level.size, dtype=bool)
-    if _may_come_back(level, jumps, ends, most_rows):
-        pairs = [*_candidate_groups(values, level, jumps, far, ends, most_rows)]
-        for first, stop in _choose_groups(pairs, level, ends):
-            spikes[first:stop] = True
-    lengths = np.diff(ends)
-    for place in (0, -1):
+    edges = np.append(starts, values.size)
+    is_spike = np.zeros(level.size, dtype=bool)
+    if _may_come_back(level, jumps, edges, most_rows):
+        groups = [*_candidate_groups(values, level, jumps, far, edges, most_rows)]
+        for first, stop in _choose_groups(groups, level, edges):
+            is_spike[first:stop] = True
+    lengths = np.diff(edges)
+    for end in (0, -1):
         if (
-            step[place] > far[place]
-            and lengths[place] <= FEWEST_ROWS
-            and _is_end_alone(level, far, at_start=place == 0, ends_in_push=ends_in_push)
+            step[end] > far[end]
+            and lengths[end] <= FEWEST_ROWS
+            and _is_end_alone(level, far, at_start=end == 0, ends_in_push=ends_in_push)
         ):
-            spikes[place] = True
-    return np.repeat(spikes, lengths)
+            is_spike[end] = True
+    return np.repeat(is_spike, lengths)
 
 
 def _starts_of_levels(changes: Mask) -> np.ndarray:
-    """Return the places at which stretches of equal readings start.
+    """Return the rows in which levels start.
 
-    `changes`: Whether each reading from the second on differs from the one before, shape (n - 1,).
+    `changes`: True for each reading from the second on that differs from the one before, shape (n - 1,).
     """
     return np.flatnonzero(np.concatenate([[True], changes]))
 
 
-def _may_come_back(level: FloatArray, jumps: np.ndarray, ends: np.ndarray, most_rows: int) -> bool:
-    """Return whether a jump is soon followed by one the other way: a fast test, which most logs do not pass."""
+def _may_come_back(level: FloatArray, jumps: np.ndarray, edges: np.ndarray, most_rows: int) -> bool:
+    """Return whether a jump is soon followed by one the other way: a fast test, which most logs do not pass.
+
+    `level`, `jumps`, `edges`: As in `_candidate_groups`.
+    """
     grows = level[jumps + 1] > level[jumps]
     turns = np.flatnonzero(grows[1:] != grows[:-1])
-    return bool((ends[jumps[turns + 1] + 1] - ends[jumps[turns] + 1] <= most_rows).any())
+    rows_away = edges[jumps[turns + 1] + 1] - edges[jumps[turns] + 1]
+    return bool((rows_away <= most_rows).any())
 
 
 def _candidate_groups(
@@ -124,47 +132,48 @@ def _candidate_groups(
     level: FloatArray,
     jumps: np.ndarray,
     far: FloatArray,
-    ends: np.ndarray,
+    edges: np.ndarray,
     most_rows: int,
 ) -> Iterator[tuple[int, int]]:
     """Yield groups of levels between two jumps that are far from the levels on both sides: first level, and stop.
 
-    `level`: Values of the levels. `jumps`: Last level before each jump. `far`: Least distance of each level that counts
-    as far. `ends`: First row of each level, and the number of rows.
+    `level`: Readings of the levels. `jumps`: Last level before each jump. `far`: Least distance of each level that
+    counts as far. `edges`: First row of each level, and the number of rows.
     """
-    # near an end of the log the levels that are missing are replaced by their mirror image
+    # levels on both sides of each jump; near an end of the log those that are missing are replaced by their mirror image
     sides = np.arange(_SPIKES.side)
     last = level.size - 1
     before = np.median(level[np.abs(jumps[:, None] - sides)], axis=1)
     after = np.median(level[last - np.abs(last - jumps[:, None] - 1 - sides)], axis=1)
-    tenths = np.quantile(values, [0.1, 0.9])
-    least = _SPIKES.least_of_range * float(tenths[1] - tenths[0])
-    places = jumps.tolist()
-    for index, place in enumerate(places):
-        first = place + 1
+    low, high = np.quantile(values, [0.1, 0.9])
+    least = _SPIKES.least_of_range * float(high - low)
+    firsts = (jumps + 1).tolist()
+    for entry, first in enumerate(firsts):
         if first < _SPIKES.fewest:
             continue
+        # of the levels of the group that are seen so far
         lowest, highest, least_far, seen = math.inf, -math.inf, math.inf, first
-        for later in range(index + 1, len(places)):
-            stop = places[later] + 1
-            if ends[stop] - ends[first] > most_rows or stop > level.size - _SPIKES.fewest:
+        for back in range(entry + 1, len(firsts)):
+            stop = firsts[back]
+            if edges[stop] - edges[first] > most_rows or stop > level.size - _SPIKES.fewest:
                 break
             lowest = min(lowest, float(level[seen:stop].min()))
             highest = max(highest, float(level[seen:stop].max()))
             least_far = min(least_far, float(far[seen:stop].min()))
             seen = stop
-            if lowest <= before[index] <= highest:
+            if lowest <= before[entry] <= highest:
                 # some level is not outside, which further levels cannot change
                 break
             # readings between the two levels may be right: the force was changing from one to the other
-            low, high = sorted((before[index], after[later]))
+            low, high = sorted((before[entry], after[back]))
             distance = max(lowest - high, low - highest)
+            is_peak = stop == first + 1 and _is_peak(level, first)
             if distance > least_far and (
-                (stop == first + 1 and _is_peak(level, first))
+                is_peak
                 or (
                     distance > least
-                    and _is_sharp(level, (place, first), before[index])
-                    and _is_sharp(level, (stop, stop - 1), after[later])
+                    and _is_sharp(level, (first - 1, first), before[entry])
+                    and _is_sharp(level, (stop, stop - 1), after[back])
                 )
             ):
                 yield first, stop
@@ -172,49 +181,47 @@ def _candidate_groups(
 
 
 def _choose_groups(
-    pairs: Sequence[tuple[int, int]], level: FloatArray, ends: np.ndarray
+    groups: Sequence[tuple[int, int]], level: FloatArray, edges: np.ndarray
 ) -> Iterator[tuple[int, int]]:
     """Yield the groups that are spikes, where candidates touch: good readings between two spikes look like one, too.
 
     Among candidates that touch, the shortest are chosen first. They are chosen in the order of time, or against it, if
-    the readings left then go there and back by less than half as much. `pairs`: First level and stop of each
-    candidate, in the order of time. `ends`: First row of each level.
+    the readings left then go there and back by less than half as much. `groups`: First level and stop of each
+    candidate, in the order of time. `edges`: First row of each level.
     """
-    for chain in _chains(pairs):
-        start, stop = (
-            max(chain[0][0] - _SPIKES.block, 0),
-            max(stop for _, stop in chain) + _SPIKES.block,
-        )
-        shortest_first = sorted(chain, key=lambda pair: ends[pair[1]] - ends[pair[0]])
+    for chain in _chains(groups):
+        start = max(chain[0][0] - _SPIKES.block, 0)
+        stop = max(stop for _, stop in chain) + _SPIKES.block
+        shortest_first = sorted(chain, key=lambda group: edges[group[1]] - edges[group[0]])
         least, chosen = math.inf, chain
         for order in (shortest_first, chain, chain[::-1]) if len(chain) > 1 else ():
-            groups = _without_touching(order)
-            is_left = np.ones(level.size, dtype=bool)
-            for first, behind in groups:
-                is_left[first:behind] = False
-            left = level[start:stop][is_left[start:stop]]
-            there_and_back = float(np.abs(np.diff(left)).sum()) - abs(float(left[-1] - left[0]))
+            apart = _without_touching(order)
+            is_good = np.ones(level.size, dtype=bool)
+            for first, behind in apart:
+                is_good[first:behind] = False
+            good = level[start:stop][is_good[start:stop]]
+            there_and_back = float(np.abs(np.diff(good)).sum()) - abs(float(good[-1] - good[0]))
             if there_and_back < least / 2:
-                least, chosen = there_and_back, groups
+                least, chosen = there_and_back, apart
         yield from chosen
 
 
-def _chains(pairs: Sequence[tuple[int, int]]) -> Iterator[list[tuple[int, int]]]:
+def _chains(groups: Sequence[tuple[int, int]]) -> Iterator[list[tuple[int, int]]]:
     """Split groups, in the order of time, into chains: each group of a chain touches an earlier one of it."""
     chain: list[tuple[int, int]] = []
-    for pair in pairs:
-        if chain and pair[0] > max(stop for _, stop in chain):
+    for group in groups:
+        if chain and group[0] > max(stop for _, stop in chain):
             yield chain
             chain = []
-        chain.append(pair)
+        chain.append(group)
     if chain:
         yield chain
 
 
-def _without_touching(pairs: Iterable[tuple[int, int]]) -> list[tuple[int, int]]:
+def _without_touching(groups: Iterable[tuple[int, int]]) -> list[tuple[int, int]]:
     """Return the first group, and each further one that touches none of those chosen before it."""
     chosen: list[tuple[int, int]] = []
-    for first, stop in pairs:
+    for first, stop in groups:
         if all(stop < start or first > end for start, end in chosen):
             chosen.append((first, stop))
     return chosen
@@ -222,8 +229,8 @@ def _without_touching(pairs: Iterable[tuple[int, int]]) -> list[tuple[int, int]]
 
 def _is_peak(level: FloatArray, index: int) -> bool:
     """Return whether the steps before and behind a level have opposite signs; on the side of a bump they have not."""
-    entered = level[index] - level[index - 1]
-    return bool(entered * (level[index + 1] - level[index]) < 0)
+    before, peak, behind = level[index - 1 : index + 2]
+    return bool((peak - before) * (behind - peak) < 0)
 
 
 def _is_sharp(level: FloatArray, edge: tuple[int, int], beside: float) -> bool:
@@ -265,8 +272,8 @@ def _usual_steps(step: FloatArray) -> FloatArray:
     count = step.size // size
     blocks = step[: count * size].reshape(count, size)
     quarter = size // 4
-    lower = np.partition(blocks, quarter, axis=1)[:, quarter]
-    near = _largest_near(lower)
+    lower_quartile = np.partition(blocks, quarter, axis=1)[:, quarter]
+    near = _largest_near(lower_quartile)
     usual = np.full(step.size + 1, near[-1])
     usual[: count * size] = np.repeat(near, size)
     return usual
@@ -320,11 +327,11 @@ def find_held(values: FloatArray) -> Mask:
     usual = float(np.quantile(lengths, _SPIKES.usual_share))
     # half of what makes a spike, since there is a jump at one end alone
     far = _SPIKES.times_usual_step * _usual_steps(steps) / 2
-    for place in long[lengths[long] >= _HELD.times_usual * usual]:
-        jump = abs(level[place + 1] - level[place])
-        jump_before = abs(level[place] - level[max(place - 1, 0)])
-        if jump > far[place] and jump_before < jump / 2:
-            held[starts[place] + 1 : starts[place + 1]] = True
+    for index in long[lengths[long] >= _HELD.times_usual * usual]:
+        jump = abs(level[index + 1] - level[index])
+        jump_before = abs(level[index] - level[max(index - 1, 0)])
+        if jump > far[index] and jump_before < jump / 2:
+            held[starts[index] + 1 : starts[index + 1]] = True
     return held
 
 
@@ -369,7 +376,7 @@ def find_steps(values: FloatArray, rows: int) -> list[LastingStep]:
         return []
     rows = max(rows, _STEPS.fewest_for_trend)
     steps = []
-    for jump in jumps.tolist():
+    for jump in jumps.tolist():  # between the rows `jump` and `jump + 1`
         before = values[max(jump + 1 - rows, 0) : jump + 1]
         after = values[jump + 1 : jump + 1 + rows]
         if min(before.size, after.size) < _STEPS.fewest_for_trend:
@@ -388,9 +395,9 @@ def _is_slip(change: FloatArray, jumps: np.ndarray, jump: int, rows: int) -> boo
     `change`: Changes from reading to reading. `jumps`: Places of all large changes. `rows`: Rows in a second.
     """
     near = jumps[np.abs(jumps - jump) <= _STEPS.seconds_around * rows]
-    parts = change[near] / change[jump]
-    same_way = np.count_nonzero(parts >= _STEPS.comparable) - 1
-    other_way = np.count_nonzero(parts <= -_STEPS.comparable)
+    ratios = change[near] / change[jump]
+    same_way = np.count_nonzero(ratios >= _STEPS.comparable) - 1  # without the jump itself
+    other_way = np.count_nonzero(ratios <= -_STEPS.comparable)
     return bool(same_way >= _STEPS.fewest_slips and 2 * other_way < same_way)
 
 
@@ -501,15 +508,16 @@ def _estimate_noise(values: FloatArray) -> float:
     second = np.abs(np.diff(steps))
     if second.size < _PLATEAU.fewest:
         return 0.0
-    middle = float(np.partition(second, second.size // 2)[second.size // 2])
-    if middle > 0:
-        return middle / (0.6745 * math.sqrt(6))
+    median = float(np.partition(second, second.size // 2)[second.size // 2])
+    if median > 0:
+        # of normal noise the median is 0.6745 standard deviations, and a second difference has the variance 1 + 4 + 1
+        return median / (0.6745 * math.sqrt(6))
     sizes = np.abs(steps)
     return float(sizes[sizes > 0].min(initial=math.inf)) / 4 if sizes.any() else 0.0
 
 
 def _longest_at_top(values: FloatArray, noise: float) -> tuple[int, int]:
-    """Return first and last place of the longest stretch of readings within the noise of the highest one."""
+    """Return first and last row of the longest stretch of readings within the noise of the highest one."""
     near = np.flatnonzero(values >= values.max() - _PLATEAU.times_noise * noise)
     breaks = np.flatnonzero(np.diff(near) > _PLATEAU.most_apart)
     firsts = near[np.append(0, breaks + 1)]
@@ -520,15 +528,18 @@ def _longest_at_top(values: FloatArray, noise: float) -> tuple[int, int]:
 
 def _slope_by_row(values: FloatArray) -> float:
     """Return the slope of the straight line through some readings, shape (n,), by row."""
-    place = np.arange(values.size) - (values.size - 1) / 2
-    return float(place @ values) / float(place @ place)
+    row = np.arange(values.size) - (values.size - 1) / 2
+    return float(row @ values) / float(row @ row)
 
 
 # --- Positions of an arm
 
 
 _QUARTILE, _UPPER_FIFTH = 0.319 * math.sqrt(1.5), 1.282 * math.sqrt(1.5)
-"""25 % and 80 % quantile of the distance aside, in standard deviations of normal noise of a coordinate."""
+"""25 % and 80 % quantile of the distance aside, in standard deviations of normal noise of a coordinate.
+
+The distance aside is that of a coordinate from the middle of its neighbours, with 1 + 1/4 + 1/4 of its variance.
+"""
 
 
 def find_lone_positions(*axes: FloatArray) -> Mask:
@@ -569,36 +580,36 @@ def _find_lone_once(path: FloatArray) -> Mask:
     size = np.abs(aside)
     quartile = np.partition(size, inner.size // 4, axis=1)[:, inner.size // 4]
     far = max(_POSITIONS.times_noise * float(quartile.max()) / _QUARTILE, least)
-    neighbour = np.maximum(np.append(off[1:], 0.0), np.append(0.0, off[:-1]))
-    places = np.flatnonzero((off > far) & (off >= neighbour) & (lengths <= FEWEST_ROWS))
-    if not places.size:
+    largest_beside = np.maximum(np.append(off[1:], 0.0), np.append(0.0, off[:-1]))
+    suspects = np.flatnonzero((off > far) & (off >= largest_beside) & (lengths <= FEWEST_ROWS))
+    if not suspects.size:
         return nothing
     # usual way: the second smallest of the two ways before and the two behind, without those of the position itself
     way = np.sqrt((np.diff(level) ** 2).sum(axis=0))
     last = way.size - 1
-    beside = np.abs(places[:, None] + np.array([-3, -2, 1, 2]))
+    beside = np.abs(suspects[:, None] + np.array([-3, -2, 1, 2]))
     usual = np.sort(way[last - np.abs(last - beside)], axis=1)[:, 1]
     # a position between its neighbours may be right, at any speed of the arm
-    before = level[:, np.abs(places - 1)]
-    after = level[:, last + 1 - np.abs(last - places)]
-    above = level[:, places] - np.maximum(before, after)
-    below = np.minimum(before, after) - level[:, places]
+    before = level[:, np.abs(suspects - 1)]
+    after = level[:, last + 1 - np.abs(last - suspects)]
+    above = level[:, suspects] - np.maximum(before, after)
+    below = np.minimum(before, after) - level[:, suspects]
     outside = np.maximum(above, below).max(axis=0)
-    far_aside = (off[places] > _POSITIONS.times_usual_way * usual) & (
-        outside > _POSITIONS.least_outside * off[places]
+    far_aside = (off[suspects] > _POSITIONS.times_usual_way * usual) & (
+        outside > _POSITIONS.least_outside * off[suspects]
     )
-    places = places[far_aside]
-    if not places.size:
+    suspects = suspects[far_aside]
+    if not suspects.size:
         return nothing
     # noise again, without the positions beside lone ones; 80 %, since half are 0 aside in an interpolated log
     good = np.ones(starts.size + 2, dtype=bool)
-    good[np.concatenate([places, places + 1, places + 2])] = False
+    good[np.concatenate([suspects, suspects + 1, suspects + 2])] = False
     kept = size[:, good[2:-2]]
     if kept.shape[1]:
         far = _POSITIONS.times_noise * float(np.quantile(kept, 0.8, axis=1).max()) / _UPPER_FIFTH
-    lone = np.zeros(starts.size, dtype=bool)
-    lone[places[off[places] > far]] = True
-    return np.repeat(lone, lengths)
+    is_lone = np.zeros(starts.size, dtype=bool)
+    is_lone[suspects[off[suspects] > far]] = True
+    return np.repeat(is_lone, lengths)
 
 
 def _end_aside(inner: FloatArray) -> float:

@@ -1,4 +1,4 @@
-"""The dictionary of outputs: the toml files beside this module, read and checked.
+"""Reads the dictionary of outputs, the toml files beside this module: each file of the results and its columns.
 
 Tables are read and made with the columns that it states. The documentation is generated from it, and tests hold it
 against the files of real runs, in both directions.
@@ -19,21 +19,21 @@ from rftfit.campaign.config import CheckName
 from rftfit.errors import InputError
 
 SECTIONS = ("measure", "profile", "predict", "robot", "run", "commands")
-"""The toml files, in the order of the data's way."""
+"""Toml files of the dictionary, in the order in which data go through the program."""
 
-KINDS = ("text", "yes or no", "count", "number", "list", "object")
-"""What a column, or a key of a json file, can hold."""
 
 _BRACES = re.compile(r"\{([^{}]*)\}")
+"""Alternatives in a pattern, as ``{z,x}``."""
 _ANY = re.compile(r"<[^<>]+>")
+"""Placeholder in a pattern, as ``<medium>``."""
 
 
 @dataclass(frozen=True)
 class OutputColumn:
-    """One column, or a few that differ by a word of their name only.
+    """A column of an output, or several that differ by a word of their name only.
 
-    `name`: ``{a,b}`` stands for either word, ``<x>`` for any.
-    `kind`: One of `KINDS`.
+    `name`: A pattern, in which ``{a,b}`` stands for either word, ``<x>`` for any.
+    `kind`: What a cell, or the value of a key of a json file, is: text, yes or no, count, number, list, object.
     `quantity`, `meaning`: In Markdown.
     `unit`: Empty for text and for what has none. ``as ...`` where another column decides.
     `when`: Under which condition it is there; empty: always.
@@ -48,17 +48,17 @@ class OutputColumn:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names it stands for, braces written out."""
+        """Names of the columns, braces written out."""
         return alternatives(self.name)
 
 
 @dataclass(frozen=True)
 class Output:
-    """One file, or one for each medium and the like.
+    """A file that a run writes, or one for each medium and the like.
 
-    `file`: Path from the campaign's folder, with ``<x>`` for any word and ``{a,b}`` for either.
+    `file`: Path from the campaign's folder, a pattern as the name of an `OutputColumn`.
     `stage`: What writes it.
-    `about`: In Markdown.
+    `about`: What it holds, in Markdown.
     `when`: Under which condition it is written; empty: always.
     `row`: What a row stands for; empty for files that are no tables.
     `section`: Which of `SECTIONS` describes it.
@@ -78,7 +78,7 @@ class Output:
         return {name: column for column in self.columns for name in column.names}
 
     def matches(self, path: str) -> bool:
-        """Whether this describes a file; `path`: from the campaign's folder, with slashes."""
+        """Return whether this describes a file; `path`: from the campaign's folder, with slashes."""
         # <path> may hold slashes, every other word is one part of the path
         return any(_regex(name).fullmatch(path) for name in alternatives(self.file))
 
@@ -86,17 +86,19 @@ class Output:
 @cache
 def alternatives(pattern: str) -> tuple[str, ...]:
     """Write out the braces of a pattern as ``alpha_{z,x}_{lo,hi}``; the first brace varies slowest."""
-    texts = _BRACES.split(pattern)
-    words = [text.split(",") if index % 2 else [text] for index, text in enumerate(texts)]
-    return tuple("".join(choice) for choice in itertools.product(*words))
+    # `split` returns fixed text and the content of braces in turn
+    pieces = _BRACES.split(pattern)
+    choices = [piece.split(",") if index % 2 else [piece] for index, piece in enumerate(pieces)]
+    return tuple(map("".join, itertools.product(*choices)))
 
 
 @cache
 def _regex(pattern: str) -> re.Pattern[str]:
-    fixed_texts, words = _ANY.split(pattern), _ANY.findall(pattern)
-    regex = re.escape(fixed_texts[0])
-    for word, fixed_text in zip(words, fixed_texts[1:], strict=True):
-        regex += {"<path>": ".+", "<number>": "[0-9]+"}.get(word, "[^/]+") + re.escape(fixed_text)
+    """Return the regular expression of a pattern without braces."""
+    regex = re.escape(pattern)
+    for placeholder in _ANY.findall(pattern):
+        any_word = {"<path>": ".+", "<number>": "[0-9]+"}.get(placeholder, "[^/]+")
+        regex = regex.replace(re.escape(placeholder), any_word)
     return re.compile(regex)
 
 
@@ -105,6 +107,7 @@ def outputs() -> tuple[Output, ...]:
     """Read the dictionary: of each section its tables, then its other files."""
     common = {entry["name"]: OutputColumn(**entry) for entry in _read("common")["column"]}
     all_outputs: list[Output] = []
+    # file of a table to the file of another table, whose columns it has too
     models: dict[str, str] = {}
     for section in SECTIONS:
         content = _read(section)
@@ -117,12 +120,13 @@ def outputs() -> tuple[Output, ...]:
     if lost := set(models.values()) - set(columns):
         raise InputError(f"outputs: no table {', '.join(sorted(lost))} to be like")
     return tuple(
-        replace(output, columns=columns[models[output.file]]) if output.file in models else output
+        replace(output, columns=columns[models.get(output.file, output.file)])
         for output in all_outputs
     )
 
 
 def _table(section: str, entry: dict[str, Any], common: dict[str, OutputColumn]) -> Output:
+    """Make the output of an entry; a column that several tables have is named there and described in `common`."""
     stated_columns = entry.pop("columns", [])
     try:
         if stated_columns == "run sheet":
@@ -137,23 +141,17 @@ def _table(section: str, entry: dict[str, Any], common: dict[str, OutputColumn])
 
 
 def _sheet_columns() -> tuple[OutputColumn, ...]:
-    """Columns of the run sheet, from the definition that also reads it."""
-    kind_of_form = {"number": "number"}
-    # a note changes no result, so the record leaves it out
+    """Return the columns of the run sheet, from the definition by which it is read."""
+    kind = {"number": "number"}
     return tuple(
-        OutputColumn(
-            column.name,
-            kind_of_form.get(column.form, "text"),
-            "as in the run sheet",
-            column.meaning,
-            column.unit,
-        )
-        for column in COLUMNS
-        if column.name != "note"
+        OutputColumn(c.name, kind.get(c.form, "text"), "as in the run sheet", c.meaning, c.unit)
+        for c in COLUMNS
+        if c.name != "note"  # a note changes no result, so the record leaves it out
     )
 
 
 def _read(section: str) -> dict[str, Any]:
+    """Read a toml file of the dictionary, with the names of the checks filled in."""
     dictionary = Path(__file__).with_name(f"{section}.toml").read_text(encoding="utf-8")
     names = ", ".join(f"`{name}`" for name in get_args(CheckName))
     return tomllib.loads(dictionary.replace("<names of checks>", names))
@@ -161,7 +159,7 @@ def _read(section: str) -> dict[str, Any]:
 
 @cache
 def describe_file(path: str) -> Output | None:
-    """Find what is known of a file; where several entries fit, the one that leaves least open."""
+    """Return the entry that describes a file, of several the one with most fixed text; None without one."""
     fitting = [output for output in outputs() if output.matches(path)]
     return max(fitting, key=lambda output: len(_ANY.sub("", output.file)), default=None)
 
@@ -174,7 +172,7 @@ def columns_of(name: str) -> list[str]:
 
 
 def column_of(output: Output, name: str) -> OutputColumn | None:
-    """Find what is known of a column; where several entries fit, the one that leaves least open."""
+    """Return the entry that describes a column, of several the one with most fixed text; None without one."""
     if (exact := output.exact.get(name)) is not None:
         return exact
     fitting = [

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import cache
 from importlib.resources import files
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -26,13 +27,13 @@ SANDS = ("yuma", "palms29", "palms29_sieved")
 """The three natural sands of Figs. S11 and S12."""
 
 LEGS = ("c_leg", "flat_leg", "reversed_c_leg")
+"""The three model legs."""
 
 BETA_DEG = np.array([-90.0, -60.0, -30.0, 0.0, 30.0, 60.0, 90.0])
 """Attack angles of Table S5."""
 
-_TANGENTS = np.array([0.0, 1 / 3, 2 / 3, 1.0, 3 / 2, 3.0])
-_GAMMA_UP = np.append(np.degrees(np.arctan(_TANGENTS)), 90.0)
-GAMMA_DEG = np.concatenate([-_GAMMA_UP[:0:-1], _GAMMA_UP])
+_GAMMA_DOWN = np.degrees(np.arctan([0.0, 1 / 3, 2 / 3, 1.0, 3 / 2, 3.0, np.inf]))
+GAMMA_DEG = np.concatenate([-_GAMMA_DOWN[:0:-1], _GAMMA_DOWN])
 """Intrusion angles of Table S5: tan gamma = 0, 1/3, 2/3, 1, 3/2, 3, infinity, both signs."""
 
 NAMES = (
@@ -47,17 +48,7 @@ NAMES = (
     "fig_4c",
     "discrepancies",
 )
-
-
-def _content(name: str) -> bytes:
-    """Return the lines of a table without those that name its source."""
-    lines = files(__name__).joinpath(f"{name}.csv").read_bytes().splitlines(keepends=True)
-    return b"".join(line for line in lines if not line.startswith(b"#"))
-
-
-@cache
-def _read(name: str) -> pd.DataFrame:
-    return read_csv(_content(name), lambda _: "")
+"""Published tables and figures, as `load` names them."""
 
 
 def load(name: str) -> pd.DataFrame:
@@ -91,41 +82,48 @@ def load(name: str) -> pd.DataFrame:
     return _read(name).copy()
 
 
-def alpha_grid(medium: str) -> tuple[np.ndarray, np.ndarray]:
-    """Measured alpha of one medium on the published grid (Table S5).
+@cache
+def _read(name: str) -> pd.DataFrame:
+    """Read a table, with the types that its cells show."""
+    return read_csv(_content(name), lambda _: "")
 
-    `medium`: One of `MEDIA`. Returns `alpha_z`, `alpha_x` of shape (7, 13): In N/cm^3, rows in the
-    order of `BETA_DEG`, columns in that of `GAMMA_DEG`.
-    """
-    alpha_z, alpha_x = _grid(medium)
-    return alpha_z.copy(), alpha_x.copy()
+
+def _content(name: str) -> bytes:
+    """Return the lines of a table without those that name its source."""
+    lines = files(__name__).joinpath(f"{name}.csv").read_bytes().splitlines(keepends=True)
+    return b"".join(line for line in lines if not line.startswith(b"#"))
 
 
 @cache
-def _grid(medium: str) -> tuple[np.ndarray, np.ndarray]:
+def alpha_grid(medium: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return alpha_z and alpha_x of one of `MEDIA` on the published grid (Table S5), N/cm^3, shape (7, 13) each.
+
+    Rows are in the order of `BETA_DEG`, columns in that of `GAMMA_DEG`. The arrays are shared and cannot be changed.
+    """
     if medium not in MEDIA:
         raise KeyError(f"Table S5 has no medium {medium!r}; it has {', '.join(MEDIA)}")
     columns = alpha_columns_of(medium)
     order = np.lexsort([columns["gamma_deg"], columns["beta_deg"]])
-    alpha_z, alpha_x = (
-        columns[f"alpha_{component}_N_per_cm3"][order].reshape(BETA_DEG.size, GAMMA_DEG.size)
-        for component in "zx"
-    )
+    grids = np.stack([columns[f"alpha_{c}_N_per_cm3"][order] for c in "zx"])
+    grids.flags.writeable = False
+    alpha_z, alpha_x = grids.reshape(2, BETA_DEG.size, GAMMA_DEG.size)
     return alpha_z, alpha_x
 
 
 def alpha_columns_of(medium: str) -> dict[str, np.ndarray]:
-    """Table S5 of one medium as printed, without pandas: angles and alpha by the name of their column, shape (91,)."""
+    """Return the columns of Table S5 of one medium, angles (deg) and alpha (N/cm^3), by name, shape (91,) each.
+
+    They are read without pandas, whose import takes longer.
+    """
     (_, *names), *rows = read_cells(_content("table_s5"))
     numbers = np.array([row[1:] for row in rows if row[0] == medium], float)
     return dict(zip(names, numbers.T, strict=True))
 
 
 def coefficients(medium: str) -> dict[str, float]:
-    """Coefficients (and ``zeta``) of one medium or of ``generic`` as printed in Table S2.
+    """Return the coefficients and ``zeta`` of one of `MEDIA` or of ``generic`` by name, as printed in Table S2.
 
-    `medium`: One of `MEDIA`, or ``generic``. Returns N/cm^3; dimensionless for ``generic`` and
-    ``zeta``.
+    Coefficients of a medium are in N/cm^3; those of ``generic``, and zeta, have no unit.
     """
     table = _read("table_s2")
     rows = table[table["medium"] == medium]
@@ -134,11 +132,20 @@ def coefficients(medium: str) -> dict[str, float]:
     return dict(zip(rows["coefficient"], rows["value"].astype(float), strict=True))
 
 
-def running_speeds() -> Iterator[tuple[float, int, float, float]]:
-    """Yield the conditions of Fig. 4C in which the robot runs: curvature, number within it, frequency in Hz and speed in cm/s."""
+class RunningSpeed(NamedTuple):
+    """Speed of the robot of Fig. 4C; `number`: of the point within the curve of its curvature, from 1."""
+
+    curvature_times_R: float
+    number: int
+    frequency_Hz: float
+    speed_cm_per_s: float
+
+
+def running_speeds() -> Iterator[RunningSpeed]:
+    """Yield the points of Fig. 4C in which the robot runs, in the order of curvature."""
     speeds = load("fig_4c")
     running = speeds[speeds["stride_frequency_Hz"] > 0.01]
     for curvature, rows in running.groupby(running["curvature_times_Rprime"].astype(float)):
-        pairs = rows[["stride_frequency_Hz", "speed_cm_per_s"]].itertuples(index=False)
-        for number, (frequency, speed) in enumerate(pairs, start=1):
-            yield float(curvature), number, frequency, speed
+        points = zip(rows["stride_frequency_Hz"], rows["speed_cm_per_s"], strict=True)
+        for number, (frequency_Hz, speed) in enumerate(points, start=1):
+            yield RunningSpeed(float(curvature), number, frequency_Hz, speed)

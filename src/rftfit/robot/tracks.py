@@ -121,7 +121,7 @@ def _make_trial(draft: DraftRow) -> Trial:
 
 
 _MARKER = (
-    TableColumn("time_s", meaning="time", unit="s", words=("t",)),
+    TableColumn("time_s", meaning="time", unit="s", names_with_unit=("t",)),
     TableColumn("x_cm", meaning="x of the marker", unit="cm"),
     TableColumn("z_cm", meaning="z of the marker, upward", unit="cm"),
 )
