@@ -140,7 +140,7 @@ def _wet_faces(mesh: Mesh, motion: Motion3D) -> tuple[FloatArray, IntArray]:
 def ranges_of(counts: npt.ArrayLike) -> IntArray:
     """Return first row and the row behind the last of groups of rows that follow one another, shape (groups, 2)."""
     ends = np.cumsum(counts)
-    return np.stack([ends - counts, ends], axis=-1)
+    return np.stack([ends - np.asarray(counts), ends], axis=-1)
 
 
 class MeshInMotion(BodyInMotion):

@@ -555,7 +555,7 @@ def _solve_sinkage(rolling: _Wheel, case: _Case) -> _Solved:
     sinkage = depth_that_carries(1.0, _CHOSEN.solved)
     turn = rolling.turn(slip, sinkage)
     if sinkage >= deepest:
-        reason = f"down to its axle the wheel carries {turn.load:.3g} N"
+        reason = f"down to its axle the wheel carries {float(turn.load):.3g} N"
         if np.isnan(turn.load):
             reason = rolling.profile.reason
         return _not_carried(load_N, np.nan, reason)

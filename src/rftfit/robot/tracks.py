@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Collection
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -106,7 +107,7 @@ def _check_condition(draft: DraftRow, conditions: dict[str, DraftRow]) -> None:
 
 def _make_trial(draft: DraftRow) -> Trial:
     """Make the trial of a row of the sheet."""
-    cells = draft.text | {"frequency_Hz": math.nan} | draft.number
+    cells: dict[str, Any] = draft.text | {"frequency_Hz": math.nan} | draft.number
     return Trial(**{field.name: cells[field.name] for field in fields(Trial)})
 
 
