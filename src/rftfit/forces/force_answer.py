@@ -391,7 +391,9 @@ class ForceAnswer:
         for name in self.quantities:
             for end in end_names(name):
                 if end in self.forces:
-                    lacks_interval |= self.forces[end].isna() & self.forces[name].notna()
+                    lacks_interval |= (
+                        self.forces[end].isna() & self.forces[name].notna()
+                    ).to_numpy()
         # where a table stands beside nine terms, the head of the file says why intervals are empty
         if self.beside is None and (without := int(lacks_interval.sum())):
             doubts.append(

@@ -162,7 +162,7 @@ class Mesh:
     @property
     def edges_cm(self) -> FloatArray:
         """Longest edge of each triangle, shape (m,)."""
-        return _edge_lengths(self.triangles).max(axis=1)
+        return np.asarray(_edge_lengths(self.triangles).max(axis=1))
 
     @property
     def points_cm(self) -> FloatArray:
@@ -440,7 +440,7 @@ class Mesh:
 
 def _edge_lengths(triangles: FloatArray) -> FloatArray:
     """Return the lengths of the edges of triangles (m, 3, 3), from corner to next corner, shape (m, 3)."""
-    return np.linalg.norm(np.roll(triangles, -1, axis=1) - triangles, axis=-1)
+    return np.asarray(np.linalg.norm(np.roll(triangles, -1, axis=1) - triangles, axis=-1))
 
 
 def describe_triangles(count: int, given: int) -> str:
