@@ -139,7 +139,7 @@ def peaks(outlines: Sequence[Outline], motion: Motion | None = None) -> Target:
     def numbers(alpha: FloatArray, medium_map: Map) -> FloatArray:
         """Forces by `alpha` in the poses where those by the map's own alpha are largest."""
         nodes = medium_map.beta, medium_map.gamma
-        best = TableProfile(*medium_map.alpha, *nodes)
+        best = TableProfile(medium_map.alpha[0], medium_map.alpha[1], *nodes)
         changed = TableProfile(alpha[..., 0, :], alpha[..., 1, :], *nodes)
         peak_forces = []
         for outline in outlines:
@@ -400,7 +400,7 @@ def turn_rows(medium_map: Map, body: Outline, motion: Motion) -> tuple[FloatArra
     """
     best = medium_map.alpha
     nodes = medium_map.beta, medium_map.gamma
-    profile = TableProfile(*best, *nodes)
+    profile = TableProfile(best[0], best[1], *nodes)
     net = forces_on(profile, body, motion.poses)
     forces = {"force_z_N": net.force_z_N, "force_x_N": net.force_x_N}
     largest = max(float(np.abs(force).max()) for force in forces.values())
@@ -461,9 +461,10 @@ def _list_pushes(medium_map: Map, rig: Rig) -> list[_Push]:
             continue
         if rig.pairs and gamma > 0:
             ways.append((-beta, -gamma))
-        angles_deg = np.transpose(ways)
-        nearest = angle_apart(*angles_deg[..., None], *nodes_deg.T).argmin(axis=1)
-        is_node = same_direction(*angles_deg, *nodes_deg[nearest].T, TOLERANCE_DEG)
+        beta_deg, gamma_deg = np.transpose(ways)
+        nearest = angle_apart(beta_deg[:, None], gamma_deg[:, None], *nodes_deg.T).argmin(axis=1)
+        node_beta_deg, node_gamma_deg = nodes_deg[nearest].T
+        is_node = same_direction(beta_deg, gamma_deg, node_beta_deg, node_gamma_deg, TOLERANCE_DEG)
         if not is_node.all():
             lost = tuple(round(float(angle), 3) + 0.0 for angle in ways[int(is_node.argmin())])
             raise ValueError(
