@@ -204,7 +204,6 @@ def predict(
         model_error=model_error,
         body_error=None if leg is None else leg.body_error,
         origin=source.name + folder,
-        rule=None if mesh_options.roll is None else motion.rule,
         left_out=_find_left_out(medium_options, source),
     )
     print_answer(answer, as_json, forces=str(output))
@@ -255,7 +254,7 @@ def _has_all_directions(
     """Tell whether a table has a number in every direction of a body that moves."""
     from rftfit.forces.bodies import set_in_motion
 
-    return body is None or motion is None or set_in_motion(body, motion).knows(table)
+    return body is None or motion is None or set_in_motion(body, motion).is_covered_by(table)
 
 
 def _refuse_unmeasured_error(profile: Profile, model_error: float | None) -> None:

@@ -109,6 +109,6 @@ def scale(
         warn(f"warning: {answer.doubt}")
     # after the numbers are out: a folder that cannot be written must not hide them
     notes = [answer.description, f"_lo and _hi: {answer.level}"]
-    write_csv(output, answer.written(), MARK, notes, digits=6)
+    write_csv(output, answer.columns_for_file(), MARK, notes, digits=6)
     if not as_json:
         print_line(f"Alpha {answer.where}: {output}")

@@ -147,7 +147,10 @@ def _slope_and_zeta(
     alpha, se = float(fit[column("z")]), float(fit[column("z", "_se")])
     # change of alpha by 1 cm of the surface
     by_surface = alpha * float(fit["lever_per_cm"])
-    parts = [ErrorTerm(se, float(fit["alpha_z_dof"])), ErrorTerm(by_surface * surface.run, surface.dof)]
+    parts = [
+        ErrorTerm(se, float(fit["alpha_z_dof"])),
+        ErrorTerm(by_surface * surface.run, surface.dof),
+    ]
     parts += [ErrorTerm(by_surface * surface.session), ErrorTerm(alpha * bed_and_rod)]
     half = combined_half_width(parts, confidence) if math.isfinite(se) else math.nan
     row = {column("z"): alpha, column("z", "_lo"): alpha - half, column("z", "_hi"): alpha + half}

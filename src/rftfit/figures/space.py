@@ -119,13 +119,14 @@ def _draw_body(page: Figure, profile: Profile, mesh: Mesh, motion: Motion3D, pos
 
     frame = motion.frames[pose]
     rotation, position = frame[9:].reshape(3, 3), frame[:3]
-    counts, _, normal, moves, arm = moving_faces(mesh, frame, motion.rolling[pose])
+    faces = moving_faces(mesh, frame, motion.rolling[pose])
     stress = np.zeros(len(mesh.faces))
-    alpha = face_alpha(profile, normal, moves)
-    stress[counts] = np.linalg.norm(alpha.reshape(-1, 3), axis=-1) * -(position + arm)[:, 2]
+    alpha = face_alpha(profile, faces.area_vectors, faces.velocity)
+    depth = -(position + faces.arm_cm)[:, 2]
+    stress[faces.numbers] = np.linalg.norm(alpha.reshape(-1, 3), axis=-1) * depth
     shade = Normalize(0, float(np.nanmax(stress, initial=0)) or 1)
     colours = colormaps[style.SEQUENTIAL](shade(stress))
-    colours[~np.isin(np.arange(stress.size), counts)] = (0.88, 0.88, 0.88, 1)
+    colours[~np.isin(np.arange(stress.size), faces.numbers)] = (0.88, 0.88, 0.88, 1)
     corners = mesh.triangles @ rotation.T + position
     # of a large mesh only every second or further face
     drawn = slice(None, None, 1 + len(corners) // 20_000)
@@ -141,7 +142,8 @@ def _draw_body(page: Figure, profile: Profile, mesh: Mesh, motion: Motion3D, pos
         axes.add_collection3d(Poly3DCollection(surface, **face_style))
     axes.set(xlim=x, ylim=y, zlim=z, box_aspect=(1, 1, 1))
     axes.set(xlabel="x (cm)", ylabel="y (cm)", zlabel="z (cm)")
-    axes.view_init(elev=-12 if moves.size and moves[:, 2].mean() < 0 else 18, azim=-60)
+    goes_down = faces.velocity.size and faces.velocity[:, 2].mean() < 0
+    axes.view_init(elev=-12 if goes_down else 18, azim=-60)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         style.ticks(axis, 4)
     bar_axes = page.add_axes((0.935, 0.3, 0.012, 0.45))

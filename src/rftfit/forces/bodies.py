@@ -1,4 +1,4 @@
-"""A body, in the plane or in space, set in motion."""
+"""Body and motion put together as a `BodyInMotion`, in the plane or in space."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def set_in_motion(
 ) -> BodyInMotion:
     """Return an outline with its `Motion` (default: the rotation of the paper's trials) or a mesh with its `Motion3D`.
 
-    The body is cut as finely as its forces and moments need (`fine_enough`). `law`, `friction`: for a mesh alone.
-    `quantities`: those of an outline that get an interval. Raises TypeError where body and motion do not go together.
+    The body is cut as finely as its forces and moments need (`fine_enough`). `law`, `friction`: of a mesh, as in
+    `predict`. `quantities`: those of an outline that get an interval. Raises TypeError where body and motion do not go together.
     """
     if isinstance(body, Mesh):
         if not isinstance(motion, Motion3D):

@@ -14,7 +14,6 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
 from rftfit.forces.model_error import LENGTH_BODIES, LENGTH_DEG, longest
@@ -24,8 +23,6 @@ from rftfit.store.chosen import chosen
 
 _CHOSEN = chosen("forces", "body_error")
 
-IntArray = npt.NDArray[np.intp]
-
 UNKNOWN = round(
     math.hypot(_CHOSEN.common * math.sqrt(1 + 1 / _CHOSEN.bodies), _CHOSEN.per_medium), 2
 )
@@ -34,14 +31,21 @@ size was chosen, and o."""
 
 
 def pose_states(points_cm: FloatArray, poses: FloatArray) -> FloatArray:
-    """States of an outline in its poses (p, 6), in lengths of the error, shape (p, f)."""
+    """Return the states of an outline in its poses (p, 6), as `_states`, shape (p, f).
+
+    Poses hold x, z, angle and their rates.
+    """
     angle = poses[:, 2]
     turn = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     return _states(points_cm, turn, poses[:, 1], poses[:, 3:5], poses[:, 5:])
 
 
 def frame_states(points_cm: FloatArray, frames: FloatArray) -> FloatArray:
-    """States of a body in space in its frames (p, 18), in lengths of the error, shape (p, f)."""
+    """Return the states of a body in space in its frames (p, 18), as `_states`, shape (p, f).
+
+    Frames hold position, velocity, rate and rotation matrix.
+    """
+    # a small turn changes a rotation matrix by the root of 2 times its angle
     turn = frames[:, 9:] / np.sqrt(2)
     return _states(points_cm, turn, frames[:, 2], frames[:, 3:6], frames[:, 6:9])
 
@@ -53,19 +57,22 @@ def _states(
     velocity: FloatArray,
     rate: FloatArray,
 ) -> FloatArray:
-    """State in each pose: turn, height and direction of motion of the body, in lengths of the error."""
+    """Return turn, height and direction of motion in each pose, each over its correlation length, side by side.
+
+    The distance of two such states is their distance in the Gaussian process of the error.
+    """
     length = longest(points_cm)
     moves = np.concatenate([velocity, rate * length / 2], axis=1)
     speed = np.linalg.norm(moves, axis=1, keepdims=True)
-    way = moves / np.where(speed > 0, speed, 1.0)
-    step = np.radians(LENGTH_DEG)
+    direction = moves / np.where(speed > 0, speed, 1.0)
+    angle = np.radians(LENGTH_DEG)
     return np.concatenate(
-        [turn / step, height[:, None] / (LENGTH_BODIES * length), way / step], axis=1
+        [turn / angle, height[:, None] / (LENGTH_BODIES * length), direction / angle], axis=1
     )
 
 
 def correlation(states: FloatArray, others: FloatArray) -> FloatArray:
-    """Correlation of the error between states (p, f) and others (q, f), shape (p, q)."""
+    """Return the correlation of the error between states (p, f) and others (q, f), shape (p, q)."""
     return matern(np.linalg.norm(states[:, None] - others, axis=-1))
 
 
@@ -76,14 +83,15 @@ def _find_root(covariance: FloatArray) -> FloatArray:
 
 
 class MeasuredErrors(NamedTuple):
-    """Errors of a body over the load in states (m, f).
+    """Errors over the load that were measured of one component of the force.
 
-    `by_component`: numbers of the states with a measured error, Cholesky root of the errors' covariance, and the
-    inverse of this root times the errors.
+    `states`: of the body, shape (m, f). `root`: Cholesky root L of the errors' covariance. `whitened`: L^-1 times the
+    errors, shape (m,).
     """
 
     states: FloatArray
-    by_component: tuple[tuple[IntArray, FloatArray, FloatArray], ...]
+    root: FloatArray
+    whitened: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,8 +107,8 @@ class BodyError:
         Media in which the body was measured.
     stated : bool
         True where `per_medium` is stated, as for a body that was measured in one medium, and not learned.
-    measured : MeasuredErrors, optional
-        Errors that were measured. None: nothing is known but the size of the error.
+    measured : tuple of MeasuredErrors
+        Errors that were measured, by component of the force. Empty: nothing is known but the size of the error.
 
     Examples
     --------
@@ -113,24 +121,24 @@ class BodyError:
     per_medium: float = UNKNOWN
     media: tuple[str, ...] = ()
     stated: bool = True
-    measured: MeasuredErrors | None = field(default=None, repr=False)
+    measured: tuple[MeasuredErrors, ...] = field(default=(), repr=False)
 
     def evaluate(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return mean and covariance of the error over the load in some states (p, f), by component.
+        """Return mean and covariance of the error over the load in some states (p, f), by component of the force.
 
-        Shapes (components, p) and (components, p, p). Without a measurement of the body there are three equal
-        components.
+        Shapes (components, p) and (components, p, p): c given its measured errors, and o of a further medium. Without a
+        measurement of the body there are three equal components.
         """
-        of_medium = self.per_medium**2 * correlation(states, states)
-        if self.measured is None:
+        correlations = correlation(states, states)
+        of_medium = self.per_medium**2 * correlations
+        if not self.measured:
             return np.zeros((3, len(states))), np.broadcast_to(of_medium, (3, *of_medium.shape))
         means, covariances = [], []
-        for places, root, whitened in self.measured.by_component:
-            across = self.common**2 * correlation(states, self.measured.states[places])
-            solved = np.linalg.solve(root, across.T)
-            means.append(solved.T @ whitened)
-            left = self.common**2 * correlation(states, states) - solved.T @ solved
-            covariances.append(left + of_medium)
+        for errors in self.measured:
+            across = self.common**2 * correlation(states, errors.states)
+            solved = np.linalg.solve(errors.root, across.T)
+            means.append(solved.T @ errors.whitened)
+            covariances.append(self.common**2 * correlations - solved.T @ solved + of_medium)
         return np.stack(means), np.stack(covariances)
 
     def paths(
@@ -138,19 +146,20 @@ class BodyError:
     ) -> tuple[FloatArray, FloatArray]:
         """Return the mean of the error over the load (components, p) and draws of the error (draws, components, p)."""
         count = len(states)
-        places = choose_evenly(count, _CHOSEN.most_path)
-        mean, covariance = self.evaluate(states[places])
+        calculated = choose_evenly(count, _CHOSEN.most_path)
+        mean, covariance = self.evaluate(states[calculated])
         every = np.arange(count)
-        # linear between the states that were calculated
-        shares = np.stack([np.interp(every, places, unit) for unit in np.eye(places.size)])
+        # weights of the calculated states in all states, linear between them: shape (calculated, p)
+        weights = np.stack([np.interp(every, calculated, unit) for unit in np.eye(calculated.size)])
         random = np.random.default_rng(SEED_OF_MODEL_ERRORS)
-        half = random.standard_normal(((draws + 1) // 2, components, places.size))
+        half = random.standard_normal(((draws + 1) // 2, components, calculated.size))
+        # with each draw its negative is used: the mean of all draws is the mean
         normals = np.concatenate([half, -half])[:draws]
         drawn = np.empty((draws, components, count))
         for component in range(components):
             root = _find_root(covariance[component])
-            drawn[:, component] = normals[:, component] @ root.T @ shares
-        mean = mean[:components] @ shares
+            drawn[:, component] = normals[:, component] @ root.T @ weights
+        mean = mean[:components] @ weights
         return mean, mean + drawn
 
     @cached_property
@@ -167,12 +176,36 @@ class BodyError:
 
 @dataclass(frozen=True)
 class ErrorCurve:
-    """Errors of the model over the load in one measurement, shape (components, m), and their covariance (components, m, m)."""
+    """Errors of the model over the load, of one body in one medium.
+
+    `label`: name of the medium. `states`: of the body, shape (m, f). `residuals`: the errors, shape (components, m); NaN
+    where none was measured. `noise`: covariance of the errors of measurement and alpha in them, (components, m, m).
+    """
 
     label: str
     states: FloatArray
     residuals: FloatArray
     noise: FloatArray
+
+
+class _Component(NamedTuple):
+    """Errors of one component of the force in all media, shape (m,), and what their covariance is made of, (m, m).
+
+    `alike`: correlation of c. `alike_in_medium`: correlation of o, 0 between media. `noise`: covariance of the noise.
+    """
+
+    states: FloatArray
+    residuals: FloatArray
+    alike: FloatArray
+    alike_in_medium: FloatArray
+    noise: FloatArray
+
+    def whiten(self, common: float, per_medium: float) -> tuple[FloatArray, FloatArray]:
+        """Return the Cholesky root L of the covariance of the residuals, and L^-1 times the residuals."""
+        root = _find_root(
+            common**2 * self.alike + per_medium**2 * self.alike_in_medium + self.noise
+        )
+        return root, np.asarray(np.linalg.solve(root, self.residuals), dtype=float)
 
 
 def learn_from_curves(curves: Sequence[ErrorCurve]) -> BodyError:
@@ -182,48 +215,45 @@ def learn_from_curves(curves: Sequence[ErrorCurve]) -> BodyError:
     if not curves:
         raise ValueError("a body's error is learned from at least one measurement")
     states = np.concatenate([curve.states for curve in curves])
-    medium = np.concatenate([np.full(len(curve.states), k) for k, curve in enumerate(curves)])
-    components = len(curves[0].residuals)
+    medium = np.repeat(np.arange(len(curves)), [len(curve.states) for curve in curves])
     alike = correlation(states, states)
-    same_medium = medium[:, None] == medium
-    systems = []
-    for component in range(components):
-        values = np.concatenate([curve.residuals[component] for curve in curves])
-        noise = block_diag(*(curve.noise[component] for curve in curves))
-        places = np.flatnonzero(np.isfinite(values))
-        square = np.ix_(places, places)
-        systems.append(
-            (places, values[places], alike[square], (alike * same_medium)[square], noise[square])
+    alike_in_medium = alike * (medium[:, None] == medium)
+    components = []
+    for number in range(len(curves[0].residuals)):
+        residuals = np.concatenate([curve.residuals[number] for curve in curves])
+        noise = block_diag(*(curve.noise[number] for curve in curves))
+        measured = np.flatnonzero(np.isfinite(residuals))
+        square = np.ix_(measured, measured)
+        components.append(
+            _Component(
+                states[measured],
+                residuals[measured],
+                alike[square],
+                alike_in_medium[square],
+                noise[square],
+            )
         )
     common, stated = _CHOSEN.common, len(curves) == 1
-    per_medium = (
-        _CHOSEN.per_medium
-        if stated
-        else max(_most_likely(systems, common), _CHOSEN.least_per_medium)
+    per_medium = _CHOSEN.per_medium
+    if not stated:
+        per_medium = max(_most_likely(components, common), _CHOSEN.least_per_medium)
+    errors = tuple(
+        MeasuredErrors(component.states, *component.whiten(common, per_medium))
+        for component in components
     )
-    by_component = []
-    for places, values, alike_of_body, alike_in_medium, noise in systems:
-        covariance = common**2 * alike_of_body + per_medium**2 * alike_in_medium + noise
-        root = _find_root(covariance)
-        by_component.append((places, root, np.linalg.solve(root, values)))
     media = tuple(dict.fromkeys(curve.label for curve in curves))
-    return BodyError(common, per_medium, media, stated, MeasuredErrors(states, tuple(by_component)))
+    return BodyError(common, per_medium, media, stated, errors)
 
 
-def _most_likely(
-    systems: Sequence[tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]],
-    common: float,
-) -> float:
+def _most_likely(components: Sequence[_Component], common: float) -> float:
     """Find the standard deviation of o with the greatest likelihood, among sizes in equal ratios."""
 
     def loss(per_medium: float) -> float:
-        """Twice the negative logarithm of the likelihood, but for a constant."""
+        """Return twice the negative logarithm of the likelihood, but for a constant."""
         total = 0.0
-        for _, values, alike, in_medium, noise in systems:
-            covariance = common**2 * alike + per_medium**2 * in_medium + noise
-            root = _find_root(covariance)
-            total += 2 * float(np.log(np.diag(root)).sum())
-            total += float((np.linalg.solve(root, values) ** 2).sum())
+        for component in components:
+            root, whitened = component.whiten(common, per_medium)
+            total += 2 * float(np.log(np.diag(root)).sum()) + float((whitened**2).sum())
         return total
 
     least, most = _CHOSEN.tried

@@ -30,6 +30,7 @@ _SPACE = ("t_s", "x_cm", "y_cm", "z_cm", "turn_x_deg", "turn_y_deg", "turn_z_deg
 
 
 def _number_column(name: str, meaning: str, unit: str, above: float | None = None) -> TableColumn:
+    """Declare a column of numbers that a file may lack."""
     return TableColumn(name, "number", meaning, needed=False, unit=unit, above=above)
 
 
@@ -100,7 +101,7 @@ def read_contacts(
     }
     pose_columns = _choose_pose_columns(columns, body, file)
     labels = np.array([row.text.get("contact", "") for row in rows])
-    forces = (MeshInMotion if isinstance(body, Mesh) else OutlineInMotion).forces
+    forces = (MeshInMotion if isinstance(body, Mesh) else OutlineInMotion).force_names
     measured = [np.abs(columns[name]) for name in forces if name in columns]
     if not measured:
         raise InputError(f"{file}: no column {' or '.join(forces)}; no force was measured")
@@ -138,7 +139,7 @@ def read_contacts(
 
 
 def _numbers_of_column(rows: list[DraftRow], name: str) -> FloatArray:
-    """Numbers of a column; NaN where a cell is blank."""
+    """Return the numbers of a column; NaN where a cell is blank."""
     return np.array([row.number.get(name, np.nan) for row in rows])
 
 
@@ -150,14 +151,17 @@ def _choose_pose_columns(
     for names in choices:
         if set(names) <= set(columns):
             return names
-    words = ", or ".join(", ".join(names) for names in choices)
-    raise InputError(f"{file}: no pose of {body.name}; allowed: the columns {words}")
+    allowed = ", or ".join(", ".join(names) for names in choices)
+    raise InputError(f"{file}: no pose of {body.name}; allowed: the columns {allowed}")
 
 
 def _motion_of_contact(
     columns: dict[str, FloatArray], pose_columns: tuple[str, ...], hip_cm: float | None
 ) -> Motion | Motion3D:
-    """Motion of a contact from its columns; raises ValueError where theta turns back."""
+    """Make the motion of a contact from its columns; raises ValueError where theta turns back.
+
+    `hip_cm`: height of the axle where the file has none.
+    """
     if pose_columns == _SPACE:
         return Motion3D.path(
             columns["t_s"],
@@ -167,15 +171,15 @@ def _motion_of_contact(
     if pose_columns == _PATH:
         return path(*(columns[name] for name in _PATH))
     theta = columns["theta_deg"]
-    way = np.sign(theta[-1] - theta[0])
+    direction = np.sign(theta[-1] - theta[0])
     # how far theta lies behind the farthest angle so far
-    back = np.maximum.accumulate(way * theta) - way * theta
-    if way and float(back.max()) > _TURNS_BACK_DEG:
+    back = np.maximum.accumulate(direction * theta) - direction * theta
+    if direction and float(back.max()) > _TURNS_BACK_DEG:
         raise ValueError(
             f"theta turns back by {back.max():.3g} degrees; rows of each way are a contact of their own (column contact)"
         )
     height = HIP_HEIGHT_CM if hip_cm is None else hip_cm
-    motion = rotation(theta, height, float(way))
+    motion = rotation(theta, height, float(direction))
     if "hip_cm" in columns:
         poses = motion.poses.copy()
         poses[:, 1] = columns["hip_cm"]

@@ -118,8 +118,8 @@ class Contact:
 
     @property
     def components(self) -> tuple[str, ...]:
-        """Names of the forces."""
-        return self.moving.forces
+        """Names of the forces that may be measured on the body."""
+        return self.moving.force_names
 
     @property
     def frames(self) -> FloatArray:
@@ -146,18 +146,18 @@ class Contact:
         for component, name in enumerate(self.components):
             if name not in given:
                 continue
-            values = np.asarray(given[name], dtype=float)
-            if values.shape not in ((), (len(self.frames),)):
+            numbers = np.asarray(given[name], dtype=float)
+            if numbers.shape not in ((), (len(self.frames),)):
                 raise ValueError(
                     f"{self.label}: {what} {name}: one number for each of {len(self.frames)} poses expected, "
-                    f"found shape {values.shape}"
+                    f"found shape {numbers.shape}"
                 )
-            rows[component] = values
+            rows[component] = numbers
         return rows
 
     @cached_property
     def states(self) -> FloatArray:
-        """State of the body in each pose, in lengths of its error, shape (p, f)."""
+        """State of the body in each pose, as `BodyError.evaluate` takes it, shape (p, f)."""
         return self.moving.states
 
     @cached_property
@@ -168,15 +168,15 @@ class Contact:
         return self.load(profile) > 0
 
     def load(self, profile: Profile) -> FloatArray:
-        """Load without cancellation H in each pose, N, shape (p,)."""
+        """Return the load without cancellation, H of `rftfit.forces.model_error`, in each pose, N, shape (p,)."""
         return np.asarray(self.moving.load_size(profile)[0])
 
     def force_draws(self, profile: Profile) -> FloatArray:
-        """Forces by Eq. 2 for each of a stack of draws, N, shape (draws, components, p)."""
+        """Return the forces by Eq. 2 for each of a stack of draws, N, shape (draws, components, p)."""
         return self.moving.force_draws(profile)
 
     def weights(self, beta: FloatArray, gamma: FloatArray) -> FloatArray:
-        """Weights of alpha at the n nodes of a map in each force, z then x, shape (components, p, 2 n).
+        """Return the weights of alpha at the n nodes of a map in each force, alpha_z then alpha_x: (components, p, 2 n).
 
         Eq. 2 is linear in alpha: the weight of a node is the force where alpha is 1 there and 0 at all others.
         """
@@ -229,9 +229,9 @@ def learn_body_error(measurements: Sequence[tuple[Contact, KnownMedium | str | P
 
 
 def error_curve(contact: Contact, profile: Profile) -> ErrorCurve:
-    """Subtract the forces by the map of the medium from the measured ones, over the load.
+    """Return measured less predicted forces over the load, in at most `most_states` poses, and their covariance.
 
-    Raises ValueError where a pose has no number.
+    The covariance holds the errors of the readings and of alpha. Raises ValueError where a pose has no number.
     """
     poses = np.flatnonzero(contact.touches & np.isfinite(contact.measured).any(axis=0))
     poses = poses[choose_evenly(poses.size, chosen("forces", "body_error").most_states)]
@@ -240,14 +240,9 @@ def error_curve(contact: Contact, profile: Profile) -> ErrorCurve:
     if not np.isfinite(best).all():
         raise ValueError(f"{contact.label}: {profile.reason or 'no number'}")
     residuals = (contact.measured[:, poses] - best) / load
-    covariances = []
-    spread = profile.spread
-    drawn = contact.force_draws(spread)[..., poses] if isinstance(spread, Profile) else None
-    for component in range(len(best)):
-        reading_errors = np.nan_to_num(contact.reading_errors[component, poses] / load)
-        covariance = np.diag(reading_errors**2)
-        if drawn is not None:
-            about_mean = (drawn[:, component] - drawn[:, component].mean(axis=0)) / load
-            covariance = covariance + about_mean.T @ about_mean / (len(about_mean) - 1)
-        covariances.append(covariance)
-    return ErrorCurve(contact.label, contact.states[poses], residuals, np.stack(covariances))
+    reading_errors = np.nan_to_num(contact.reading_errors[:, poses] / load)
+    noise = np.stack([np.diag(variances) for variances in reading_errors**2])
+    if isinstance(profile.spread, Profile):
+        drawn = contact.force_draws(profile.spread)[..., poses] / load
+        noise += [np.cov(drawn[:, component], rowvar=False) for component in range(len(best))]
+    return ErrorCurve(contact.label, contact.states[poses], residuals, noise)

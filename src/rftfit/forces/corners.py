@@ -31,39 +31,38 @@ def describe_corners(
         set_in_motion(body, motion.at_rates(rates)).best(profile).forces
         for rates in motion.rates_of_steps
     ]
-    poses: list[int] = []
+    corners: list[int] = []
     changes: list[str] = []
     for target in moving.peak_targets(forces):
-        of_poses = _largest(target, forces)
-        of_steps = max(_largest(target, of_step) for of_step in forces_of_steps)
-        if abs(of_steps[0] - of_poses[0]) <= SAME_SHARE * _largest_of_kind(target, forces):
+        size, pose = _largest(target, forces)
+        size_by_steps, pose_by_steps = max(_largest(target, by_step) for by_step in forces_of_steps)
+        if abs(size_by_steps - size) <= SAME_SHARE * _largest_of_kind(target, forces):
             continue
-        poses.append(max(of_poses, of_steps)[1])
+        corners.append(pose if size > size_by_steps else pose_by_steps)
         name, _, unit = target.quantity.replace("_", " ").partition(" N")
         changes.append(
-            f"the largest {name} has {target.sign * of_poses[0]:.4g} N{unit} in the table and "
-            f"{target.sign * of_steps[0]:.4g} by the steps alone"
+            f"the largest {name} has {target.sign * size:.4g} N{unit} in the table and "
+            f"{target.sign * size_by_steps:.4g} by the steps alone"
         )
     if not changes:
         return []
-    key, places = next(iter(motion.columns.items()))
-    near = join_words(dict.fromkeys(f"{places[pose]:g}" for pose in poses))
-    listed = "; ".join(changes)
+    key, positions = next(iter(motion.columns.items()))
+    near = join_words(dict.fromkeys(f"{positions[pose]:g}" for pose in corners))
     sentence = (
-        f"the path has a corner near {key} {near}, where a pose moves as the mean of the steps beside it: {listed}; quote the "
-        "larger, or round the corner off by a few poses"
+        f"the path has a corner near {key} {near}, where a pose moves as the mean of the steps beside it: "
+        f"{'; '.join(changes)}; quote the larger, or round the corner off by a few poses"
     )
     return [sentence]
 
 
 def _largest_of_kind(target: PeakTarget, forces: ForcesByName) -> float:
-    """Largest of all forces where the peak is a force, else of all moments; infinite where all are 0."""
+    """Return the largest of all forces where the peak is a force, else of all moments; infinite where all are 0."""
     kind = target.quantity.partition("_")[0]
-    sizes = [np.abs(numbers) for name, numbers in forces.items() if name.startswith(kind)]
+    sizes = [np.abs(forces[name]) for name in forces if name.startswith(kind)]
     return float(np.nanmax(sizes, initial=0.0)) or np.inf
 
 
 def _largest(target: PeakTarget, forces: ForcesByName) -> tuple[float, int]:
-    """Largest force of the sign that the peak has, and the number of its pose."""
+    """Return the size of the largest force of the peak's sign, and the number of its pose."""
     sizes: FloatArray = np.nan_to_num(target.sign * forces[target.quantity])
     return float(sizes.max(initial=0.0)), int(sizes.argmax())

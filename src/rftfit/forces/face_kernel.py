@@ -23,17 +23,21 @@ _NEGLIGIBLE, _NONE = 1e-9, 1e-9
 # as in `rftfit.forces.leading`
 _ALONG_ITSELF = 1e-4
 _LEVEL = 1e-9
-"""Most that rounding makes a face of a wheel face back, or lie behind the axle (cm)."""
+"""Greatest part of its unit normal by which a face of a wheel faces back, or distance by which it lies behind the axle
+(cm), that may be rounding."""
 
 _ASIDE = 1e-9
-"""Part of its unit velocity up to which a face stays in the plane of its normal and the vertical."""
+"""Largest horizontal part of n x v, for unit vectors, with which a face moves in the plane of its normal and the vertical."""
 
 
 @_step
 def _find(angle: float, nodes: FloatArray, bins: IntArray) -> tuple[int, float]:
-    """Find the node below an angle, and the place of the angle between this node and the next, from 0 to 1."""
-    place = (angle - nodes[0]) * (bins.size / (nodes[-1] - nodes[0]))
-    node = bins[int(min(max(place, 0.0), bins.size - 1.0))]
+    """Find the node below an angle, and the position of the angle between this node and the next, from 0 to 1.
+
+    `bins`: node below the start of each of many equal bins of the range of angles; at most one further node lies in a bin.
+    """
+    bin_number = (angle - nodes[0]) * (bins.size / (nodes[-1] - nodes[0]))
+    node = bins[int(min(max(bin_number, 0.0), bins.size - 1.0))]
     if node + 2 < nodes.size and angle >= nodes[node + 1]:
         node += 1
     return node, (angle - nodes[node]) / (nodes[node + 1] - nodes[node])
@@ -41,7 +45,11 @@ def _find(angle: float, nodes: FloatArray, bins: IntArray) -> tuple[int, float]:
 
 @_step
 def _read(pack: Pack, row: int, u: float, gamma: float) -> tuple[float, float]:
-    """Interpolate alpha z and x between the nodes of the map; `row`, `u`: from `_find`, for beta."""
+    """Interpolate alpha z and x bilinearly between the nodes of the map; `row`, `u`: from `_find`, for beta.
+
+    `pack.cells`: alpha z at the four corners of each cell, (beta, gamma) low low, low high, high low, high high, then
+    alpha x at these.
+    """
     column, v = _find(gamma, pack.gamma, pack.gamma_bins)
     corner = pack.cells[row, column]
     a, b, c, d = (1 - u) * (1 - v), (1 - u) * v, u * (1 - v), u * v
@@ -61,7 +69,10 @@ def _read(pack: Pack, row: int, u: float, gamma: float) -> tuple[float, float]:
 def _measured(
     pack: Pack, across: float, nx: float, ny: float, nz: float, vx: float, vy: float, vz: float
 ) -> tuple[float, float, float]:
-    """Stress over depth by the measured map, as `faces.face_alpha`; `across` is alpha_x(0, 0)."""
+    """Return the stress over depth x, y, z by the measured map, as `faces._measured_stress`, where it is explained.
+
+    `across`: alpha_x(0, 0). `n`, `v`: unit normal and unit velocity. `e`, `r`: their horizontal directions.
+    """
     tilt, speed = math.sqrt(nx * nx + ny * ny), math.sqrt(vx * vx + vy * vy)
     ex, ey = (nx / tilt, ny / tilt) if tilt > 0 else (1.0, 0.0)
     rx, ry = (vx / speed, vy / speed) if speed > 0 else (1.0, 0.0)
@@ -96,7 +107,10 @@ def _measured(
 def _rft3d(
     c: FloatArray, nx: float, ny: float, nz: float, vx: float, vy: float, vz: float
 ) -> tuple[float, float, float]:
-    """Stress over depth by 3D-RFT; `c`: xi times the coefficients (3, 20), with the terms in the order of `rft3d`."""
+    """Return the stress over depth x, y, z by 3D-RFT, as `rft3d.law`, where it is explained.
+
+    `c`: xi times the coefficients (3, 20), with the terms in the order of `rft3d`. `n`, `v`: unit normal and unit velocity.
+    """
     forward = nx * vx + ny * vy + nz * vz
     if (-nz if abs(nz) > _NONE else forward) < -_NONE:
         nx, ny, nz, forward = -nx, -ny, -nz, -forward
@@ -156,7 +170,7 @@ def face_forces(
     zz, xy, xz, yz (N).
     """
     passed, delta, tau = elastic
-    bare = sums.shape[1] > 7
+    wants_load = sums.shape[1] > 7
     for p in range(len(ranges)):
         f = frames[p]
         ahead_x, ahead_y, least_lead = rolling[p, 0], rolling[p, 1], rolling[p, 2]
@@ -178,6 +192,7 @@ def face_forces(
                 if delta > 0:
                     shifts[i, 0], shifts[i, 1], shifts[i, 2] = 0.0, 0.0, 0.0
                 continue
+            # centroid of the wet part, in the frame of the mesh, and its share of the area
             mid_x, mid_y, mid_z, share = t[9], t[10], t[11], 1.0
             if below < 3:  # as `faces.submerged_parts`: a is the corner that is alone on its side
                 corner_below = below == 1
@@ -194,12 +209,14 @@ def face_forces(
                     share = 1 - share
                     px, py, pz = mid_x / share, mid_y / share, mid_z / share
                 mid_x, mid_y, mid_z = px, py, pz
+            # arm from the reference point, and velocity, in the world
             ax = f[9] * mid_x + f[10] * mid_y + f[11] * mid_z
             ay = f[12] * mid_x + f[13] * mid_y + f[14] * mid_z
             az = f[15] * mid_x + f[16] * mid_y + f[17] * mid_z
             vx = f[3] + f[7] * az - f[8] * ay
             vy = f[4] + f[8] * ax - f[6] * az
             vz = f[5] + f[6] * ay - f[7] * ax
+            # share of the stress that counts
             weight = 1.0
             lead = least_lead
             if delta > 0:
@@ -261,7 +278,7 @@ def face_forces(
             mx, my, mz = mx + ay * z - az * y, my + az * x - ax * z, mz + ax * y - ay * x
             if abs(nx * vy - ny * vx) > _ASIDE:
                 leaving += load
-            if bare:
+            if wants_load:
                 size = math.sqrt(x * x + y * y + z * z)
                 up, level, whole = up + abs(z), level + math.sqrt(x * x + y * y), whole + size
                 cx, cy, cz = cx + size * ax, cy + size * ay, cz + size * az
@@ -271,6 +288,6 @@ def face_forces(
                     xy, xz, yz = xy + dx * y, xz + dx * z, yz + dy * z
         row = sums[p]
         row[0], row[1], row[2], row[3], row[4], row[5], row[6] = sx, sy, sz, mx, my, mz, leaving
-        if bare:
+        if wants_load:
             row[7], row[8], row[9], row[10], row[11], row[12] = up, level, whole, cx, cy, cz
             row[13], row[14], row[15], row[16], row[17], row[18] = xx, yy, zz, xy, xz, yz

@@ -12,6 +12,8 @@ second reading, an upright one the first.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from rftfit.conventions import FloatArray, wrap_beta
@@ -23,6 +25,7 @@ from rftfit.model.packs import NEGLIGIBLE
 from rftfit.model.profiles import Profile, TableProfile
 
 LAWS = ("measured", "3d-rft")
+"""Laws of the stress on a face: by the whole measured map, or by 3D-RFT from alpha_z(0, 90 deg) alone."""
 
 STEP_DEG = 5.0
 """Step of the angles of the table that is made of a profile of another form, degrees."""
@@ -45,14 +48,14 @@ def face_alpha(
     law: str = "measured",
     friction: float | None = None,
 ) -> FloatArray:
-    """Stress over depth on faces, x, y, z in N/cm^3, shape (draws, ..., 3).
+    """Return the stress over depth on faces, x, y, z in N/cm^3, shape (draws, ..., 3).
 
-    `normal`, `velocity`: shape (..., 3), of any length above 0. `friction`: where given, pulling and
-    driving parts are turned, and the tangential part is at most this times the normal one.
+    `normal`, `velocity`: shape (..., 3), of any length above 0. `law`: one of `LAWS`. `friction`: where given, pulling
+    and driving parts are turned, and the tangential part is at most this times the normal one.
     """
-    vector_pairs = np.broadcast_arrays(np.asarray(normal, float), np.asarray(velocity, float))
     normal, velocity = (
-        vectors / np.linalg.norm(vectors, axis=-1, keepdims=True) for vectors in vector_pairs
+        vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+        for vectors in np.broadcast_arrays(normal, velocity)
     )
     if law == "measured":
         stress = _measured_stress(as_table(profile), normal, velocity)
@@ -64,31 +67,34 @@ def face_alpha(
 
 
 def _measured_stress(profile: Profile, normal: FloatArray, velocity: FloatArray) -> FloatArray:
-    """Stress over depth by the measured law (head of this module); `aside` and `t` are e and r turned by 90 degrees."""
+    """Stress over depth by the measured law, with e and r as in the head of this module; unit vectors (..., 3)."""
     tilt, e = _split_horizontal(normal)
     speed, r = _split_horizontal(velocity)
-    aside, t = (np.stack([-h[..., 1], h[..., 0]], axis=-1) for h in (e, r))
+    e_turned, r_turned = (np.stack([-h[..., 1], h[..., 0]], axis=-1) for h in (e, r))
     beta = wrap_beta(np.arctan2(tilt, normal[..., 2]))
-    down, along_e = -velocity[..., 2], (velocity[..., :2] * e).sum(axis=-1)
+    down, along_e = -velocity[..., 2], _dot(velocity[..., :2], e)
 
+    # read in the plane of e: what moves across that plane slides along a level plate
     alpha_z, alpha_x = profile.alpha(beta, np.arctan2(down, -along_e))
     in_plane = np.hypot(along_e, down)
-    across = profile.alpha(0 * beta, 0 * beta)[1]  # of a level plate that moves along itself
-    part_aside = (velocity[..., :2] * aside).sum(axis=-1)
-    level = _times(in_plane * alpha_x, e) - _times(across * part_aside, aside)
+    alpha_x_sliding = profile.alpha(0 * beta, 0 * beta)[1]
+    across = _dot(velocity[..., :2], e_turned)
+    level = _times(in_plane * alpha_x, e) - _times(alpha_x_sliding * across, e_turned)
     by_normal = _join_vertical(level, in_plane * alpha_z)
 
+    # read in the plane of r: the mean of beta and -beta, and half their difference turned from r to e
     gamma = np.arctan2(down, -speed)
-    (z1, x1), (z2, x2) = profile.alpha(beta, gamma), profile.alpha(-beta, gamma)
-    cos_p, sin_p = (e * r).sum(axis=-1), (e * t).sum(axis=-1)
-    ahead, sideways = (x1 + x2) / 2 + (x1 - x2) / 2 * cos_p, (x1 - x2) / 2 * sin_p
-    by_motion = _join_vertical(
-        _times(ahead, r) + _times(sideways, t), (z1 + z2) / 2 + (z1 - z2) / 2 * cos_p
-    )
+    (z_plus, x_plus), (z_minus, x_minus) = profile.alpha(beta, gamma), profile.alpha(-beta, gamma)
+    cos_r_e, sin_r_e = _dot(e, r), _dot(e, r_turned)
+    ahead = (x_plus + x_minus) / 2 + (x_plus - x_minus) / 2 * cos_r_e
+    sideways = (x_plus - x_minus) / 2 * sin_r_e
+    up = (z_plus + z_minus) / 2 + (z_plus - z_minus) / 2 * cos_r_e
+    by_motion = _join_vertical(_times(ahead, r) + _times(sideways, r_turned), up)
+
     upright = (tilt**2)[..., None]
-    parts = (upright, by_normal), (1 - upright, by_motion)
-    return np.asarray(
-        sum(np.where(share < NEGLIGIBLE, 0.0, share * alpha) for share, alpha in parts)
+    # alpha without a number does not count where its share is rounding
+    return np.where(upright < NEGLIGIBLE, 0.0, upright * by_normal) + np.where(
+        1 - upright < NEGLIGIBLE, 0.0, (1 - upright) * by_motion
     )
 
 
@@ -101,11 +107,18 @@ def _split_horizontal(vector: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _join_vertical(horizontal: FloatArray, up: FloatArray) -> FloatArray:
+    """Make vectors (..., 3) of their horizontal parts (..., 2) and their vertical parts (...)."""
     return np.concatenate([horizontal, up[..., None]], axis=-1)
 
 
 def _times(size: FloatArray, direction: FloatArray) -> FloatArray:
+    """Multiply vectors (..., k) by numbers (...)."""
     return size[..., None] * direction
+
+
+def _dot(vectors: FloatArray, others: FloatArray) -> FloatArray:
+    """Return the scalar products of vectors (..., k)."""
+    return np.asarray((vectors * others).sum(axis=-1))
 
 
 def submerged_parts(triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -115,49 +128,59 @@ def submerged_parts(triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
     # the surface cuts a small triangle off at the corner that is alone on its side: `tip`
     alone = np.where(count == 1, below.argmax(axis=-1), below.argmin(axis=-1))
     order = (alone[..., None] + np.arange(3)) % 3
-    tip, *base_corners = np.moveaxis(
-        np.take_along_axis(triangles, order[..., None], axis=-2), -2, 0
-    )
-    cut = (count == 1) | (count == 2)
-    heights = (np.where(cut, tip[..., 2] - corner[..., 2], 1.0) for corner in base_corners)
-    along_first, along_second = (np.where(cut, tip[..., 2] / height, 0.0) for height in heights)
-    share = along_first * along_second
-    centre = (
-        tip
-        + (_times(along_first, base_corners[0] - tip) + _times(along_second, base_corners[1] - tip))
-        / 3
-    )
-    middle = triangles.mean(axis=-2)
-    other_centre = (middle - _times(share, centre)) / np.where(share < 1, 1 - share, 1.0)[..., None]
+    tip, *base = np.moveaxis(np.take_along_axis(triangles, order[..., None], axis=-2), -2, 0)
+    is_cut = (count == 1) | (count == 2)
+    # share of either edge from the tip that is cut off
+    heights = (np.where(is_cut, tip[..., 2] - corner[..., 2], 1.0) for corner in base)
+    first, second = (np.where(is_cut, tip[..., 2] / height, 0.0) for height in heights)
+    tip_share = first * second
+    tip_centre = tip + (_times(first, base[0] - tip) + _times(second, base[1] - tip)) / 3
+    rest_share = np.where(tip_share < 1, 1 - tip_share, 1.0)
+    rest_centre = (triangles.mean(axis=-2) - _times(tip_share, tip_centre)) / rest_share[..., None]
     # one corner below: the small triangle is wet; two: the rest is
-    wet = np.where(count == 1, share, np.where(count == 0, 0.0, 1 - share))
-    return wet, np.where((count == 1)[..., None], centre, other_centre)
+    tip_is_wet = count == 1
+    wet_share = np.where(tip_is_wet, tip_share, np.where(count == 0, 0.0, 1 - tip_share))
+    return wet_share, np.where(tip_is_wet[..., None], tip_centre, rest_centre)
 
 
-def moving_faces(
-    mesh: Mesh, frame: FloatArray, rolling: FloatArray = NO_WHEEL
-) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Find the faces that bear a load in a pose: number, depth times wet area (cm^3), area vector, velocity, arm (cm).
+class LoadedFaces(NamedTuple):
+    """Faces of a mesh that bear a load in a pose: rows of `Mesh.faces`, and arrays with an entry for each of them.
 
-    `frame`: a row of `Motion3D.frames`. `rolling`: a row of `rftfit.forces.rolling.rolling_rows`.
+    `load_cm3`: depth times wet area. `area_vectors`: outward normal times area, cm^2; of a sheet on the side that leads.
+    `velocity`: of the centre of the wet part, cm/s. `arm_cm`: from the reference point to this centre.
+    """
+
+    numbers: IntArray
+    load_cm3: FloatArray
+    area_vectors: FloatArray
+    velocity: FloatArray
+    arm_cm: FloatArray
+
+
+def moving_faces(mesh: Mesh, frame: FloatArray, rolling: FloatArray = NO_WHEEL) -> LoadedFaces:
+    """Find the faces that bear a load in a pose.
+
+    `frame`: a row of `Motion3D.frames`: position, velocity, rate of the reference point, and rotation. `rolling`: a row
+    of `rftfit.forces.rolling.rolling_rows`.
     """
     position, velocity, rate = frame[:9].reshape(3, 3)
     corners = mesh.triangles @ frame[9:].reshape(3, 3).T
-    areas = area_vectors(corners)
-    share, centre = submerged_parts(corners + position)
+    normals = area_vectors(corners)
+    wet_share, centre = submerged_parts(corners + position)
     arm = centre - position
-    moves = velocity + np.cross(rate, arm)
-    outward = (areas * moves).sum(axis=-1)
+    velocities = velocity + np.cross(rate, arm)
+    # speed along the outward normal, times the area
+    outward = (normals * velocities).sum(axis=-1)
     if mesh.sheet:
-        areas, outward = areas * np.sign(outward)[:, None], np.abs(outward)
-    area = np.linalg.norm(areas, axis=-1)
-    speed = np.linalg.norm(moves, axis=-1)
-    outward = leading_speed(outward, areas, rolling)
-    leading = speed > 0 if mesh.sheet else share_of_face(outward, area * speed)
-    share = share * leading * ~lies_in_track(areas, arm, rolling)
+        normals, outward = normals * np.sign(outward)[:, None], np.abs(outward)
+    area = np.linalg.norm(normals, axis=-1)
+    speed = np.linalg.norm(velocities, axis=-1)
+    outward = leading_speed(outward, normals, rolling)
+    leading_share = speed > 0 if mesh.sheet else share_of_face(outward, area * speed)
+    share = wet_share * leading_share * ~lies_in_track(normals, arm, rolling)
     loaded = np.flatnonzero(share > 0)
     load = -centre[:, 2] * share * area
-    return loaded, load[loaded], areas[loaded], moves[loaded], arm[loaded]
+    return LoadedFaces(loaded, load[loaded], normals[loaded], velocities[loaded], arm[loaded])
 
 
 def mesh_forces(
@@ -173,8 +196,9 @@ def mesh_forces(
     """
     forces_of_poses = []
     for frame, rolling in zip(motion.frames, motion.rolling, strict=True):
-        _, load, normal, moves, arm = moving_faces(mesh, frame, rolling)
-        force = _times(load, face_alpha(profile, normal, moves, law, friction))
-        of_faces = np.concatenate([force, np.cross(arm, force)], axis=-1)
+        faces = moving_faces(mesh, frame, rolling)
+        alpha = face_alpha(profile, faces.area_vectors, faces.velocity, law, friction)
+        force = _times(faces.load_cm3, alpha)
+        of_faces = np.concatenate([force, np.cross(faces.arm_cm, force)], axis=-1)
         forces_of_poses.append(of_faces.sum(axis=-2))
     return np.stack(forces_of_poses, axis=-2)

@@ -1,4 +1,4 @@
-"""How finely a body is cut.
+"""Fineness of a body: the longest edge that its elements or triangles may have for its motion, and the cut to it.
 
 The force on a part of a body (an element or a triangle) is that of its middle, and acts there. Where the body turns, the
 velocity differs along a long part, and the force is wrong: on a box of 12 triangles by a factor. Where it does not turn
@@ -52,9 +52,6 @@ def fine_enough(body: Body, motion: Motion | Motion3D) -> Body:
 
 def longest_edge_allowed_cm(body: Outline | Mesh) -> float:
     """Return the longest edge that a body may have where it turns, cm."""
-    # from the shortest: the second of two sides is the longer one, the second of three the middle
-    # one
-    sides_cm = np.sort(np.ptp(body.points_cm, axis=0))
-    if isinstance(body, Mesh):
-        return float(sides_cm[1]) / EDGES_ACROSS_MESH
-    return float(sides_cm[1]) / EDGES_ACROSS_OUTLINE
+    # from the shortest: the second of two sides is the longer one, the second of three the middle one
+    second_side_cm = float(np.sort(np.ptp(body.points_cm, axis=0))[1])
+    return second_side_cm / (EDGES_ACROSS_MESH if isinstance(body, Mesh) else EDGES_ACROSS_OUTLINE)

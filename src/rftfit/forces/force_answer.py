@@ -20,7 +20,7 @@ from rftfit.forces.peaks import STEEP, STEEP_DEG, Peak, describe_beside, unknown
 from rftfit.forces.plane import PEAKS, QUANTITIES, OutlineInMotion
 from rftfit.forces.prediction import predict_with_peaks
 from rftfit.forces.rolling import RULES, Rim, describe_friction
-from rftfit.forces.space import IN_SPACE, extremes_in_space
+from rftfit.forces.space import MESH_QUANTITIES, mesh_peak_targets
 from rftfit.model.draws import end_names, model_end_names, next_end_names
 from rftfit.model.profiles import FAR_DEG, Profile, TableProfile
 from rftfit.store.text import count
@@ -31,9 +31,8 @@ from rftfit.store.text import table as format_table
 class ForceAnswer:
     """Forces on a body along its motion, with what they were predicted from: made by `answer_with_forces`.
 
-    `origin`: name of the profile and its folder, as it is printed. `model_error`: the argument of `predict`. `rule`: a
-    key of `RULES` for a rolling wheel, None for any other motion. `left_out`: errors that the intervals of this form of
-    alpha leave out.
+    `forces`: table of `predict`. `friction`, `model_error`, `body_error`: arguments of `predict`. `origin`: name of the
+    profile and its folder, as it is printed. `left_out`: errors that the intervals of this form of alpha leave out.
     """
 
     forces: pd.DataFrame = field(repr=False)
@@ -46,7 +45,6 @@ class ForceAnswer:
     model_error: float | None
     body_error: BodyError | None
     origin: str
-    rule: str | None
     left_out: str
 
     @property
@@ -57,7 +55,7 @@ class ForceAnswer:
     @property
     def quantities(self) -> tuple[str, ...]:
         """Columns of forces and moments."""
-        return IN_SPACE if self.in_space else QUANTITIES
+        return MESH_QUANTITIES if self.in_space else QUANTITIES
 
     @cached_property
     def beside(self) -> Profile | None:
@@ -71,7 +69,7 @@ class ForceAnswer:
 
     @property
     def poses_unknown(self) -> int:
-        """How many poses have no number."""
+        """Number of poses in which a force or moment has no number."""
         return int(self.forces[list(self.quantities)].isna().any(axis=1).sum())
 
     @property
@@ -81,7 +79,7 @@ class ForceAnswer:
 
     @property
     def short_reason(self) -> str:
-        """The reason, cut where it names dozens of cells."""
+        """`reason`, cut where it names dozens of cells."""
         is_short = len(self.reason) <= _LONGEST_REASON
         return self.reason if is_short else f"{self.reason[:_LONGEST_REASON]} ..."
 
@@ -90,7 +88,7 @@ class ForceAnswer:
         """Names of peaks that may lie in a pose without a number."""
         curves = {name: self.forces[name].to_numpy(float) for name in self.quantities}
         return unknown_peaks(
-            curves, extremes_in_space(curves) if self.in_space else PEAKS, self.peaks
+            curves, mesh_peak_targets(curves) if self.in_space else PEAKS, self.peaks
         )
 
     @property
@@ -118,6 +116,7 @@ class ForceAnswer:
 
     @property
     def _percent(self) -> str:
+        """Name of an interval of this confidence."""
         return f"{100 * self.confidence:g} % interval"
 
     @property
@@ -150,6 +149,11 @@ class ForceAnswer:
     def rim(self) -> Rim | None:
         """Rim of a rolling wheel; None of any other motion."""
         return self.motion.rim if isinstance(self.motion, Motion3D) else None
+
+    @property
+    def rule(self) -> str | None:
+        """Rule of a rolling wheel, a key of `RULES`; None of any other motion."""
+        return self.motion.rule if isinstance(self.motion, Motion3D) and self.rim else None
 
     @property
     def notes(self) -> list[str]:
@@ -233,18 +237,15 @@ class ForceAnswer:
     @property
     def shares_near_pushes(self) -> dict[str, float]:
         """Share of each peak force of an outline in directions near a push, by name of the peak; of a map alone."""
-        if (
-            self.in_space
-            or self.profile.form != "map"
-            or not isinstance(self.profile, TableProfile)
-        ):
+        if self.profile.form != "map" or not isinstance(self.profile, TableProfile):
             return {}
         moving = set_in_motion(self.body, self.motion)
-        assert isinstance(moving, OutlineInMotion)
+        if not isinstance(moving, OutlineInMotion):
+            return {}
         return {
             peak.name: moving.share_near_pushes(peak, self.profile)
             for peak in self.peaks
-            if peak.quantity in moving.forces
+            if peak.quantity in moving.force_names
         }
 
     @property
@@ -268,6 +269,7 @@ class ForceAnswer:
 
     @property
     def _position_column(self) -> str:
+        """Column that tells the poses apart, such as ``theta_deg``."""
         return next(iter(self.motion.columns))
 
     def summary(self) -> str:
@@ -385,12 +387,15 @@ class ForceAnswer:
             doubts.append(
                 "no force in any pose: the body stays above the surface, or does not move"
             )
-        ends = [
-            (name, end) for name in self.quantities for end in end_names(name) if end in self.forces
-        ]
-        missing = [self.forces[end].isna() & self.forces[name].notna() for name, end in ends]
+        lacks_interval = np.zeros(poses, dtype=bool)
+        for name in self.quantities:
+            for end in end_names(name):
+                if end in self.forces:
+                    lacks_interval |= (
+                        self.forces[end].isna() & self.forces[name].notna()
+                    ).to_numpy()
         # where a table stands beside nine terms, the head of the file says why intervals are empty
-        if self.beside is None and (without := sum(map(any, zip(*missing, strict=True)))):
+        if self.beside is None and (without := int(lacks_interval.sum())):
             doubts.append(
                 f"no interval in {without} of {poses} poses: no error of alpha is known there"
             )
@@ -407,7 +412,6 @@ def answer_with_forces(
     model_error: float | None = None,
     body_error: BodyError | None = None,
     origin: str = "",
-    rule: str | None = None,
     left_out: str = "",
 ) -> ForceAnswer:
     """Predict forces and keep what they were predicted from; for parameters see `predict` and `ForceAnswer`."""
@@ -431,7 +435,6 @@ def answer_with_forces(
         model_error=model_error,
         body_error=body_error,
         origin=origin or profile.name,
-        rule=rule,
         left_out=left_out,
     )
 
@@ -443,6 +446,7 @@ def _widest_ends(peak: Peak) -> tuple[float, float]:
 
 
 def _unit_of(quantity: str) -> str:
+    """Return the unit of a force or a moment."""
     return "N cm" if quantity.startswith("moment") else "N"
 
 

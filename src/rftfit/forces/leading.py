@@ -19,9 +19,10 @@ ALONG_ITSELF = 1e-4
 
 
 def share_of_face(outward: FloatArray, speed: FloatArray) -> FloatArray:
-    """Share of the load of a plate that a face of a solid body bears, from 0 to 1.
+    """Return the share of the load of a plate that a face of a solid body bears: 1 in front, 0 behind, 0 at rest.
 
-    `outward`: speed of the face along its outward normal. `speed`: its whole speed.
+    Up to `ALONG_ITSELF` it grows linearly from 0 to 1. `outward`: speed of the face along its outward normal. `speed`:
+    its whole speed, in the same unit.
     """
     moves = speed > 0
     relative = np.divide(outward, 2 * ALONG_ITSELF * speed, where=moves, out=np.zeros_like(speed))

@@ -6,14 +6,16 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from rftfit.campaign.config import Config
-from rftfit.conventions import QUASI_STATIC_CM_PER_S, FloatArray
+from rftfit.conventions import QUASI_STATIC_CM_PER_S
 from rftfit.forces import model_error as errors
 from rftfit.forces.bodies import set_in_motion
 from rftfit.forces.corners import describe_corners
 from rftfit.forces.mesh import Mesh, Motion3D
 from rftfit.forces.motion import Motion, rotation
+from rftfit.forces.moving import WetParts
 from rftfit.forces.outlines import Outline
 from rftfit.forces.plane import NOTICED
 from rftfit.model.known import profile_of
@@ -23,9 +25,8 @@ from rftfit.model.profiles import EPS, PAPER_WINDOW, KnownMedium, Profile
 class Reach(NamedTuple):
     """How deep a body moves, and how far below the depths over which alpha was measured.
 
-    `deepest_cm`: Depth of the body's deepest point. `measured_to_cm`: Depth to which alpha was measured
-    (`depth_measured`). `share_below`: Share of depth times area, summed over all poses, that lies below
-    `measured_to_cm`.
+    `deepest_cm`: depth of the body's deepest element or face. `measured_to_cm`: depth to which alpha was measured.
+    `share_below`: share of depth times area, summed over all poses, that lies below `measured_to_cm`.
     """
 
     deepest_cm: float
@@ -38,10 +39,10 @@ def reach_below_measured(
 ) -> Reach | None:
     """Compare the depths of a body with those over which alpha was measured; None where it stays above the medium."""
     moving = set_in_motion(outline, motion)
-    load, depth, *_ = moving.wet_parts()
-    if not float(np.nansum(load)) > 0:
+    wet = moving.wet_parts()
+    if not np.nansum(wet.load_cm3) > 0:
         return None
-    return _reach(load, depth, depth_measured(profile_of(medium, moving.knows))[0])
+    return _reach(wet, depth_measured(profile_of(medium, moving.is_covered_by))[0])
 
 
 def depth_measured(profile: Profile) -> tuple[float, str]:
@@ -68,9 +69,15 @@ def describe_speed(fastest_cm_per_s: float) -> str:
     return f"faster than quasi-static: up to {fastest_cm_per_s:.3g} cm/s"
 
 
-def _reach(load: FloatArray, depth: FloatArray, measured_to_cm: float) -> Reach:
-    below = float(np.nansum(load[depth > measured_to_cm])) / float(np.nansum(load))
-    return Reach(float(depth[load > 0].max()), measured_to_cm, below)
+def _reach(wet: WetParts, measured_to_cm: float) -> Reach:
+    """Compare the depths of what lies in the medium with the depth to which alpha was measured."""
+    share_below = _share(wet, wet.depth_cm > measured_to_cm)
+    return Reach(float(wet.depth_cm[wet.load_cm3 > 0].max()), measured_to_cm, share_below)
+
+
+def _share(wet: WetParts, chosen: npt.NDArray[np.bool_]) -> float:
+    """Return the share of depth times area, summed over all poses, of the chosen elements or faces."""
+    return float(np.nansum(wet.load_cm3[chosen]) / np.nansum(wet.load_cm3))
 
 
 def beyond_measured(
@@ -109,46 +116,45 @@ def beyond_measured(
     """
     motion = rotation() if motion is None else motion
     moving = set_in_motion(outline, motion)
-    load, depth, speed, *horizontal = moving.wet_parts()
-    total = float(np.nansum(load))
-    if not total > 0:
+    wet = moving.wet_parts()
+    bears_load = wet.load_cm3 > 0
+    if not bears_load.any():
         return []
     rim = motion.rim if isinstance(motion, Motion3D) else None
     warnings = [] if rim is None else rim.list_doubts()
-    profile = profile_of(medium, moving.knows)
+    profile = profile_of(medium, moving.is_covered_by)
     warnings += describe_corners(profile, outline, motion)
     shallowest = profile.window[0]
-    deepest, clause = depth_measured(profile)
-
-    def share(where: np.ndarray) -> float:
-        return float(np.nansum(load[where])) / total
-
-    reach = _reach(load, depth, deepest)
-    if reach.deepest_cm > deepest:
+    measured_to_cm, clause = depth_measured(profile)
+    reach = _reach(wet, measured_to_cm)
+    if reach.deepest_cm > measured_to_cm:
         warnings.append(
             f"{describe_depth(reach.deepest_cm, clause)} ({100 * reach.share_below:.0f} % of depth times area lies below)"
         )
-    if (share_shallow := share(depth < shallowest)) > NOTICED:
+    if (share_shallow := _share(wet, wet.depth_cm < shallowest)) > NOTICED:
         warnings.append(
             f"nearer to the surface than measured: {100 * share_shallow:.0f} % of depth times area lies above "
             f"{shallowest:.1f} cm"
         )
-    if (fastest := float(speed[load > 0].max())) > QUASI_STATIC_CM_PER_S:
-        share_fast = share(speed > QUASI_STATIC_CM_PER_S)
+    if (fastest := float(wet.speed_cm_per_s[bears_load].max())) > QUASI_STATIC_CM_PER_S:
+        share_fast = _share(wet, wet.speed_cm_per_s > QUASI_STATIC_CM_PER_S)
         warnings.append(
             f"{describe_speed(fastest)} ({100 * share_fast:.0f} % of depth times area "
             f"above {QUASI_STATIC_CM_PER_S:g} cm/s), where the inertia of the grains counts too"
         )
     if config is not None:
         box, clear = config.container, config.fit.wall_clearance_cm
-        near = depth > box.depth_cm - clear
+        near = wet.depth_cm > box.depth_cm - clear
         # an outline has x alone
-        for position_cm, size in zip(horizontal, (box.length_cm, box.width_cm), strict=False):
-            wet = position_cm[load > 0]
-            near |= np.abs(position_cm - (wet.max() + wet.min()) / 2) > size / 2 - clear
+        for position, size_cm in zip(
+            wet.horizontal_cm, (box.length_cm, box.width_cm), strict=False
+        ):
+            loaded = position[bears_load]
+            middle = (loaded.max() + loaded.min()) / 2
+            near |= np.abs(position - middle) > size_cm / 2 - clear
         if isinstance(outline, Outline):
             near |= outline.width_cm > box.width_cm - 2 * clear
-        if (share_near := share(near)) > NOTICED:
+        if (share_near := _share(wet, near)) > NOTICED:
             warnings.append(
                 f"near the container: {100 * share_near:.0f} % of depth times area lies within {clear:g} cm of "
                 "its walls or bottom, even in its middle; alpha was measured farther from them"

@@ -1,4 +1,4 @@
-"""Answers on a medium from one penetration test or a few pushes: as text, as facts and as a table."""
+"""Answers on a medium from one penetration test, a few pushes or measured contacts: as text, as facts and as a table."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class MediumAnswer:
         """Return the facts for scripts."""
         return self.facts
 
-    def written(self) -> dict[str, Any]:
+    def columns_for_file(self) -> dict[str, Any]:
         """Round the columns of alpha by direction for a file: angles to 0.01 degrees, numbers to 1e-6 N/cm^3."""
         beta_deg, gamma_deg, *others = self.columns
         columns: dict[str, Any] = {
@@ -104,6 +104,7 @@ def answer_of_pushes(
 ) -> MediumAnswer:
     """Answer from the map of any number of pushes; zeta by the paper's routine too where a push goes straight down."""
     confidence = medium_map.confidence
+    # alpha_z(0, 90 deg) of the pushes and its standard error
     down = None if pushes is None else push_straight_down(pushes, confidence)
     routine = None
     if down is not None and down[0] > 0:
@@ -146,19 +147,19 @@ def answer_of_contacts(
     level = f"{100 * alone.confidence:g} % interval"
     value, lo, hi = vertical
     plate = None if pushes is None else push_straight_down(pushes, alone.confidence)
-    beside = ""
+    comparison = ""
     facts: dict[str, Any] = {"contacts": len(contacts), "alpha_z_of_contacts": _name_ends(vertical)}
     if plate is not None:
         of_plate, _ = plate
         facts |= {"alpha_z_of_plate": of_plate, "contacts_over_plate": value / of_plate}
-        beside = f"; a plate says {of_plate:.3g}: ratio {value / of_plate:.2f} ({lo / of_plate:.2f} to {hi / of_plate:.2f})"
+        comparison = f"; a plate says {of_plate:.3g}: ratio {value / of_plate:.2f} ({lo / of_plate:.2f} to {hi / of_plate:.2f})"
     bodies = "; ".join(dict.fromkeys(contact.body_error.words for contact in contacts))
     poses = sum(int(contact.touches.sum()) for contact in contacts)
-    first = (
+    head = (
         f"alpha_z(0, 90 deg) = {value:.3g} N/cm^3 ({lo:.3g} to {hi:.3g}, {level}) from forces on "
-        f"{contacts[0].body.name} in {poses} poses{beside}.\n{bodies[0].upper()}{bodies[1:]}.\n\n"
+        f"{contacts[0].body.name} in {poses} poses{comparison}.\n{bodies[0].upper()}{bodies[1:]}.\n\n"
     )
-    return replace(answer, text=first + answer.text, facts=answer.facts | facts)
+    return replace(answer, text=head + answer.text, facts=answer.facts | facts)
 
 
 def vertical_alpha(medium_map: Map) -> tuple[float, float, float]:
@@ -171,28 +172,31 @@ def vertical_alpha(medium_map: Map) -> tuple[float, float, float]:
 
 
 def _value_and_ends(medium: ScaledMedium, name: str) -> tuple[float, ...]:
-    """Read a number of a scaled medium and the ends of its interval."""
+    """Read a number of a scaled medium, such as ``zeta``, and the ends of its interval."""
     return tuple(float(getattr(medium, name + end)) for end in ("", "_lo", "_hi"))
 
 
 def _name_ends(numbers: Iterable[float]) -> dict[str, float]:
-    """Name a number and the ends of its interval for scripts."""
+    """Name a number and the ends of its interval ``value``, ``lo`` and ``hi``, for scripts."""
     return dict(zip(("value", "lo", "hi"), map(float, numbers), strict=True))
 
 
 def _describe_doubt(medium_map: Map) -> str:
     """Say why a medium does not belong to the known ones; empty where it does."""
     worst = medium_map.farthest
-    if medium_map.contacts and not worst and medium_map.belongs < NOT_ALIKE:
+    if not medium_map.belongs < NOT_ALIKE:
+        return ""
+    media = f"{1 / max(medium_map.belongs, 1e-9):.3g} media that do"
+    if worst is None:
+        if not medium_map.contacts:
+            return ""
         return (
             "this medium does not belong to those whose shape is known, or the body is described wrongly: forces lie so "
-            f"far from those expected once in {1 / max(medium_map.belongs, 1e-9):.3g} media that do"
+            f"far from those expected once in {media}"
         )
-    if not (worst and medium_map.belongs < NOT_ALIKE):
-        return ""
     return (
         "this medium does not belong to those whose shape is known: pushes lie so far from "
-        f"it once in {1 / max(medium_map.belongs, 1e-9):.3g} media that do. "
+        f"it once in {media}. "
         f"{_describe_horizontal(medium_map, ' as in the known media')}. Farthest from the shape is (beta, gamma) = ("
         f"{worst.beta_deg:g}, {worst.gamma_deg:g}) deg, alpha_{worst.component}: found "
         f"{worst.measured:.3g}, expected by the other pushes {worst.expected:.3g} +- {worst.error:.2g} "

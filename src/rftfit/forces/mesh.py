@@ -16,7 +16,7 @@ from rftfit.campaign.problems import choose
 from rftfit.campaign.rows import TableColumn
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
-from rftfit.forces.motion import SCHEMA, as_increasing, rates_of_steps, read_times
+from rftfit.forces.motion import SCHEMA, as_increasing, rates_of_steps, read_path_columns
 from rftfit.forces.outlines import Outline
 from rftfit.forces.rolling import (
     NO_RULE,
@@ -34,6 +34,8 @@ from rftfit.table.units import LENGTH_TO_CM
 IntArray = NDArray[np.int64]
 
 UNITS_CM = {unit: LENGTH_TO_CM[unit] for unit in ("mm", "cm", "m", "in")}
+"""Size of each unit that a file of a mesh may have, cm."""
+
 FORMATS = (".stl", ".obj", ".ply")
 """Endings of files that are read."""
 
@@ -56,6 +58,8 @@ PATH = replace(
         ),
     ),
 )
+
+"""Columns of a path in space."""
 
 _RIM_FACETS, _FLANK_CM, _SECTION_CM = 96, 0.4, 0.8
 """Facets around the rim of a wheel with lugs, and longest edges of a lug's flank and across its width."""
@@ -116,10 +120,10 @@ class Mesh:
         distinct_corners = corners[(corners != np.roll(corners, 1, axis=1)).all(axis=1)]
         if lost := len(corners) - len(distinct_corners):
             notes.append(f"left out {lost} faces without area")
-        _, first_rows = np.unique(np.sort(distinct_corners, axis=1), axis=0, return_index=True)
-        if lost := len(distinct_corners) - len(first_rows):
+        _, once = np.unique(np.sort(distinct_corners, axis=1), axis=0, return_index=True)
+        if lost := len(distinct_corners) - len(once):
             notes.append(f"left out {lost} faces that were there twice")
-        corners = distinct_corners[np.sort(first_rows)]
+        corners = distinct_corners[np.sort(once)]
         if not sheet:
             _check_closed(vertices, corners)
             part_of_face = _number_parts(len(vertices), corners)
@@ -158,9 +162,7 @@ class Mesh:
     @property
     def edges_cm(self) -> FloatArray:
         """Longest edge of each triangle, shape (m,)."""
-        corners = self.triangles
-        lengths = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=-1)
-        return np.asarray(lengths.max(axis=1))
+        return np.asarray(_edge_lengths(self.triangles).max(axis=1))
 
     @property
     def points_cm(self) -> FloatArray:
@@ -218,11 +220,11 @@ class Mesh:
         """
         short_enough, too_long = [], self.triangles
         while len(too_long):
-            lengths = np.linalg.norm(np.roll(too_long, -1, axis=1) - too_long, axis=-1)
+            lengths = _edge_lengths(too_long)
             short = lengths.max(axis=1) <= longest_cm
             short_enough.append(too_long[short])
             too_long, lengths = too_long[~short], lengths[~short]
-            # a to b is the longest edge
+            # the corners of each triangle in a cycle, so that a to b is the longest edge
             order = (lengths.argmax(axis=1)[:, None] + np.arange(3)) % 3
             a, b, c = np.moveaxis(np.take_along_axis(too_long, order[..., None], axis=1), 1, 0)
             middle = (a + b) / 2
@@ -231,6 +233,7 @@ class Mesh:
         return self._with_faces(corners, np.arange(len(corners)).reshape(-1, 3))
 
     def _with_faces(self, vertices: FloatArray, faces: IntArray) -> Mesh:
+        """Return this mesh with other vertices and faces, which are not checked."""
         changed_mesh = copy(self)
         changed_mesh.vertices_cm, changed_mesh.faces = vertices, faces
         return changed_mesh
@@ -301,15 +304,13 @@ class Mesh:
         """
         if outline.solid:
             raise ValueError(f"{outline.name} is solid; allowed: a thin outline")
-        x, z, along_x, along_z, length = outline.body.T
-        ends = np.stack(
-            [
-                np.stack([x + side * length * along_x, 0 * x, z + side * length * along_z], axis=-1)
-                for side in (-1, 1)
-            ],
-            axis=1,
-        )
+        x, z, along_x, along_z, half_length = outline.body.T
+        along = half_length * np.stack([along_x, 0 * x, along_z])
+        centre = np.stack([x, 0 * x, z])
+        # shape (elements, 2, 3)
+        ends = np.stack([centre - along, centre + along]).transpose(2, 0, 1)
         side = np.array([0.0, outline.width_cm / 2, 0.0])
+        # four corners of each element: both ends on one side, both on the other
         corners = np.concatenate([ends - side, ends + side], axis=1).reshape(-1, 3)
         first_corner = 4 * np.arange(len(x))[:, None]
         faces = np.concatenate([first_corner + np.array(half) for half in ([0, 1, 3], [0, 3, 2])])
@@ -406,9 +407,10 @@ class Mesh:
         tip = np.arcsin(thickness_cm / 2 / (radius_cm + lug_cm))
         height = np.linspace(0, 1, max(1, int(np.ceil(lug_cm / _FLANK_CM))) + 1)
         steps = max(2, int(np.ceil((pitch - 2 * root) / (2 * np.pi / _RIM_FACETS))))
-        # one lug and the rim behind it: up a flank, over the tip, down, along the rim
+        # half angle of a lug as seen from the axle, from its root to its tip
         flank = root + (tip - root) * height
         rim = np.linspace(root, pitch - root, steps + 1)[1:-1]
+        # one lug and the rim behind it: up a flank, over the tip, down, along the rim
         radius_of_lug = radius_cm + lug_cm * np.concatenate([height, height[::-1], 0 * rim])
         angle_of_lug = np.concatenate([-flank, flank[::-1], rim])
         radius = np.tile(radius_of_lug, lugs)
@@ -418,21 +420,27 @@ class Mesh:
         x, z = radius * np.sin(angle), radius * np.cos(angle)
         vertices = [np.stack([x, np.full_like(x, y), z], axis=1) for y in across]
         hubs = np.array([[0, -width_cm / 2, 0], [0, width_cm / 2, 0]])
-        nodes = np.arange(radius.size)
+        # numbers of the vertices of the first outline; those of the next one across are larger by their count
+        count = radius.size
+        nodes = np.arange(count)
         next_nodes = np.roll(nodes, -1)
-        # two triangles for each edge of each section of the tread, then the two ends around their
-        # hubs
+        # two triangles for each edge of each section of the tread, then the two ends around their hubs
         faces = []
-        for first in nodes.size * np.arange(sections):
+        for first in count * np.arange(sections):
             a, b = first + nodes, first + next_nodes
-            faces += [[a, b, b + nodes.size], [a, b + nodes.size, a + nodes.size]]
-        hub, last = nodes.size * (sections + 1) + 0 * nodes, nodes.size * sections
+            faces += [[a, b, b + count], [a, b + count, a + count]]
+        hub, last = count * (sections + 1) + 0 * nodes, count * sections
         faces += [[hub, next_nodes, nodes], [hub + 1, last + nodes, last + next_nodes]]
         return cls(
             np.concatenate([*vertices, hubs]),
             np.concatenate([np.stack(corners, axis=1) for corners in faces]),
             "lugged wheel",
         )
+
+
+def _edge_lengths(triangles: FloatArray) -> FloatArray:
+    """Return the lengths of the edges of triangles (m, 3, 3), from corner to next corner, shape (m, 3)."""
+    return np.asarray(np.linalg.norm(np.roll(triangles, -1, axis=1) - triangles, axis=-1))
 
 
 def describe_triangles(count: int, given: int) -> str:
@@ -445,44 +453,44 @@ def _revolve(profile: FloatArray, longitudes: int) -> tuple[FloatArray, IntArray
     angle = 2 * np.pi * np.arange(longitudes) / longitudes
     r, z = profile.T[..., None]
     vertices = np.stack([r * np.cos(angle), r * np.sin(angle), z + 0 * angle], axis=-1)
-    j, i = np.meshgrid(np.arange(len(profile) - 1), np.arange(longitudes), indexing="ij")
-    right = (i + 1) % longitudes
-    left_node, right_node = j * longitudes + i, j * longitudes + right
-    right_above, left_above = right_node + longitudes, left_node + longitudes
-    corners = [left_node, right_node, right_above, left_node, right_above, left_above]
-    faces = np.stack(corners, axis=-1).reshape(-1, 3)
-    on_axis = np.repeat(profile[:, 0] == 0, longitudes)  # all points of such a row are one
-    number = np.arange(on_axis.size)
-    faces = np.where(on_axis, number - number % longitudes, number)[faces]
+    # numbers of the vertices, a row for each point of the profile; all of a point on the axis are the first of its row
+    number = np.arange(r.size * longitudes).reshape(r.size, longitudes)
+    number = np.where(r == 0, number[:, :1], number)
+    right = np.roll(number, -1, axis=1)
+    # two triangles for each quadrilateral; next to the axis one of them has no area
+    first = np.stack([number[:-1], right[:-1], right[1:]], axis=-1)
+    second = np.stack([number[:-1], right[1:], number[1:]], axis=-1)
+    faces = np.stack([first, second], axis=2).reshape(-1, 3)
     return vertices.reshape(-1, 3), faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
 
 
 def _merge_vertices(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
-    """Make one of vertices nearer than `_SAME`, and leave out those of no face."""
+    """Merge vertices nearer to each other than `_SAME`, and leave out those of no face: other vertices and faces."""
     used = np.unique(faces)
     size = np.ptp(vertices[used], axis=0).max()
     if not size > 0:
         raise ValueError("all vertices are one point")
-    place = np.round(vertices[used] / (_SAME * size))
-    _, first_rows, number = np.unique(place, axis=0, return_index=True, return_inverse=True)
-    merged_number = np.zeros(len(vertices), dtype=np.int64)
-    merged_number[used] = number.ravel()
-    return vertices[used][first_rows], merged_number[faces]
+    rounded = np.round(vertices[used] / (_SAME * size))
+    _, kept, merged = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
+    new_number = np.zeros(len(vertices), dtype=np.int64)
+    new_number[used] = merged.ravel()
+    return vertices[used][kept], new_number[faces]
 
 
 def area_vectors(triangles: FloatArray) -> FloatArray:
-    """Return the normal times the area of triangles (..., 3, 3)."""
+    """Return the normal times the area of triangles (..., 3, 3), cm^2, shape (..., 3)."""
     a, b, c = np.moveaxis(triangles, -2, 0)
     return np.cross(b - a, c - a) / 2
 
 
 def _check_closed(vertices: FloatArray, faces: IntArray) -> None:
     """Raise ValueError unless each edge belongs to two faces that run through it in opposite directions."""
-    edges = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
-    forward = np.where(edges[:, 0] < edges[:, 1], 1, -1)
+    sides = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
+    forward = np.where(sides[:, 0] < sides[:, 1], 1, -1)
     edges, edge_of_side, count = np.unique(
-        np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True
+        np.sort(sides, axis=1), axis=0, return_inverse=True, return_counts=True
     )
+    # 0 where both faces run through an edge in opposite directions
     direction = np.bincount(edge_of_side.ravel(), forward)
     for wrong, fault in (
         (count == 1, "belong to one face only: the mesh is open (sheet=True takes a thin sheet)"),
@@ -508,7 +516,7 @@ def _number_parts(n_vertices: int, faces: IntArray) -> IntArray:
 
 
 def _count_crossing_parts(vertices: FloatArray, faces: IntArray, part_of_face: IntArray) -> int:
-    """Count closed parts of which an edge runs inside another part, at eight points of it."""
+    """Count closed parts with an edge inside another part, tried at eight points of each edge; shapes as in `Mesh`."""
     order = np.argsort(part_of_face, kind="stable")
     ends = np.cumsum(np.bincount(part_of_face))
     triangles = np.split(vertices[faces[order]], ends[:-1])
@@ -521,8 +529,8 @@ def _count_crossing_parts(vertices: FloatArray, faces: IntArray, part_of_face: I
         meets[inner] = False
         if not meets.any():
             continue
-        corners, next_corners = inner_part, np.roll(inner_part, -1, axis=1)
-        along_edges = [corners + share * (next_corners - corners) for share in np.arange(8) / 8]
+        edges = np.roll(inner_part, -1, axis=1) - inner_part
+        along_edges = [inner_part + share * edges for share in np.arange(8) / 8]
         points = np.concatenate(along_edges).reshape(-1, 3)
         for outer in np.flatnonzero(meets):
             candidates = points[((points > lowest[outer]) & (points < highest[outer])).all(axis=1)]
@@ -535,9 +543,10 @@ def _count_crossing_parts(vertices: FloatArray, faces: IntArray, part_of_face: I
 
 
 def _winding(point: FloatArray, triangles: FloatArray) -> float:
-    """Count how often a closed surface goes around a point: 1 inside, 0 outside.
+    """Return the winding number of a closed surface around a point: 1 inside, 0 outside.
 
-    By the solid angles of its triangles (m, 3, 3), van Oosterom and Strackee (1983).
+    By the solid angles w of its triangles (m, 3, 3), van Oosterom and Strackee (1983): tan(w / 2) = a (b x c) /
+    (|a||b||c| + (a b) |c| + (b c) |a| + (c a) |b|).
     """
     a, b, c = np.moveaxis(triangles - point, 1, 0)
     length_a, length_b, length_c = (np.linalg.norm(corner, axis=1) for corner in (a, b, c))
@@ -607,27 +616,26 @@ class Motion3D:
         rotation: Any = None,
         name: str = "poses in space",
     ) -> None:
+        # a Rotation of scipy, or matrices
         matrices = getattr(rotation, "as_matrix", lambda: rotation)()
-        parts = {
+        arguments = {
             "position_cm": (position_cm, 3),
             "velocity_cm_per_s": (velocity_cm_per_s, 3),
             "rate_rad_per_s": (np.zeros(3) if rate_rad_per_s is None else rate_rad_per_s, 3),
             "rotation": (np.eye(3) if matrices is None else matrices, 9),
         }
         arrays = []
-        for label, (argument, size) in parts.items():
-            values = np.asarray(argument, dtype=float)
-            if values.size % size or values.shape[-1:] != (3,):
-                raise ValueError(f"{label}: {size} numbers a pose wanted, found {values.shape}")
-            arrays.append(values.reshape(-1, size))
-        if len({len(poses_given) for poses_given in arrays} - {1}) > 1:
-            raise ValueError(
-                f"poses differ in number: {[len(poses_given) for poses_given in arrays]}"
-            )
-        poses = max(map(len, arrays))
-        self.frames = np.hstack(
-            [np.broadcast_to(poses_given, (poses, poses_given.shape[1])) for poses_given in arrays]
-        )
+        for name_of_argument, (argument, size) in arguments.items():
+            array = np.asarray(argument, dtype=float)
+            if array.size % size or array.shape[-1:] != (3,):
+                fault = f"{size} numbers a pose wanted, found {array.shape}"
+                raise ValueError(f"{name_of_argument}: {fault}")
+            arrays.append(array.reshape(-1, size))
+        lengths = [len(array) for array in arrays]
+        if len({*lengths} - {1}) > 1:
+            raise ValueError(f"poses differ in number: {lengths}")
+        poses = max(lengths)
+        self.frames = np.hstack([np.broadcast_to(a, (poses, a.shape[1])) for a in arrays])
         self.name = name
         self.rolling = np.zeros((poses, len(NO_WHEEL)))
         self.rule = NO_RULE
@@ -722,11 +730,11 @@ class Motion3D:
         ValueError
             If the axle does not lie along y through the middle, or sinkage, slip or rim are impossible.
         """
-        found_rim = find_rim(mesh.vertices_cm, rim_cm, mesh.lowest_radius_cm)
-        rim = found_rim.radius_cm
-        if not 0 < sinkage_cm < 2 * rim:
+        rim = find_rim(mesh.vertices_cm, rim_cm, mesh.lowest_radius_cm)
+        radius = rim.radius_cm
+        if not 0 < sinkage_cm < 2 * radius:
             raise ValueError(
-                f"a sinkage above 0 and below the diameter of {2 * rim:.4g} cm wanted, found {sinkage_cm:g}"
+                f"a sinkage above 0 and below the diameter of {2 * radius:.4g} cm wanted, found {sinkage_cm:g}"
             )
         if not -1 <= slip <= 1:
             raise ValueError(f"a slip from -1 to 1 wanted (20 % is 0.2), found {slip:g}")
@@ -737,19 +745,19 @@ class Motion3D:
         # about y, z toward x
         matrices = np.stack([cos, zeros, sin, zeros, zeros + 1, zeros, -sin, zeros, cos], axis=-1)
         motion = cls(
-            [0.0, 0.0, rim - sinkage_cm],
+            [0.0, 0.0, radius - sinkage_cm],
             [travel, 0.0, 0.0],
-            [0.0, rim_speed / rim, 0.0],
+            [0.0, rim_speed / radius, 0.0],
             matrices.reshape(-1, 3, 3),
             f"rolled, {sinkage_cm:g} cm deep, slip {slip:g}",
         )
         motion.columns = {"wheel_turn_deg": np.degrees(turn)} | motion.columns
-        motion.rim = found_rim
+        motion.rim = rim
         if not mesh.sheet:
             has_track = track and not mesh.is_convex
             velocity, rate = motion.frames[:, 3:6], motion.frames[:, 6:9]
-            radius = measure_radius(mesh.vertices_cm)
-            motion.rolling = rolling_rows(velocity, rate, radius, has_track)
+            farthest_cm = measure_radius(mesh.vertices_cm)
+            motion.rolling = rolling_rows(velocity, rate, farthest_cm, has_track)
             motion.rule = TRACK_RULE if has_track else NO_RULE
         return motion
 
@@ -814,5 +822,5 @@ class Motion3D:
         CampaignError
             With every cell that is wrong, and every time that does not increase.
         """
-        time, *numbers = read_times(Path(file), PATH)
+        time, *numbers = read_path_columns(Path(file), PATH)
         return cls.path(time, np.transpose(numbers[:3]), np.transpose(numbers[3:]), f"along {file}")

@@ -47,13 +47,13 @@ SPACE_OVER_PLANE = EPS_IN_SPACE / EPS
 """Error of a solid in space over that of an outline: faces bear less in one direction than in all."""
 
 LENGTH_DEG: float = _CHOSEN.length_deg
-"""Length of g over the angle that a body turns."""
+"""Correlation length of g over the angle that a body turns."""
 
 LENGTH_BODIES: float = _CHOSEN.length_bodies
-"""Length of g over the way of the reference point, in lengths of the body."""
+"""Correlation length of g over the way of the reference point, in lengths of the body."""
 
 MOST_AT_ONCE = 2_000_000
-"""Most numbers of an array that is held at once: elements times draws times poses."""
+"""Most numbers of an array that is held in memory: elements times draws times poses."""
 
 
 def eps_of(
@@ -100,45 +100,46 @@ def larger_model_error(of_legs: float) -> float:
 
 @dataclass(frozen=True)
 class Load:
-    """Load without cancellation and its centre, in some poses of a motion, by draw.
+    """Load without cancellation and its centre, by draw, in some poses of a motion or in all.
 
-    `places`: numbers of these poses, shape (k,). `size`: H, N, shape (draws, k). `centre`: from the reference point,
+    `poses`: numbers of these poses, shape (k,). `size`: H, N, shape (draws, k). `centre`: from the reference point,
     cm, shape (draws, k, axes), without axes where no moment is wanted. `loaded`: 1 for each of all poses that has any
     load, else 0, shape (p,).
     """
 
-    places: npt.NDArray[np.intp]
+    poses: npt.NDArray[np.intp]
     size: FloatArray
     centre: FloatArray
     loaded: FloatArray
 
     def between(self, start: int, stop: int) -> Load:
         """Interpolate the load linearly to all poses from `start` to `stop`."""
-        places = np.arange(start, stop)
-        right = np.clip(np.searchsorted(self.places, places, side="right"), 1, self.places.size - 1)
-        if self.places.size == 1:
-            right = np.zeros(places.size, dtype=int)
+        all_poses = np.arange(start, stop)
+        last = self.poses.size - 1
+        # calculated poses beside each pose; a single calculated pose stands on both sides
+        right = np.searchsorted(self.poses, all_poses, side="right").clip(min(1, last), last)
         left = np.maximum(right - 1, 0)
-        gap = np.maximum(self.places[right] - self.places[left], 1)
-        share = (places - self.places[left]) / gap
+        gap = np.maximum(self.poses[right] - self.poses[left], 1)
+        share = (all_poses - self.poses[left]) / gap
 
-        def linear(values: FloatArray) -> FloatArray:
-            weight = share.reshape(-1, *[1] * (values.ndim - 2))
-            from_left = values.take(left, axis=1)
-            return np.asarray(from_left + weight * (values.take(right, axis=1) - from_left))
+        def interpolate(at_poses: FloatArray) -> FloatArray:
+            """Interpolate numbers of shape (draws, k, ...)."""
+            weight = share.reshape(-1, *[1] * (at_poses.ndim - 2))
+            from_left = at_poses.take(left, axis=1)
+            return np.asarray(from_left + weight * (at_poses.take(right, axis=1) - from_left))
 
-        size = linear(self.size) * self.loaded[start:stop]
-        return Load(places, size, linear(self.centre), self.loaded[start:stop])
+        size = interpolate(self.size) * self.loaded[start:stop]
+        return Load(all_poses, size, interpolate(self.centre), self.loaded[start:stop])
 
     def at(self, chosen: slice) -> Load:
-        """Return the load in some of the poses in which it was calculated."""
+        """Return the load in some of the poses, where it was calculated in all of them."""
         return Load(
-            self.places[chosen], self.size[:, chosen], self.centre[:, chosen], self.loaded[chosen]
+            self.poses[chosen], self.size[:, chosen], self.centre[:, chosen], self.loaded[chosen]
         )
 
 
 def size_of(load: FloatArray) -> FloatArray:
-    """Return H, shape (draws, p), for the load G: see the head of this module."""
+    """Return H, N, of the load G, both of shape (draws, p): see the head of this module."""
     largest = np.nanmax(load, axis=-1, keepdims=True, initial=0.0)
     return np.asarray(np.hypot(load, LEAST_LOAD * largest))
 
@@ -146,37 +147,29 @@ def size_of(load: FloatArray) -> FloatArray:
 def outline_load(
     profile: Profile, outline: Outline, poses: FloatArray, *, with_centre: bool = True
 ) -> Load:
-    """Calculate the load on an outline, in about `load_poses` of its poses.
+    """Calculate the load on an outline, in about `load_poses` of its poses (p, 6).
 
     `profile`: a single one, or a stack of draws. `with_centre`: False saves time where no moment is wanted.
     """
-    count = len(poses)
-    most_poses = int(
-        np.clip(_CHOSEN.load_elements // max(len(outline.body), 1), 25, _CHOSEN.load_poses)
-    )
-    step = max(1, math.ceil(count / most_poses))
-    places = (
-        np.unique(np.append(np.arange(0, count, step), count - 1)) if count else np.zeros(0, int)
-    )
+    count, elements = len(poses), max(len(outline.body), 1)
     draws = len(profile.parameters[0]) if profile.parameters[0].ndim > 1 else 1
-    chunk = max(1, MOST_AT_ONCE // (draws * max(len(outline.body), 1)))
+    if not count:
+        return Load(np.zeros(0, int), np.zeros((draws, 0)), np.zeros((draws, 0, 2)), np.zeros(0))
+    most_poses = np.clip(_CHOSEN.load_elements // elements, 25, _CHOSEN.load_poses)
+    calculated = np.append(np.arange(0, count - 1, math.ceil(count / most_poses)), count - 1)
+    at_once = max(1, MOST_AT_ONCE // (draws * elements))
     sizes, centres = [], []
-    for start in range(0, places.size, chunk):
-        some_poses = poses[places[start : start + chunk]]
+    for start in range(0, calculated.size, at_once):
+        some_poses = poses[calculated[start : start + at_once]]
         size, centre = _load_and_centre(profile, outline, some_poses, with_centre)
         sizes.append(size)
         centres.append(centre)
-    loaded = np.concatenate(
-        [
-            _bears_load(outline, poses[start : start + _CHOSEN.load_elements])
-            for start in range(0, count, _CHOSEN.load_elements)
-        ]
-        or [np.zeros(0)]
-    )
-    if not sizes:
-        return Load(places, np.zeros((draws, 0)), np.zeros((draws, 0, 2)), loaded)
-    size = size_of(np.concatenate(sizes, axis=1))
-    return Load(places, size, np.concatenate(centres, axis=1), loaded)
+    loaded = [
+        _bears_load(outline, poses[start : start + _CHOSEN.load_elements])
+        for start in range(0, count, _CHOSEN.load_elements)
+    ]
+    size, centre = size_of(np.concatenate(sizes, axis=1)), np.concatenate(centres, axis=1)
+    return Load(calculated, size, centre, np.concatenate(loaded))
 
 
 def _bears_load(outline: Outline, poses: FloatArray) -> FloatArray:
@@ -195,8 +188,7 @@ def _load_and_centre(
         size = np.hypot(*profile.sums_of_sizes(load, beta, gamma))
         return size, np.zeros((*size.shape, 0))
     arm = np.nan_to_num(wet.arm)
-    # seven digits of a load are enough; shape (p, elements, draws), so that the sums run over whole
-    # rows
+    # seven digits of a load are enough; shape (p, elements, draws), so that the sums run over whole rows
     force_z, force_x = (
         np.abs(alpha).reshape(*load.shape, -1) * load[..., None].astype(np.float32)
         for alpha in _alpha_of_draws(profile, beta.ravel(), gamma.ravel())
@@ -206,18 +198,19 @@ def _load_and_centre(
         return size, np.zeros((*size.shape, 0))
     force_size = np.sqrt(force_z**2 + force_x**2)
     total = force_size.sum(axis=1)
-    moved = np.einsum("pnd,pnc->dpc", force_size, arm.astype(np.float32), optimize=True)
-    middle = moved / np.where(total > 0, total, 1.0).T[..., None]
-    return size, middle.astype(float)
+    moments = np.einsum("pnd,pnc->dpc", force_size, arm.astype(np.float32), optimize=True)
+    centre = moments / np.where(total > 0, total, 1.0).T[..., None]
+    return size, centre.astype(float)
 
 
 def _alpha_of_draws(
     profile: Profile, beta: FloatArray, gamma: FloatArray
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
-    """Alpha z and x of each draw in directions (n,), 0 where there is none, shape (n, draws)."""
+    """Return alpha z and x of each draw in directions (n,), 0 where there is none, shape (n, draws)."""
     if isinstance(profile, TableProfile):
-        parts = [np.atleast_2d(values).astype(np.float32).T.copy() for values in profile.parameters]
-        z, x = (profile.interpolate_draws(components, beta, gamma) for components in parts)
+        # of the nodes, then in the directions
+        nodes = [np.atleast_2d(values).astype(np.float32).T.copy() for values in profile.parameters]
+        z, x = (profile.interpolate_draws(alpha, beta, gamma) for alpha in nodes)
     else:
         z, x = (np.atleast_2d(alpha).astype(np.float32).T for alpha in profile.alpha(beta, gamma))
     return (z, x) if np.isfinite(z.sum() + x.sum()) else (np.nan_to_num(z), np.nan_to_num(x))
@@ -227,21 +220,22 @@ def _alpha_of_draws(
 
 
 def longest(points_cm: FloatArray) -> float:
-    """Length of a body: the largest distance between two of its points (n, 2 or 3), within 0.5 %."""
+    """Return the length of a body, the largest distance between two of its points (n, 2 or 3), cm, within 0.5 %."""
     if points_cm.shape[1] == 2:
         angle = np.pi * np.arange(_CHOSEN.directions) / _CHOSEN.directions
-        along = np.stack([np.cos(angle), np.sin(angle)])
+        directions = np.stack([np.cos(angle), np.sin(angle)])
     else:
+        # evenly over half a sphere: a spiral by the golden angle
         number = np.arange(20 * _CHOSEN.directions) + 0.5
         up = number / number.size
         turn = np.pi * (1 + np.sqrt(5)) * number
         level = np.sqrt(1 - up**2)
-        along = np.stack([level * np.cos(turn), level * np.sin(turn), up])
-    return float(np.ptp(points_cm @ along, axis=0).max())
+        directions = np.stack([level * np.cos(turn), level * np.sin(turn), up])
+    return float(np.ptp(points_cm @ directions, axis=0).max())
 
 
 def progress(turned_rad: FloatArray, moved_cm: FloatArray, length_cm: float) -> FloatArray:
-    """Add up how far each pose lies along the motion, in lengths of g, shape (p,).
+    """Return the distance of each pose along the motion, in correlation lengths of g, shape (p,).
 
     `turned_rad`, `moved_cm`: between neighbouring poses, shape (p - 1,). A turn of `LENGTH_DEG` counts as much as a way
     of `LENGTH_BODIES` lengths of the body.
@@ -259,8 +253,9 @@ def outline_progress(outline: Outline, poses: FloatArray) -> FloatArray:
 
 
 def frames_progress(points_cm: FloatArray, frames: FloatArray) -> FloatArray:
-    """Calculate `progress` for the poses (p, 18) of a body in space."""
+    """Calculate `progress` for the frames (p, 18) of a body in space, whose last nine numbers are its rotation."""
     turns = frames[:, 9:].reshape(-1, 3, 3)
+    # the rotation from one pose to the next by the angle a has the trace 1 + 2 cos a
     trace = np.einsum("pij,pij->p", turns[1:], turns[:-1])
     turned = np.arccos(np.clip((trace - 1) / 2, -1, 1))
     moved = np.linalg.norm(np.diff(frames[:, :3], axis=0), axis=1)
@@ -270,33 +265,33 @@ def frames_progress(points_cm: FloatArray, frames: FloatArray) -> FloatArray:
 def error_paths(progress: FloatArray, draws: int, axes: int, step: int) -> Iterator[FloatArray]:
     """Draw g over the motion, `step` poses at a time: arrays of shape (draws, axes, poses).
 
-    Matern 3/2 is a Markov process of its value and its rate, so any number of poses takes one pass. With each
-    draw its negative is used: the draws of every pose lie evenly about 0.
+    `progress`: from `progress`. Matern 3/2 is a Markov process of its value and its rate, so any number of poses takes
+    one pass. With each draw its negative is used: the draws of every pose lie evenly about 0.
     """
     if 0 < progress.size <= step:
-        # kept for the next call: the legs of a campaign turn alike
-        yield _kept_paths(np.asarray(progress, dtype=float).tobytes(), draws, axes)
+        yield _paths_of_motion(progress.tobytes(), draws, axes)
         return
-    yield from _make_paths(progress, draws, axes, step)
+    yield from _draw_paths(progress, draws, axes, step)
 
 
+# the legs of a campaign turn alike, and the draws for one of them take 0.1 s
 @lru_cache(maxsize=4)
-def _kept_paths(progress_bytes: bytes, draws: int, axes: int) -> FloatArray:
-    """Draw g over a motion of one part; bytes, because the cache needs a key."""
+def _paths_of_motion(progress_bytes: bytes, draws: int, axes: int) -> FloatArray:
+    """Draw g over all poses at once; `progress_bytes`: the array as bytes, because the cache needs a key."""
     progress = np.frombuffer(progress_bytes)
-    parts = [*_make_paths(progress, draws, axes, max(progress.size, 1))]
-    paths = parts[0] if parts else np.zeros((draws, axes, 0))
+    (paths,) = _draw_paths(progress, draws, axes, progress.size)
     paths.setflags(write=False)
     return paths
 
 
-def _make_paths(progress: FloatArray, draws: int, axes: int, step: int) -> Iterator[FloatArray]:
+def _draw_paths(progress: FloatArray, draws: int, axes: int, step: int) -> Iterator[FloatArray]:
     """Draw g as `error_paths`, without the cache."""
     random = np.random.default_rng(SEED_OF_MODEL_ERRORS)
     # scipy takes longer to import than all of this
     normal = NormalDist()
     scores = np.array([normal.inv_cdf((draw + 0.5) / draws) for draw in range(draws)])[:, None]
     half = (draws + 1) // 2
+    # of g at a pose, each of shape (half, axes)
     value, rate = random.standard_normal((2, half, axes))
     gaps = np.sqrt(3) * np.diff(progress)
     for start in range(0, progress.size, step):
@@ -316,16 +311,21 @@ def _make_paths(progress: FloatArray, draws: int, axes: int, step: int) -> Itera
 def _draw_next(
     value: FloatArray, rate: FloatArray, gap: float, random: np.random.Generator
 ) -> tuple[FloatArray, FloatArray]:
-    """Draw value and rate of g one gap farther; the rate is in units of its standard deviation."""
+    """Draw value and rate of g one gap farther.
+
+    `gap`: root of 3 times the distance in correlation lengths. The rate is in units of its standard deviation. Both go
+    on by the transition matrix [[a, b], [-b, c]] of the Matern 3/2 process.
+    """
     fade = math.exp(-gap)
     a, b, c = fade * (1 + gap), fade * gap, fade * (1 - gap)
     # the variances stay 1: what fades of the old value and rate is drawn anew, with this covariance
-    new_value = max(1 - a * a - b * b, 0.0)
-    across = b * (a - c)
-    new_rate = max(1 - b * b - c * c, 0.0)
-    value_sd = math.sqrt(new_value)
-    shared = across / value_sd if value_sd > 0 else 0.0
-    rate_sd = math.sqrt(max(new_rate - shared * shared, 0.0))
+    value_variance = max(1 - a * a - b * b, 0.0)
+    covariance = b * (a - c)
+    rate_variance = max(1 - b * b - c * c, 0.0)
+    # its Cholesky root: [[value_sd, 0], [shared, rate_sd]]
+    value_sd = math.sqrt(value_variance)
+    shared = covariance / value_sd if value_sd > 0 else 0.0
+    rate_sd = math.sqrt(max(rate_variance - shared * shared, 0.0))
     normals = random.standard_normal((2, *value.shape))
     return (
         a * value + b * rate + value_sd * normals[0],
@@ -334,7 +334,10 @@ def _draw_next(
 
 
 def plane_errors(load: Load, paths: FloatArray, eps: float) -> tuple[FloatArray, ...]:
-    """Errors of force z, force x (N) and, where the load has a centre, the moment (N cm), each of shape (draws, p)."""
+    """Return errors of force z, force x (N) and, where the load has a centre, the moment (N cm), of shape (draws, p).
+
+    `paths`: draws of g for both forces, shape (draws, 2, p).
+    """
     size = eps * load.size
     error_z, error_x = size * paths[:, 0], size * paths[:, 1]
     if not load.centre.shape[-1]:
@@ -344,7 +347,10 @@ def plane_errors(load: Load, paths: FloatArray, eps: float) -> tuple[FloatArray,
 
 
 def space_errors(load: Load, paths: FloatArray, eps: float) -> FloatArray:
-    """Errors of force x, y, z (N) and moment x, y, z (N cm) of a body in space, shape (draws, p, 6)."""
+    """Return errors of force x, y, z (N) and moment x, y, z (N cm) of a body in space, shape (draws, p, 6).
+
+    `paths`: draws of g for the three forces, shape (draws, 3, p).
+    """
     force = eps * load.size[..., None] * paths.transpose(0, 2, 1)
     return np.concatenate([force, np.cross(load.centre, force)], axis=-1)
 
@@ -352,11 +358,12 @@ def space_errors(load: Load, paths: FloatArray, eps: float) -> FloatArray:
 def directed_errors(
     load: Load, by_direction: FloatArray, paths: FloatArray, eps: float
 ) -> FloatArray:
-    """Errors of the forces and moments of `space_errors`, in each direction as large as what the faces bear in it.
+    """Return errors as `space_errors`, in each direction as large as what the faces bear in it.
 
     `by_direction`: S (draws, p, 3, 3), the sum of f f^T / |f| over the forces f of faces. The errors are eps R g with
     R R = S S + (0.2 of the largest G)^2: they turn with the body.
     """
+    # S and R have the same axes
     loads, axes = np.linalg.eigh(by_direction)
     # H^2 is G^2 and the square of the floor: 0.2 of the largest G
     largest = np.nanmax(load.size, axis=-1, keepdims=True, initial=0.0)
@@ -368,7 +375,7 @@ def directed_errors(
 
 
 def is_tested(size: float, least: float, most: float) -> bool:
-    """Tell whether a size, speed or load lies within the range on which the model's own error was tested."""
+    """Tell whether a size, speed or load lies between the least and the most on which the model's own error was tested."""
     near: float = _CHOSEN.near
     return least / near <= size <= near * most
 

@@ -67,7 +67,7 @@ def rotation_poses(
     hip_height_cm: float = HIP_HEIGHT_CM,
     rate_rad_per_s: float = RATE_RAD_PER_S,
 ) -> FloatArray:
-    """Poses (p, 6) of a leg on a fixed axle at x = 0; `theta` as in `rotation`, but in rad."""
+    """Return the poses (p, 6) of `Motion` for a leg on a fixed axle at x = 0; `theta` as in `rotation`, but in rad."""
     theta = np.asarray(theta, dtype=float)
     poses = np.zeros((theta.size, 6))
     poses[:, 1], poses[:, 2], poses[:, 5] = hip_height_cm, theta, rate_rad_per_s
@@ -106,7 +106,7 @@ def rotation(
     return Motion(name, poses, {"theta_deg": theta})
 
 
-# --- A body moved along any path: a csv of time, place and angle.
+# --- A body moved along any path: a csv of time, position and angle.
 
 
 _COLUMNS = (
@@ -151,22 +151,22 @@ def path(
     """
     time = as_increasing(time_s)
     x, z, angle = (np.asarray(series, dtype=float) for series in (x_cm, z_cm, angle_deg))
-    place = np.stack([x, z, np.unwrap(np.radians(angle))], axis=-1)
-    poses = np.concatenate([place, np.gradient(place, time, axis=0)], axis=-1)
-    x, z, angle = poses[:, 0], poses[:, 1], np.degrees(poses[:, 2])
-    columns = {"t_s": time, "x_cm": x, "z_cm": z, "angle_deg": angle}
+    coordinates = np.stack([x, z, np.unwrap(np.radians(angle))], axis=-1)
+    poses = np.concatenate([coordinates, np.gradient(coordinates, time, axis=0)], axis=-1)
+    columns = {"t_s": time, "x_cm": x, "z_cm": z, "angle_deg": np.degrees(poses[:, 2])}
     name = f"a path of {time.size} poses"
-    return Motion(name, poses, columns, rates_of_steps(place, time))
+    return Motion(name, poses, columns, rates_of_steps(coordinates, time))
 
 
-def rates_of_steps(place: FloatArray, time_s: FloatArray) -> FloatArray:
-    """Rates of a path over the step before each pose and over the step after it, shape (2, p, k).
+def rates_of_steps(coordinates: FloatArray, time_s: FloatArray) -> FloatArray:
+    """Return the rates of a path over the step before each pose and over the step after it, shape (2, p, k).
 
-    `place`: shape (p, k). The first and the last pose have one step alone, which stands for both.
+    `coordinates`: positions and angles, shape (p, k). The first and the last pose have one step alone, which counts as
+    both.
     """
-    steps = np.diff(place, axis=0) / np.diff(time_s)[:, None]
-    before = np.concatenate([steps[:1], steps])
-    after = np.concatenate([steps, steps[-1:]])
+    rates = np.diff(coordinates, axis=0) / np.diff(time_s)[:, None]
+    before = np.concatenate([rates[:1], rates])
+    after = np.concatenate([rates, rates[-1:]])
     return np.stack([before, after])
 
 
@@ -180,22 +180,25 @@ def as_increasing(time_s: npt.ArrayLike) -> FloatArray:
 
 def read_path(file: Path) -> Motion:
     """Read a path from a table with the columns ``t_s``, ``x_cm``, ``z_cm``, ``angle_deg``."""
-    return replace(path(*read_times(file, SCHEMA)), name=f"along {file}")
+    return replace(path(*read_path_columns(file, SCHEMA)), name=f"along {file}")
 
 
-def read_times(file: Path, schema: Schema) -> FloatArray:
-    """Read a table of at least two rows whose first column is an increasing time: shape (columns, rows)."""
+def read_path_columns(file: Path, schema: Schema) -> FloatArray:
+    """Read the columns of a table of at least two rows whose first column is an increasing time, shape (columns, rows).
+
+    Raises CampaignError with every cell that is wrong, and every time that does not increase.
+    """
     rows, problems = read_rows(file, schema)
     if not problems and len(rows) < 2:
-        text = f"{len(rows)} row; a velocity needs at least two"
-        problems = [Problem("path.too-short", Place(str(file), rows[0].row), None, text)]
+        fault = f"{len(rows)} row; a velocity needs at least two"
+        problems = [Problem("path.too-short", Place(str(file), rows[0].row), None, fault)]
     for before, row in pairwise([row for row in rows if not row.bad]):
         time, earlier = row.number["t_s"], before.number["t_s"]
         if time <= earlier:
             code = "path.repeated-time" if time == earlier else "path.backward-time"
-            text = f"later than the {earlier:.10g} s of row {before.row}"
-            place = Place(str(file), row.row, "t_s")
-            problems.append(Problem(code, place, f"{time:.10g}", text))
+            allowed = f"later than the {earlier:.10g} s of row {before.row}"
+            cell = Place(str(file), row.row, "t_s")
+            problems.append(Problem(code, cell, f"{time:.10g}", allowed))
     if problems:
         raise CampaignError(problems[:_MOST_SHOWN])
-    return np.array([[row.number[c.name] for c in schema.columns] for row in rows]).T
+    return np.array([[row.number[column.name] for row in rows] for column in schema.columns])

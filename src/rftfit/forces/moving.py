@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
 from rftfit.forces.model_error import Load
-from rftfit.forces.peaks import Ends, Peak, PeakTarget
+from rftfit.forces.peaks import BoundsByName, Peak, PeakTarget
 from rftfit.model.profiles import Profile
 
 ForcesByName = dict[str, FloatArray]
@@ -21,13 +21,13 @@ ForcesByName = dict[str, FloatArray]
 class BestForces(NamedTuple):
     """Forces by one profile, shape (p,).
 
-    `reason`: why some pose has no number; empty where every pose has one. `leaving`: of a mesh, depth times area of the
-    faces that move out of the plane of their normal and the vertical, cm^3, shape (p,).
+    `reason`: why some pose has no number; empty where every pose has one. `leaving_cm3`: of a mesh, depth times area of
+    the faces that move out of the plane of their normal and the vertical, shape (p,).
     """
 
     forces: ForcesByName
     reason: str = ""
-    leaving: FloatArray | None = None
+    leaving_cm3: FloatArray | None = None
 
 
 class DrawnForces(NamedTuple):
@@ -48,26 +48,38 @@ class DrawnForces(NamedTuple):
 
     def between(self, start: int, stop: int) -> DrawnForces:
         """Return the forces in the poses from `start` to `stop`; these forces must be those of the whole motion."""
-        chosen = slice(start, stop)
+        poses = slice(start, stop)
         load, by_direction = self.load, self.by_direction
         return DrawnForces(
             start,
-            {name: forces[:, chosen] for name, forces in self.forces.items()},
-            None if load is None else load.at(chosen),
-            None if by_direction is None else by_direction[:, chosen],
+            {name: forces[:, poses] for name, forces in self.forces.items()},
+            None if load is None else load.at(poses),
+            None if by_direction is None else by_direction[:, poses],
         )
+
+
+class WetParts(NamedTuple):
+    """What lies in the medium: elements or faces of all poses of a motion, in arrays of the same shape.
+
+    `load_cm3`: depth times area, 0 where a part bears no load. `horizontal_cm`: x, and of a mesh y.
+    """
+
+    load_cm3: FloatArray
+    depth_cm: FloatArray
+    speed_cm_per_s: FloatArray
+    horizontal_cm: tuple[FloatArray, ...]
 
 
 class BodyInMotion(ABC):
     """A body and its motion of p poses.
 
-    `quantities`: names of its forces and moments; `wanted`: those that get an interval; `forces`: those that are
-    forces, on each of which the force model errs independently.
+    `with_interval`: names of the forces and moments that get an interval. `force_names`: names of the forces alone, on
+    each of which the force model errs independently. `poses`: shape (p, 6) as in `Motion`, or (p, 18) as in `Motion3D`.
+    `columns`: columns of a table that tell the poses apart, such as theta or time.
     """
 
-    quantities: tuple[str, ...]
-    wanted: tuple[str, ...]
-    forces: tuple[str, ...]
+    with_interval: tuple[str, ...]
+    force_names: tuple[str, ...]
     poses: FloatArray
     columns: Mapping[str, FloatArray]
 
@@ -81,22 +93,19 @@ class BodyInMotion(ABC):
 
     @abstractmethod
     def draw(self, stack: Profile, *, with_load: bool) -> Iterator[DrawnForces]:
-        """Integrate the forces by each of a stack of draws, a part of the poses at a time."""
+        """Integrate the forces by each of a stack of draws, over `poses_at_once` poses at a time."""
 
     @abstractmethod
     def poses_at_once(self, draws: int) -> int:
-        """Return for how many poses draws are held in memory together."""
+        """Return the number of poses whose draws are held in memory together."""
 
     @abstractmethod
     def load_size(self, stack: Profile) -> FloatArray:
-        """Load without cancellation H by draw, N, shape (draws, p)."""
+        """Calculate the load without cancellation by draw, H of `rftfit.forces.model_error`, N, shape (draws, p)."""
 
     @abstractmethod
-    def wet_parts(self) -> list[FloatArray]:
-        """Return depth times area (cm^3), depth (cm), speed (cm/s) and x (cm) of the elements or faces of all poses.
-
-        A mesh has y (cm), too.
-        """
+    def wet_parts(self) -> WetParts:
+        """Return the load, depth, speed and position of the elements or faces of all poses."""
 
     @property
     @abstractmethod
@@ -106,28 +115,28 @@ class BodyInMotion(ABC):
     @property
     @abstractmethod
     def states(self) -> FloatArray:
-        """State of the body in each pose, in lengths of its error, shape (p, f)."""
+        """Turn, height and direction of motion in each pose, in correlation lengths of a body's error, shape (p, f)."""
 
     @property
     @abstractmethod
     def progress(self) -> FloatArray:
-        """How far each pose lies along the motion, in lengths of the model's error, shape (p,)."""
+        """Distance of each pose along the motion, in correlation lengths of the model's error, shape (p,)."""
 
     @abstractmethod
     def model_errors(self, drawn: DrawnForces, paths: FloatArray, eps: float) -> ForcesByName:
-        """Errors of the force model by draw; `paths`: unit errors by direction, shape (draws, axes, p)."""
+        """Calculate errors of the force model by draw; `paths`: errors over eps and the load, shape (draws, forces, p)."""
 
     @abstractmethod
     def body_errors(self, drawn: DrawnForces, paths: FloatArray) -> ForcesByName:
-        """Errors of the force model on a body that was measured before; `paths`: over the load, shape (draws, axes, p)."""
+        """Calculate errors on a body that was measured before; `paths`: errors over the load, shape (draws, forces, p)."""
 
     @abstractmethod
     def peak_targets(self, best: ForcesByName) -> list[PeakTarget]:
         """List the peaks that are looked for."""
 
     @abstractmethod
-    def bounds(self, profile: Profile) -> Ends:
-        """Return, by pose, the part of each force that has a number, and the most that the rest may add."""
+    def bounds(self, profile: Profile) -> BoundsByName:
+        """Bound each force in each pose, where alpha has no number in some directions."""
 
     def finish_columns(
         self,
@@ -135,7 +144,7 @@ class BodyInMotion(ABC):
         profile: Profile,  # noqa: ARG002 (of a mesh)
         best: BestForces,  # noqa: ARG002 (of a mesh)
     ) -> dict[str, FloatArray]:
-        """Return the columns of the table of a prediction, with those that only this form of body has."""
+        """Return the columns of the table of a prediction, completed by those that only this form of body has."""
         return columns
 
     @abstractmethod
@@ -145,15 +154,15 @@ class BodyInMotion(ABC):
         """Correct a peak for this form of body; `columns`: those of the table of the prediction."""
 
     def force_draws(self, stack: Profile) -> FloatArray:
-        """Integrate the forces by each of a stack of draws, N, in all poses: shape (draws, axes, p)."""
+        """Integrate the forces by each of a stack of draws, N, in all poses: shape (draws, forces, p)."""
         parts = [
-            np.stack([drawn.forces[name] for name in self.forces], axis=1)
+            np.stack([drawn.forces[name] for name in self.force_names], axis=1)
             for drawn in self.draw(stack, with_load=False)
         ]
         return np.concatenate(parts, axis=-1)
 
-    def knows(self, profile: Profile) -> bool:
-        """Tell whether a profile has a number in every direction of the body."""
+    def is_covered_by(self, profile: Profile) -> bool:
+        """Tell whether a profile has a number in every direction in which a part of the body moves."""
         return bool(has_forces(self.best(profile).forces).all())
 
 

@@ -13,11 +13,13 @@ from rftfit.campaign.problems import CampaignError, Place, Problem
 from rftfit.campaign.rows import Schema, TableColumn, read_rows
 from rftfit.conventions import FloatArray
 
+IntArray = npt.NDArray[np.int64]
+
 # --- Thin outlines in the plane: arcs of any curvature, the model legs, any line of points.
 
 
 ELEMENTS = 30
-"""Elements of a leg in the paper.
+"""Number of elements of a leg in the paper.
 
 Each has its middle, tangent and length on the arc itself, and is clipped at the surface. What is left
 at 30 elements comes from the measured table, which has no jump but bends at its nodes: a half circle
@@ -106,12 +108,18 @@ class Outline:
         """
         halvings = np.log2(np.maximum(self.edges_cm / longest_cm, 1.0))
         count = 2 ** np.ceil(halvings - 1e-9).astype(int)
-        element = np.repeat(np.arange(len(count)), count)
-        inside = np.arange(len(element)) - np.repeat(np.cumsum(count) - count, count)
-        shift = ((2 * inside + 1) / count[element] - 1)[:, None]
+        element, within = _number_pieces(count)
+        # from the middle of the old element to that of the new one, in half-lengths of the old one: between -1 and 1
+        shift = ((2 * within + 1) / count[element] - 1)[:, None]
         centre, tangent, half = np.split(self.body[element], [2, 4], axis=1)
         body = np.hstack([centre + shift * half * tangent, tangent, half / count[element][:, None]])
         return replace(self, body=body)
+
+
+def _number_pieces(counts: IntArray) -> tuple[IntArray, IntArray]:
+    """Return for each piece, where line i is cut into `counts[i]` of them, the number i and its number on the line."""
+    line = np.repeat(np.arange(len(counts)), counts)
+    return line, np.arange(len(line)) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
 def arc(
@@ -166,12 +174,14 @@ def _bent(
     """
     bend = float(np.sin(phi))
     chord = max_length_cm * (abs(bend) if abs(phi) > np.pi / 2 else 1)
+    # middle of each element, as a share of the arc from the axle
     along = (np.arange(elements) + 0.5) / elements
     psi = phi * (1 - 2 * along)  # tangent from straight down
-    # a straight leg is the limit: sin(k phi) / sin(phi) -> k
+    # distance from the axle over the chord; a straight leg is the limit: sin(k phi) / sin(phi) -> k
     above = np.sin(phi * along) / bend if bend else along
     x = -chord * np.sin(phi * (1 - along)) * above - lead_cm * np.cos(psi)
     z = -chord * np.cos(phi * (1 - along)) * above + lead_cm * np.sin(psi)
+    # a face on the convex side is longer than the middle line by its lead times the angle
     length = max(0.0, chord * (phi / bend if bend else 1.0) + 2 * phi * lead_cm)
     half = np.full(elements, length / elements / 2)
     return Outline(np.stack([x, z, -np.sin(psi), -np.cos(psi), half], axis=-1), width_cm, name)
@@ -220,8 +230,8 @@ def leg_outline(
 ) -> Outline:
     """Make the outline of a leg of the campaign's configuration.
 
-    `arc_deg`: Another angle for its arc to span, with the same maximal length; without effect on a straight leg.
-    `lead_cm`: How far the face lies ahead of the middle line, on the side that the leg sweeps toward.
+    `arc_deg`: angle that its arc spans instead, with the same maximal length; without effect on a straight leg.
+    `lead_cm`: distance of its face ahead of the middle line, on the side that the leg sweeps toward.
     """
     phi = float(np.arcsin(leg.curvature_times_R))
     if arc_deg is not None:
@@ -270,18 +280,17 @@ def polyline(
     if not (length > 0).all():
         raise ValueError("two neighbouring points are the same or not finite")
     count = np.maximum(1, np.round(elements * length / length.sum()).astype(int))
-    piece = np.repeat(np.arange(len(count)), count)
-    inside = np.arange(len(piece)) - np.repeat(np.cumsum(count) - count, count)
-    share = (inside + 0.5) / count[piece]
-    centre = points[piece] + share[:, None] * step[piece]
-    tangent = step[piece] / length[piece, None]
-    half = length[piece] / count[piece] / 2
+    line, within = _number_pieces(count)
+    share = (within + 0.5) / count[line]
+    centre = points[line] + share[:, None] * step[line]
+    tangent = step[line] / length[line, None]
+    half = length[line] / count[line] / 2
     return Outline(np.column_stack([centre, tangent, half]), width_cm, name, solid)
 
 
 def _turns_clockwise(points: FloatArray) -> bool:
-    x, z = points[:, 0], points[:, 1]
-    return bool((x[:-1] * z[1:] - x[1:] * z[:-1]).sum() < 0)
+    """Tell whether a closed line of points x, z runs clockwise: its signed area is negative."""
+    return bool(_cross(points[:-1], points[1:]).sum() < 0)
 
 
 # --- A user's own outline from a csv of points, checked before it is used.
@@ -314,7 +323,10 @@ def read_outline(path: Path, width_cm: float, elements: int = ELEMENTS) -> Outli
 
 
 def _find_problems(points: FloatArray, rows: list[int], file: str) -> list[Problem]:
-    """List problems of the shape: too few or many points, repeated points, crossing lines; `rows`: of the points."""
+    """List problems of the shape: too few or many points, repeated points, crossing lines.
+
+    `points`: x, z, cm, shape (m, 2). `rows`: row of the file of each point.
+    """
     count = len(points)
     if count < 2:
         fault = f"{count} point; an outline has at least two"
@@ -349,18 +361,17 @@ def crossing_pieces(points: FloatArray) -> list[tuple[int, int]]:
     last = len(start) - 1
     pairs = []
     for i in range(last):
-        later_pieces = np.arange(i + 1, last + 1)
-        meets = _meet(start[i], end[i], start[later_pieces], end[later_pieces])
+        meets = _meet(start[i], end[i], start[i + 1 :], end[i + 1 :])
         # neighbours share a point; they overlap only where the line turns back on itself
         meets[0] = _turns_back(start[i], end[i], end[i + 1])
         if closed and i == 0 and last > 1:
             meets[-1] = _turns_back(start[last], start[0], end[0])
-        pairs += [(i, int(j)) for j in later_pieces[meets]]
+        pairs += [(i, i + 1 + int(j)) for j in np.flatnonzero(meets)]
     return pairs
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Cross product of vectors in the plane."""
+    """Return the cross product of vectors in the plane, shape (..., 2)."""
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
@@ -372,12 +383,13 @@ def _turns_back(a: FloatArray, b: FloatArray, c: FloatArray) -> bool:
 
 
 def _meet(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> np.ndarray:
-    """Tell which of the lines c to d have a point in common with the line a to b."""
+    """Tell which of the lines c to d, shape (k, 2), have a point in common with the line a to b, shape (2,)."""
     along = b - a
+    # the sign says on which side of the other line a point lies
     side_c, side_d = _cross(along, c - a), _cross(along, d - a)
     side_a, side_b = _cross(d - c, a - c), _cross(d - c, b - c)
     # pieces of one and the same straight line have all sides 0: then their boxes decide
-    apart = (side_c * side_d > 0) | (side_a * side_b > 0)
+    on_one_side = (side_c * side_d > 0) | (side_a * side_b > 0)
     low, high = np.minimum(a, b), np.maximum(a, b)
-    boxes = ((np.maximum(c, d) >= low) & (np.minimum(c, d) <= high)).all(axis=-1)
-    return ~apart & boxes
+    boxes_overlap = ((np.maximum(c, d) >= low) & (np.minimum(c, d) <= high)).all(axis=-1)
+    return ~on_one_side & boxes_overlap

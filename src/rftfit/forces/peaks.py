@@ -25,9 +25,13 @@ _CHOSEN = chosen("forces", "peaks")
 Ends = dict[str, tuple[FloatArray, FloatArray]]
 """Lower and upper end of an interval in each pose, by name of the quantity."""
 
+BoundsByName = dict[str, tuple[FloatArray, FloatArray]]
+"""In each pose the sum over all parts of a body whose force has a number, and the most that the other parts may add to
+it, by name of the quantity."""
+
 
 class PeakTarget(NamedTuple):
-    """A peak that is looked for: the largest value of a quantity where `sign` is 1, the least where it is -1."""
+    """A peak to find: the largest value of a quantity (a force or a moment) where `sign` is 1, the least where it is -1."""
 
     name: str
     quantity: str
@@ -94,7 +98,8 @@ STEEP = "steep"
 
 STEEP_DEG: float = _CHOSEN.steep_deg
 STEEPEST: float = _CHOSEN.steepest
-"""Change of the attack angle, and the relative change of a peak with it above which its interval of alpha is withheld."""
+"""Change of the attack angle, degrees, and the relative change of a peak with it above which its interval of alpha is
+withheld."""
 
 
 def withhold(peak: Peak, code: str) -> Peak:
@@ -106,18 +111,17 @@ def withhold(peak: Peak, code: str) -> Peak:
 
 
 def set_beside(
-    peaks: Iterable[Peak], extremes: Iterable[PeakTarget], beside: Mapping[str, FloatArray]
+    peaks: Iterable[Peak], targets: Iterable[PeakTarget], beside: Mapping[str, FloatArray]
 ) -> list[Peak]:
     """Set `Peak.beside` of peaks by nine terms, from the curves `beside` by the table or map of the same medium.
 
     Where it lies outside of the interval of alpha, this interval is withheld.
     """
-    targets = {extreme.name: extreme for extreme in extremes}
+    signs = {target.name: target.sign for target in targets}
     compared = []
     for peak in peaks:
-        sign = targets[peak.name].sign
-        values = sign * beside[peak.quantity]
-        top = sign * max(float(values.max()), 0.0) + 0.0
+        sign = signs[peak.name]
+        top = sign * max(float((sign * beside[peak.quantity]).max()), 0.0) + 0.0
         with_beside = replace(peak, beside=top)
         if math.isfinite(peak.lo) and not peak.lo <= top <= peak.hi:
             with_beside = withhold(with_beside, OTHER_FORM)
@@ -153,27 +157,28 @@ SAME_SHARE = USUAL_BED_SPREAD
 
 
 class DrawStatistics:
-    """Intervals by pose, and the peaks of every draw, collected over the parts of a motion.
+    """Intervals by pose, and the peaks of every draw, collected over the poses of a motion.
 
-    `quantities`: names of those that get an interval. `extremes`: peaks that are collected, where their quantity is one
+    `quantities`: names of those that get an interval. `targets`: peaks that are collected, where their quantity is one
     of these, over the poses that have a best value.
     """
 
     def __init__(
-        self, quantities: Sequence[str], extremes: Iterable[PeakTarget], confidence: float
+        self, quantities: Sequence[str], targets: Iterable[PeakTarget], confidence: float
     ) -> None:
         self.confidence = confidence
-        self._extremes = [extreme for extreme in extremes if extreme.quantity in quantities]
-        self._parts: dict[str, list[FloatArray]] = {name: [] for name in quantities}
+        self._targets = [target for target in targets if target.quantity in quantities]
+        self._intervals: dict[str, list[FloatArray]] = {name: [] for name in quantities}
+        # largest value of each draw so far, times the sign of the peak, by name of the peak
         self._tops: dict[str, FloatArray] = {}
 
     def add(self, draws: Mapping[str, FloatArray], is_finite: npt.NDArray[np.bool_]) -> None:
         """Add draws of the quantities in the next p poses, shape (draws, p); `is_finite`: poses with a best value."""
-        for name, parts in self._parts.items():
-            parts.append(np.stack(interval(draws[name], self.confidence)))
+        for name, intervals in self._intervals.items():
+            intervals.append(np.stack(interval(draws[name], self.confidence)))
         if not is_finite.any():
             return
-        for name, quantity, sign in self._extremes:
+        for name, quantity, sign in self._targets:
             values = draws[quantity] if is_finite.all() else draws[quantity][:, is_finite]
             top = values.max(axis=1) if sign > 0 else -values.min(axis=1)
             self._tops[name] = np.maximum(self._tops[name], top) if name in self._tops else top
@@ -181,21 +186,28 @@ class DrawStatistics:
     @property
     def ends(self) -> Ends:
         """Intervals by pose."""
-        intervals = {
-            name: np.concatenate(parts, axis=1) for name, parts in self._parts.items() if parts
-        }
-        return {name: (lo, hi) for name, (lo, hi) in intervals.items()}
+        ends = {}
+        for name, intervals in self._intervals.items():
+            if intervals:
+                lo, hi = np.concatenate(intervals, axis=1)
+                ends[name] = lo, hi
+        return ends
 
-    def peak_ends(self, extreme: PeakTarget, value: float) -> tuple[float, float] | None:
+    def peak_ends(self, target: PeakTarget, value: float) -> tuple[float, float] | None:
         """Return the interval of a peak whose best value is `value`; None where a draw has no number in some pose."""
-        tops = self._tops.get(extreme.name)
+        tops = self._tops.get(target.name)
         if tops is None or not np.isfinite(tops).all():
             return None
         # the mean of the draws' tops lies above the best value: see the head of this module
-        moved = extreme.sign * value + tops - tops.mean()
-        lo, hi = np.maximum(interval(moved, self.confidence), 0.0)
-        lo, hi = sorted((extreme.sign * float(lo) + 0.0, extreme.sign * float(hi) + 0.0))
-        return lo, hi
+        moved = target.sign * value + tops - tops.mean()
+        ends = interval(moved, self.confidence)
+        return _cut_at_zero(target.sign, (target.sign * end for end in ends))
+
+
+def _cut_at_zero(sign: int, ends: Iterable[Any]) -> tuple[float, float]:
+    """Cut the interval of a peak of one sign off at 0."""
+    lo, hi = sorted(sign * float(np.maximum(sign * end, 0.0)) + 0.0 for end in ends)
+    return lo, hi
 
 
 ROUNDING = 1e-9
@@ -204,82 +216,57 @@ ROUNDING = 1e-9
 
 def pick_peaks(
     best: Mapping[str, FloatArray],
-    extremes: Iterable[PeakTarget],
+    targets: Iterable[PeakTarget],
     positions: FloatArray,
-    bounds: Mapping[str, tuple[FloatArray, FloatArray]],
+    bounds: BoundsByName,
     *,
-    alpha: DrawStatistics | None,
-    model: DrawStatistics | None,
-    of_alpha: Ends,
-    of_model: Ends,
-    bed: float,
+    alpha_draws: DrawStatistics | None,
+    model_draws: DrawStatistics | None,
+    alpha_ends: Ends,
+    model_ends: Ends,
+    bed_half_width: float,
 ) -> list[Peak]:
     """Find the peaks of the best curves.
 
-    `positions`: theta or time of each pose. `bounds`: by pose, the part of a force that has a number and the most that
-    the rest may add: where their sum is more than the peak, the peak may be there and none is stated. `of_alpha`,
-    `of_model`: intervals by pose, for peaks without draws. `bed`: half width of the interval of a bed, relative; NaN
-    where the next bed has none.
+    `positions`: theta or time of each pose. `bounds`: needed where some poses have no number: where a bound there exceeds
+    the peak, the peak may be there and none is stated. `alpha_ends`, `model_ends`: intervals by pose, for peaks without
+    draws. `bed_half_width`: half width of the interval of a bed, relative; NaN where the next bed has none.
     """
     peaks = []
     largest = max((float(np.nanmax(np.abs(v), initial=0.0)) for v in best.values()), default=0.0)
-    for extreme in extremes:
-        values = extreme.sign * best[extreme.quantity]
-        is_finite = np.isfinite(values)
-        if not is_finite.any() or not values[is_finite].max() > ROUNDING * largest:
+    for target in targets:
+        name, quantity, sign = target
+        sizes = sign * best[quantity]
+        is_finite = np.isfinite(sizes)
+        if not is_finite.any() or not sizes[is_finite].max() > ROUNDING * largest:
             continue
-        row = int(np.nanargmax(values))
+        pose = int(np.nanargmax(sizes))
         if not is_finite.all():
-            number, most = bounds[extreme.quantity]
-            if not ((extreme.sign * number + most)[~is_finite] <= values[row]).all():
+            with_number, most = bounds[quantity]
+            if not ((sign * with_number + most)[~is_finite] <= sizes[pose]).all():
                 continue
-        value = float(best[extreme.quantity][row])
-        ends = []
-        for spread, by_pose in ((alpha, of_alpha), (model, of_model)):
-            ends_of_peak = None if spread is None else spread.peak_ends(extreme, value)
-            if ends_of_peak is None and extreme.quantity in by_pose:
-                # a peak of one sign has no interval beyond 0
-                lo, hi = (
-                    np.maximum(extreme.sign * end[row], 0.0) for end in by_pose[extreme.quantity]
-                )
-                lo, hi = sorted(float(extreme.sign * end) + 0.0 for end in (lo, hi))
-                ends_of_peak = lo, hi
-            ends.append(ends_of_peak or (math.nan, math.nan))
-        widest = ends[1] if math.isfinite(ends[1][0]) else ends[0]
-        of_bed = extreme.sign * np.array(interval_of_next_bed(value, widest, bed))
-        lo, hi = sorted(extreme.sign * np.maximum(of_bed, 0.0) + 0.0)
-        position = float(positions[row])
-        peaks.append(
-            Peak(
-                extreme.name,
-                extreme.quantity,
-                value,
-                *ends[0],
-                position,
-                *ends[1],
-                float(lo),
-                float(hi),
-            )
-        )
+        value = float(best[quantity][pose])
+        intervals = []
+        for draws, ends in ((alpha_draws, alpha_ends), (model_draws, model_ends)):
+            of_peak = None if draws is None else draws.peak_ends(target, value)
+            if of_peak is None and quantity in ends:
+                of_peak = _cut_at_zero(sign, (end[pose] for end in ends[quantity]))
+            intervals.append(of_peak or (math.nan, math.nan))
+        of_alpha, of_model = intervals
+        widest = of_model if math.isfinite(of_model[0]) else of_alpha
+        of_bed = _cut_at_zero(sign, widen(value, widest, bed_half_width * value))
+        position = float(positions[pose])
+        peaks.append(Peak(name, quantity, value, *of_alpha, position, *of_model, *of_bed))
     return peaks
 
 
-def interval_of_next_bed(value: Any, ends: tuple[Any, Any], bed: float) -> tuple[Any, Any]:
-    """Return the interval of the force in the next bed, from the interval `ends` of the mean over beds.
-
-    `bed`: half width of the interval of a bed, relative. A bed is looser or denser as a whole, independently of the
-    error of the mean: the distances of the ends add in squares.
-    """
-    return widen(value, ends, bed * value)
-
-
 def unknown_peaks(
-    best: Mapping[str, FloatArray], extremes: Iterable[PeakTarget], peaks: Iterable[Peak]
+    best: Mapping[str, FloatArray], targets: Iterable[PeakTarget], peaks: Iterable[Peak]
 ) -> list[str]:
     """Return the names of peaks that may lie in a pose without a number, and are therefore not stated."""
-    present_names = {peak.name for peak in peaks}
+    stated = {peak.name for peak in peaks}
     return [
-        extreme.name
-        for extreme in extremes
-        if extreme.name not in present_names and np.isnan(best[extreme.quantity]).any()
+        target.name
+        for target in targets
+        if target.name not in stated and np.isnan(best[target.quantity]).any()
     ]

@@ -12,9 +12,9 @@ from rftfit.forces import reference_kernel
 from rftfit.forces.body_error import pose_states
 from rftfit.forces.model_error import MOST_AT_ONCE, outline_load, outline_progress, plane_errors
 from rftfit.forces.motion import Motion
-from rftfit.forces.moving import BestForces, BodyInMotion, DrawnForces, ForcesByName
+from rftfit.forces.moving import BestForces, BodyInMotion, DrawnForces, ForcesByName, WetParts
 from rftfit.forces.outlines import Outline
-from rftfit.forces.peaks import STEEP, STEEP_DEG, STEEPEST, Ends, Peak, PeakTarget, withhold
+from rftfit.forces.peaks import STEEP, STEEP_DEG, STEEPEST, BoundsByName, Peak, PeakTarget, withhold
 from rftfit.forces.reference_kernel import WetElements
 from rftfit.model.compiling import is_worth_compiling
 from rftfit.model.profiles import Profile, TableProfile, weighted_sum
@@ -84,8 +84,7 @@ def force_draws(
         moment = weighted_sum(values_x, weights_x[2]) - weighted_sum(values_z, weights_z[1])
     else:
         moment = np.broadcast_to(np.nan, force_z.shape)
-    # a force may have a number without a position x, the moment has none: it shows all that is
-    # missing
+    # a force may have a number without a position x, the moment has none: it shows all that is missing
     shows_gaps = moment if with_moment else force_z + force_x
     reason = "" if np.isfinite(shows_gaps).all() else _describe_gap(profile)
     return Forces(force_z, force_x, moment, reason)
@@ -94,13 +93,15 @@ def force_draws(
 def _weights(
     profile: Profile, outline: Outline, poses: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Weights of the parameters of alpha_z and of alpha_x, each of shape (3, p, parameters).
+    """Return the weights of the parameters of alpha_z and of alpha_x in three sums, each of shape (3, p, parameters).
 
-    The first row makes the force, the second the force times its arm in x, the third that times its arm in z.
+    The sums are over elements: of the force, of the force times the arm x, and of the force times the arm z.
     """
     wet = WetElements.of(outline, poses)
-    scaled = wet.load * np.stack([np.ones_like(wet.load), wet.arm[..., 0], wet.arm[..., 1]])
-    return profile.weights_in_sums(scaled, *wet.angles)
+    arm_x, arm_z = np.moveaxis(wet.arm, -1, 0)
+    return profile.weights_in_sums(
+        wet.load * np.stack([np.ones_like(arm_x), arm_x, arm_z]), *wet.angles
+    )
 
 
 def _check_poses(poses: FloatArray) -> FloatArray:
@@ -130,28 +131,30 @@ PEAKS = (
 
 
 class OutlineInMotion(BodyInMotion):
-    """An outline that moves in the plane; `wanted`: names of the quantities that get an interval."""
+    """An outline that moves in the plane; `with_interval`: those of `QUANTITIES` that get an interval."""
 
-    quantities = QUANTITIES
-    forces = QUANTITIES[:2]
+    force_names = QUANTITIES[:2]
 
     def __init__(
-        self, outline: Outline, motion: Motion, wanted: Sequence[str] = QUANTITIES
+        self, outline: Outline, motion: Motion, with_interval: Sequence[str] = QUANTITIES
     ) -> None:
-        self.outline, self.motion, self.wanted = outline, motion, tuple(wanted)
+        self.outline, self.motion, self.with_interval = outline, motion, tuple(with_interval)
         self.poses, self.columns = motion.poses, motion.columns
 
     def best(self, profile: Profile) -> BestForces:
+        """Integrate the forces by one profile in all poses, N and N cm, shape (p,)."""
         forces = forces_on(profile, self.outline, self.poses)
         return BestForces(forces.by_name(), forces.reason)
 
     def best_with_load(self, profile: Profile) -> DrawnForces:
+        """Integrate the forces by one profile, with their load: in the form of a single draw."""
         forces = {name: values[None] for name, values in self.best(profile).forces.items()}
         load = outline_load(profile, self.outline, self.poses)
         return DrawnForces(0, forces, load.between(0, len(self.poses)))
 
     def draw(self, stack: Profile, *, with_load: bool) -> Iterator[DrawnForces]:
-        has_moment = "moment_N_cm" in self.wanted
+        """Integrate the forces by each of a stack of draws, over `poses_at_once` poses at a time."""
+        has_moment = "moment_N_cm" in self.with_interval
         load = (
             outline_load(stack, self.outline, self.poses, with_centre=has_moment)
             if with_load
@@ -169,58 +172,65 @@ class OutlineInMotion(BodyInMotion):
             )
 
     def poses_at_once(self, draws: int) -> int:
+        """Return the number of poses whose draws are held in memory together."""
         return max(1, MOST_AT_ONCE // draws)
 
     def load_size(self, stack: Profile) -> FloatArray:
+        """Calculate the load without cancellation by draw, H of `rftfit.forces.model_error`, N, shape (draws, p)."""
         load = outline_load(stack, self.outline, self.poses, with_centre=False)
         return load.between(0, len(self.poses)).size
 
-    def wet_parts(self) -> list[FloatArray]:
+    def wet_parts(self) -> WetParts:
+        """Return the load, depth, speed and position of the elements of all poses."""
         elements, load, centre, _ = WetElements.of(self.outline, self.poses)
         speed = np.hypot(elements[..., 6], elements[..., 7])
-        return [load, -centre[..., 1], speed, centre[..., 0]]
+        return WetParts(load, -centre[..., 1], speed, (centre[..., 0],))
 
     @property
     def points_cm(self) -> FloatArray:
+        """Points that span the body, shape (n, 2)."""
         return self.outline.points_cm
 
     @property
     def states(self) -> FloatArray:
+        """Turn, height and direction of motion in each pose, in correlation lengths of a body's error, shape (p, f)."""
         return pose_states(self.points_cm, self.poses)
 
     @property
     def progress(self) -> FloatArray:
+        """Distance of each pose along the motion, in correlation lengths of the model's error, shape (p,)."""
         return outline_progress(self.outline, self.poses)
 
     def model_errors(self, drawn: DrawnForces, paths: FloatArray, eps: float) -> ForcesByName:
+        """Calculate errors of the force model by draw; `paths`: errors over eps and the load, shape (draws, 2, p)."""
         assert drawn.load is not None
         # without a centre of the load there is no error of the moment
         return dict(zip(QUANTITIES, plane_errors(drawn.load, paths, eps), strict=False))
 
     def body_errors(self, drawn: DrawnForces, paths: FloatArray) -> ForcesByName:
+        """Calculate errors on a body that was measured before; `paths`: errors over the load, shape (draws, 2, p)."""
         return self.model_errors(drawn, paths, 1.0)
 
     def peak_targets(self, best: ForcesByName) -> list[PeakTarget]:
+        """List the peaks to find: the same for every outline."""
         return [*PEAKS]
 
-    def bounds(self, profile: Profile) -> Ends:
-        """Sum, by pose, elements with a number, and the most that the others may add: by the largest known alpha."""
+    def bounds(self, profile: Profile) -> BoundsByName:
+        """Sum the elements whose force has a number, and the largest alpha of the profile over the other elements."""
         wet = WetElements.of(self.outline, self.poses)
-        load, arm = wet.load, wet.arm
-        largest = [float(np.nanmax(np.abs(values), initial=0.0)) for values in profile.parameters]
-        alpha = profile.alpha(*wet.angles)
-        z, x = (np.where(load == 0, 0.0, load * values) for values in alpha)
-        most_z, most_x = (
-            np.where(np.isnan(force), load * largest_alpha, 0.0)
-            for force, largest_alpha in zip((z, x), largest, strict=True)
-        )
-        z, x = np.nan_to_num(z), np.nan_to_num(x)
-        moment = arm[..., 1] * x - arm[..., 0] * z
-        most_moment = np.abs(arm[..., 1]) * most_x + np.abs(arm[..., 0]) * most_z
-        parts = (z, most_z), (x, most_x), (moment, most_moment)
+        load, (arm_x, arm_z) = wet.load, np.moveaxis(wet.arm, -1, 0)
+        forces, most_forces = [], []
+        for alpha, parameters in zip(profile.alpha(*wet.angles), profile.parameters, strict=True):
+            largest_alpha = np.nanmax(np.abs(parameters), initial=0.0)
+            force = np.where(load == 0, 0.0, load * alpha)
+            most_forces.append(np.where(np.isnan(force), load * largest_alpha, 0.0))
+            forces.append(np.nan_to_num(force))
+        (z, x), (most_z, most_x) = forces, most_forces
+        forces.append(arm_z * x - arm_x * z)
+        most_forces.append(np.abs(arm_z) * most_x + np.abs(arm_x) * most_z)
         return {
-            name: (numbers.sum(axis=-1), most.sum(axis=-1))
-            for name, (numbers, most) in zip(QUANTITIES, parts, strict=True)
+            name: (force.sum(axis=-1), most.sum(axis=-1))
+            for name, force, most in zip(QUANTITIES, forces, most_forces, strict=True)
         }
 
     def finish_peak(
@@ -230,15 +240,16 @@ class OutlineInMotion(BodyInMotion):
 
         Alpha may there have an edge that no push shows, and all elements on that edge err alike.
         """
-        has_interval = isinstance(profile, TableProfile) and np.isfinite(peak.lo)
-        if not (has_interval and peak.quantity in self.forces and peak.value):
+        if not isinstance(profile, TableProfile) or np.isnan(peak.lo):
             return peak
-        assert isinstance(profile, TableProfile)
+        if peak.quantity not in self.force_names or not peak.value:
+            return peak
         wet = self._wet_elements_at(peak)
         beta, gamma = wet.angles
-        turned = np.radians(STEEP_DEG) * np.array([-1.0, 0.0, 1.0])[:, None]
-        forces = wet.load * profile.alpha(beta + turned, gamma)[self.forces.index(peak.quantity)]
-        less, _, more = forces.sum(axis=-1)
+        turned = np.radians(STEEP_DEG) * np.array([[-1.0], [1.0]])
+        component = self.force_names.index(peak.quantity)
+        forces = wet.load * profile.alpha(beta + turned, gamma)[component]
+        less, more = forces.sum(axis=-1)
         steepness = abs(float(more - less)) / 2 / abs(peak.value)
         peak = replace(peak, steepness=steepness)
         if steepness <= STEEPEST or self.share_near_pushes(peak, profile) >= 1 - NOTICED:
@@ -249,10 +260,12 @@ class OutlineInMotion(BodyInMotion):
         """Return the share of the elements' forces at a peak that act in directions near a push (`FAR_DEG`)."""
         wet = self._wet_elements_at(peak)
         beta, gamma = wet.angles
-        sizes = np.abs(wet.load * profile.alpha(beta, gamma)[self.forces.index(peak.quantity)])[0]
+        component = self.force_names.index(peak.quantity)
+        sizes = np.abs(wet.load * profile.alpha(beta, gamma)[component])[0]
         return float(sizes[~profile.far_from_pushes(beta[0], gamma[0])].sum() / sizes.sum())
 
     def _wet_elements_at(self, peak: Peak) -> WetElements:
+        """Return the elements in the pose of a peak alone."""
         positions = self.motion.columns[self.motion.key]
         pose = int(np.argmin(np.abs(positions - peak.position)))
         return WetElements.of(self.outline, self.motion.poses[pose : pose + 1])

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -34,7 +34,7 @@ from rftfit.model.shapes import Shapes, published_shapes
 from rftfit.store.text import table as format_table
 
 Numbers = Callable[[FloatArray, Map], FloatArray]
-"""Function of alpha (..., 2, n), and the map at whose nodes it is, that returns the numbers of a target (..., t)."""
+"""Function that returns the t numbers of a target (..., t), from alpha (..., 2, n) at the nodes of a map and this map."""
 
 
 @dataclass(frozen=True)
@@ -115,14 +115,14 @@ def prior_map(shapes: Shapes | None = None, nodes: Nodes | None = None) -> Map:
 
 
 def _alpha_on_lines(alpha: FloatArray, medium_map: Map) -> FloatArray:
-    """Numbers of the target `map`."""
+    """Return the numbers of the target `map`: alpha of both components at the nodes on the lines of the map."""
     # only on the lines on which a push can be planned: alpha between them follows from these
     on_lines = alpha[..., : medium_map.lines]
     return on_lines.reshape(*alpha.shape[:-2], -1)
 
 
 def _zeta(alpha: FloatArray, medium_map: Map) -> FloatArray:
-    """Numbers of the target `zeta`."""
+    """Return the number of the target `zeta`, shape (..., 1)."""
     return vertical_penetration(medium_map.coefficients(alpha))[..., None]
 
 
@@ -138,12 +138,9 @@ def peaks(outlines: Sequence[Outline], motion: Motion | None = None) -> Target:
 
     def numbers(alpha: FloatArray, medium_map: Map) -> FloatArray:
         """Forces by `alpha` in the poses where those by the map's own alpha are largest."""
-        best = TableProfile(
-            medium_map.alpha[0], medium_map.alpha[1], medium_map.beta, medium_map.gamma
-        )
-        changed = TableProfile(
-            alpha[..., 0, :], alpha[..., 1, :], medium_map.beta, medium_map.gamma
-        )
+        nodes = medium_map.beta, medium_map.gamma
+        best = TableProfile(medium_map.alpha[0], medium_map.alpha[1], *nodes)
+        changed = TableProfile(alpha[..., 0, :], alpha[..., 1, :], *nodes)
         peak_forces = []
         for outline in outlines:
             force = forces_on(best, outline, poses)
@@ -334,49 +331,50 @@ def plan(
     current_map = current_map or prior_map(
         nodes=map_nodes(*zip(*rig.directions, strict=True)) if rig.directions else None
     )
-    divisor = target.divisor(np.atleast_1d(target.numbers(current_map.alpha, current_map)))
-    # sum of the products of these rows: the covariance of alpha
-    rows = current_map.factor
+    alpha = current_map.alpha
+    divisor = target.divisor(np.atleast_1d(target.numbers(alpha, current_map)))
+    # errors of alpha (k, 2, n) whose products add up to its covariance, and the errors of the target that they cause
+    errors = current_map.factor
     if target.linear:
-        moved = target.numbers(rows, current_map)
-    else:  # half its change when alpha moves either way along the largest parts of its error
-        rows = _largest_axes(rows)
-        above, below = (target.numbers(current_map.alpha + s * rows, current_map) for s in (1, -1))
-        moved = (above - below) / 2
-    flat = rows.reshape(len(rows), -1)
-    joint = np.hstack([flat, moved / divisor])
+        target_errors = target.numbers(errors, current_map)
+    else:  # half its change when alpha moves either way along the largest axes of its error
+        errors = _largest_axes(errors)
+        above, below = (target.numbers(alpha + sign * errors, current_map) for sign in (1, -1))
+        target_errors = (above - below) / 2
+    joint = np.hstack([errors.reshape(len(errors), -1), target_errors / divisor])
     # of alpha at all nodes, in the first `size` rows, and of the target behind them
-    covariance, size = joint.T @ joint, flat.shape[1]
+    covariance, size = joint.T @ joint, alpha.size
     if not np.isfinite(covariance).all():
         raise ValueError(f"{target.name} has no number in this medium")
     quantile = float(student_quantile(confidence, GIVEN_DOF))
-    noise = usual_error(current_map.alpha.ravel(), rig.error_percent, rig.least_percent) ** 2
+    noise = usual_error(alpha.ravel(), rig.error_percent, rig.least_percent) ** 2
     # a push without an error that is repeated would make a matrix without an inverse
     noise = np.maximum(noise, _EXACT * max(float(np.diag(covariance)[:size].max()), _NONE))
-    choices = _list_choices(current_map, rig)
+    pushes = _list_pushes(current_map, rig)
     turns_left = {body.name: turn_rows(current_map, body, motion) for body, motion in turns}
     steps = [Step((), 0, quantile * np.sqrt(np.diag(covariance)[size:]))]
     for _ in range(count):
         gains = []
-        for places, runs, _ in choices:
-            seen = covariance[np.ix_(places, places)] + np.diag(noise[places])
-            gains.append(_log_gain(covariance[size:, places], seen, covariance, size) / runs)
+        for nodes, runs, _ in pushes:
+            measured = covariance[np.ix_(nodes, nodes)] + np.diag(noise[nodes])
+            gains.append(_log_gain(covariance[size:, nodes], measured, covariance, size) / runs)
         best = int(np.argmax(np.round(gains, 9)))
-        places, runs, directions = choices[best]
-        across = covariance[:, places]
-        seen = covariance[np.ix_(places, places)] + np.diag(noise[places])
+        nodes, runs, directions = pushes[best]
+        # covariance of everything with the measurement, and of the measurement
+        across = covariance[:, nodes]
+        measured = covariance[np.ix_(nodes, nodes)] + np.diag(noise[nodes])
         turn, gain = "", float(np.round(gains[best], 9))
-        for name, (weights, errors) in turns_left.items():
+        for name, (weights, force_errors) in turns_left.items():
             across_turn = covariance[:, :size] @ weights.T
-            seen_turn = weights @ across_turn[:size] + np.diag(errors**2)
-            gain_of_turn = _log_gain(across_turn[size:], seen_turn, covariance, size)
+            measured_turn = weights @ across_turn[:size] + np.diag(force_errors**2)
+            gain_of_turn = _log_gain(across_turn[size:], measured_turn, covariance, size)
             if gain_of_turn > gain:
-                turn, gain, across, seen = name, gain_of_turn, across_turn, seen_turn
+                turn, gain, across, measured = name, gain_of_turn, across_turn, measured_turn
         if turn:
             turns_left.pop(turn)
             runs, directions = 1, ()
-        # what is left when the chosen push, or turn, is known
-        covariance = covariance - across @ np.linalg.solve(seen, across.T)
+        # conditioned on the chosen push or turn
+        covariance = covariance - across @ np.linalg.solve(measured, across.T)
         variance_left = np.maximum(np.diag(covariance)[size:], 0.0)
         steps.append(Step(directions, runs, quantile * np.sqrt(variance_left), turn))
     return Plan(
@@ -384,28 +382,31 @@ def plan(
     )
 
 
-def _log_gain(across: FloatArray, seen: FloatArray, covariance: FloatArray, size: int) -> float:
+def _log_gain(across: FloatArray, measured: FloatArray, covariance: FloatArray, size: int) -> float:
     """Return the logarithm of the factor by which a measurement narrows the variance of the target.
 
-    `across`: covariance of target and measurement. `seen`: covariance of the measurement. The target has the rows of
+    `across`: covariance of target and measurement. `measured`: covariance of the measurement. The target has the rows of
     `covariance` from `size` on.
     """
-    less = float(np.sum(across * np.linalg.solve(seen, across.T).T))
+    less = float(np.sum(across * np.linalg.solve(measured, across.T).T))
     before = max(np.diag(covariance)[size:].sum(), _NONE)
     return -math.log(max(1 - less / before, 1e-12))
 
 
 def turn_rows(medium_map: Map, body: Outline, motion: Motion) -> tuple[FloatArray, FloatArray]:
-    """Return k combinations of forces on a body that measure alpha at the nodes: weights (k, 2 n), errors (k,)."""
+    """Return the weights of alpha at the n nodes in k combinations of forces on a body, (k, 2 n), and their errors (k,).
+
+    The forces are those of a turn of the body along its motion, predicted by the map.
+    """
     best = medium_map.alpha
-    profile = TableProfile(best[0], best[1], medium_map.beta, medium_map.gamma)
+    nodes = medium_map.beta, medium_map.gamma
+    profile = TableProfile(best[0], best[1], *nodes)
     net = forces_on(profile, body, motion.poses)
     forces = {"force_z_N": net.force_z_N, "force_x_N": net.force_x_N}
     largest = max(float(np.abs(force).max()) for force in forces.values())
     contact = Contact(body, motion, forces, max(USUAL_PERCENT / 100 * largest, _NONE))
-    rows_of_error = _largest_axes(medium_map.factor).reshape(-1, best.size)
-    nodes = medium_map.beta, medium_map.gamma
-    rows = ObservedSystem.of([contact], nodes, best.ravel(), rows_of_error).rows(1.0)
+    alpha_errors = _largest_axes(medium_map.factor).reshape(-1, best.size)
+    rows = ObservedSystem.of([contact], nodes, best.ravel(), alpha_errors).rows(1.0)
     return rows.weights, rows.errors
 
 
@@ -413,11 +414,11 @@ _EXACT, _NONE = 1e-10, 1e-30
 """Least variance of a push, relative to the largest of the map; a positive number that stands for 0."""
 
 _PARTS = 16
-"""Number of the largest parts of the error of alpha along which a target that is not linear is tried."""
+"""Number of principal axes of the error of alpha along which a target that is not linear is tried."""
 
 
 def _largest_axes(factor: FloatArray) -> FloatArray:
-    """Replace the rows of a factor of the covariance by its `_PARTS` largest principal axes."""
+    """Replace errors (k, 2, n), whose products add up to a covariance, by its `_PARTS` largest principal axes."""
     flat = factor.reshape(len(factor), -1)
     _, sizes, axes = np.linalg.svd(flat, full_matrices=False)
     largest: FloatArray = sizes[:_PARTS, None] * axes[:_PARTS]
@@ -425,7 +426,7 @@ def _largest_axes(factor: FloatArray) -> FloatArray:
 
 
 def _find_target(target: Target | Outline | Sequence[Outline] | str) -> Target:
-    """Return the target of a name or of bodies."""
+    """Return the target of a name, the peak forces on bodies, or the target that is given."""
     if isinstance(target, Target):
         return target
     if isinstance(target, str):
@@ -434,29 +435,36 @@ def _find_target(target: Target | Outline | Sequence[Outline] | str) -> Target:
     return peaks([target] if isinstance(target, Outline) else target)
 
 
-def _list_choices(
-    medium_map: Map, rig: Rig
-) -> list[tuple[list[int], int, tuple[tuple[float, float], ...]]]:
-    """List the pushes that the rig can make: numbers of alpha_z and alpha_x in the map's alpha, runs, directions."""
+class _Push(NamedTuple):
+    """A push that a rig can make, with its way back where that is measured too.
+
+    `nodes`: indices of alpha_z and alpha_x of its directions in the map's alpha, as one vector (2 n,). `runs`: that it
+    takes. `directions`: (beta, gamma), degrees.
+    """
+
+    nodes: list[int]
+    runs: int
+    directions: tuple[tuple[float, float], ...]
+
+
+def _list_pushes(medium_map: Map, rig: Rig) -> list[_Push]:
+    """List the pushes that the rig can make; raises ValueError where a direction is no node of the map."""
     count = medium_map.beta.size
     nodes_deg = np.column_stack([np.degrees(medium_map.beta), np.degrees(medium_map.gamma)])
     directions = rig.directions or tuple(
         (float(b), float(g)) for b, g in nodes_deg[: medium_map.lines]
     )
-    choices = []
+    pushes = []
     for beta, gamma in directions:
         ways = [(beta, gamma)]
         if rig.pairs and gamma < 0:
             continue
         if rig.pairs and gamma > 0:
             ways.append((-beta, -gamma))
-        apart_deg = angle_apart(*np.transpose(ways)[..., None], *nodes_deg.T)
-        places = apart_deg.argmin(axis=1)
         beta_deg, gamma_deg = np.transpose(ways)
-        nodes_beta_deg, nodes_gamma_deg = nodes_deg[places].T
-        is_node = same_direction(
-            beta_deg, gamma_deg, nodes_beta_deg, nodes_gamma_deg, TOLERANCE_DEG
-        )
+        nearest = angle_apart(beta_deg[:, None], gamma_deg[:, None], *nodes_deg.T).argmin(axis=1)
+        node_beta_deg, node_gamma_deg = nodes_deg[nearest].T
+        is_node = same_direction(beta_deg, gamma_deg, node_beta_deg, node_gamma_deg, TOLERANCE_DEG)
         if not is_node.all():
             lost = tuple(round(float(angle), 3) + 0.0 for angle in ways[int(is_node.argmin())])
             raise ValueError(
@@ -464,10 +472,10 @@ def _list_choices(
                 f"estimate_map(..., beta_deg=[{lost[0]:g}], gamma_deg=[{lost[1]:g}])"
             )
         runs = len(ways) * (rig.depths if gamma == 0 else 1)
-        choices.append(
-            ([c * count + p for p in places.tolist() for c in (0, 1)], runs, tuple(ways))
-        )
-    return choices
+        # alpha_z of all nodes comes first, then alpha_x
+        nodes = np.stack([nearest, nearest + count], axis=1).ravel().tolist()
+        pushes.append(_Push(nodes, runs, tuple(ways)))
+    return pushes
 
 
 def reachable(
@@ -476,12 +484,10 @@ def reachable(
     """Return the directions on the lines of a map (degrees) with these angles; an empty list allows any."""
     angles = np.degrees([medium_map.beta, medium_map.gamma])[:, : medium_map.lines].round(4)
     near = np.ones(angles.shape[1], dtype=bool)
-    for angles_of_map, angles_asked in zip(angles, (beta_deg, gamma_deg), strict=True):
-        if len(angles_asked):
-            near &= (
-                np.abs(angles_of_map[:, None] - np.asarray(angles_asked)).min(axis=1)
-                < TOLERANCE_DEG
-            )
+    for angles_of_map, allowed in zip(angles, (beta_deg, gamma_deg), strict=True):
+        if len(allowed):
+            apart_deg = np.abs(angles_of_map[:, None] - np.asarray(allowed))
+            near &= apart_deg.min(axis=1) < TOLERANCE_DEG
     return tuple((beta, gamma) for beta, gamma in angles[:, near].T.tolist())
 
 

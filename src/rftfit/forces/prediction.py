@@ -24,7 +24,6 @@ from rftfit.forces.peaks import (
     DrawStatistics,
     Ends,
     Peak,
-    interval_of_next_bed,
     keep_true_intervals,
     pick_peaks,
     set_beside,
@@ -139,8 +138,10 @@ def predict_with_peaks(
     if body_error is not None and model_error is not None:
         raise ValueError("found model_error and body_error; allowed: one of them")
     moving = set_in_motion(outline, motion, law, friction, quantities)
-    profile = profile_of(medium, moving.knows)
-    error = _ErrorOfModel(moving, errors.eps_of(model_error, profile, outline), body_error)
+    profile = profile_of(medium, moving.is_covered_by)
+    spread = profile.spread
+    draws = len(spread.parameters[0]) if isinstance(spread, Profile) else DRAWS
+    error = _ErrorOfModel(moving, errors.eps_of(model_error, profile, outline), body_error, draws)
     return _Prediction(moving, profile, error, confidence).table_and_peaks()
 
 
@@ -190,63 +191,72 @@ def _warn_of_limits(
 
 
 class _ErrorOfModel:
-    """Draws of what the force model gets wrong on a body that moves: of any body, or of one that was measured before."""
+    """Draws of what the force model gets wrong on a body that moves.
 
-    def __init__(self, moving: BodyInMotion, eps: float, body_error: BodyError | None) -> None:
-        self.moving, self.eps, self.body_error = moving, eps, body_error
-        self._paths_of_body: tuple[FloatArray, FloatArray] | None = None
+    `eps`: relative error on any body. `body_error`: error on a body that was measured before, which replaces it, or None.
+    """
+
+    def __init__(
+        self, moving: BodyInMotion, eps: float, body_error: BodyError | None, draws: int
+    ) -> None:
+        self.moving, self.eps, self.body_error, self.draws = moving, eps, body_error, draws
 
     @property
     def is_stated(self) -> bool:
         """True where an error of the model other than 0 is known, or asked for."""
         return self.body_error is not None or self.eps > 0
 
-    def paths(self, draws: int) -> Iterator[FloatArray]:
-        """Draw the error over the load, `BodyInMotion.poses_at_once` poses at a time: shape (draws, axes, poses)."""
-        step = self.moving.poses_at_once(draws)
+    @property
+    def poses_at_once(self) -> int:
+        """Number of poses whose draws are held in memory together."""
+        return self.moving.poses_at_once(self.draws)
+
+    def paths(self) -> Iterator[FloatArray]:
+        """Draw the error over eps and the load, of `poses_at_once` poses at a time: shape (draws, forces, poses).
+
+        On a body that was measured before: the error over the load, less its mean.
+        """
+        step = self.poses_at_once
         if self.body_error is None:
-            axes = len(self.moving.forces)
-            yield from errors.error_paths(self.moving.progress, draws, axes, step)
+            axes = len(self.moving.force_names)
+            yield from errors.error_paths(self.moving.progress, self.draws, axes, step)
             return
-        mean, drawn = self._draw_body_error(draws)
+        mean, drawn = self._body_paths
         about_mean = drawn - mean
         for start in range(0, len(self.moving.poses), step):
             yield about_mean[..., start : start + step]
 
-    def _draw_body_error(self, draws: int) -> tuple[FloatArray, FloatArray]:
-        """Mean of the body's error over the load, shape (1, axes, p), and draws of the error, (draws, axes, p)."""
+    @cached_property
+    def _body_paths(self) -> tuple[FloatArray, FloatArray]:
+        """Mean of the body's error over the load, shape (forces, p), and draws of it, (draws, forces, p)."""
         assert self.body_error is not None
-        if self._paths_of_body is None:
-            axes = len(self.moving.forces)
-            mean, drawn = self.body_error.paths(self.moving.states, axes, draws)
-            self._paths_of_body = mean[None], drawn
-        return self._paths_of_body
+        return self.body_error.paths(self.moving.states, len(self.moving.force_names), self.draws)
 
-    def with_mean(self, drawn: DrawnForces, draws: int) -> DrawnForces:
+    def add_mean(self, drawn: DrawnForces) -> DrawnForces:
         """Add the mean error to forces on a body that was measured before; others are returned as they are."""
         if self.body_error is None:
             return drawn
-        mean = self._draw_body_error(draws)[0]
-        of_mean = self.moving.body_errors(drawn, mean[..., drawn.start : drawn.stop])
+        mean = self._body_paths[0][None, :, drawn.start : drawn.stop]
+        of_mean = self.moving.body_errors(drawn, mean)
         return drawn._replace(forces=_add_errors(drawn.forces, of_mean))
 
-    def with_draws(self, drawn: DrawnForces, paths: FloatArray) -> ForcesByName:
-        """Add draws of the error, from `paths`, to forces."""
+    def add_draws(self, drawn: DrawnForces, paths: FloatArray) -> ForcesByName:
+        """Add draws of the error to forces; `paths`: those of the same poses, an item of `paths`."""
         if self.body_error is None:
             return _add_errors(drawn.forces, self.moving.model_errors(drawn, paths, self.eps))
         return _add_errors(drawn.forces, self.moving.body_errors(drawn, paths))
 
 
-def _add_errors(forces: ForcesByName, of_error: ForcesByName) -> ForcesByName:
+def _add_errors(forces: ForcesByName, errors_by_name: ForcesByName) -> ForcesByName:
     """Add errors to the forces of the same name; forces without one are left out."""
-    return {name: forces[name] + error for name, error in of_error.items()}
+    return {name: forces[name] + error for name, error in errors_by_name.items()}
 
 
 class _Prediction:
     """Forces on a body by a profile, with intervals of alpha (`alpha_ends`) and with the model's error (`model_ends`).
 
-    `alpha`, `model`: statistics of the draws of these intervals; None where an interval is not from draws. `targets`:
-    peaks that are looked for.
+    `alpha_draws`, `model_draws`: statistics of the draws of these intervals; None where an interval is not from draws.
+    `targets`: peaks to find.
     """
 
     def __init__(
@@ -254,17 +264,14 @@ class _Prediction:
     ) -> None:
         self.moving, self.profile, self.error, self.confidence = moving, profile, error, confidence
         self.best = moving.best(profile)
-        self.draws = DRAWS
-        if isinstance(profile.spread, Profile):
-            self.draws = len(profile.spread.parameters[0])
         if error.body_error is not None:
             # the mean error of a body that was measured before moves the best forces, too
             forces = {name: values[0] for name, values in self._best_as_draw.forces.items()}
             self.best = self.best._replace(forces=forces)
         self.has_forces = has_forces(self.best.forces)
         self.targets = moving.peak_targets(self.best.forces)
-        self.alpha: DrawStatistics | None = None
-        self.model: DrawStatistics | None = None
+        self.alpha_draws: DrawStatistics | None = None
+        self.model_draws: DrawStatistics | None = None
         self.alpha_ends: Ends = {}
         self.model_ends: Ends = {}
         self._find_intervals()
@@ -273,69 +280,70 @@ class _Prediction:
         """Find the intervals, from one pass through all draws."""
         spread = self.profile.spread
         if isinstance(spread, Profile):
-            self.alpha = self._statistics()
-            parts = self.moving.draw(spread, with_load=self.error.is_stated)
-            drawn_parts = (self.error.with_mean(part, self.draws) for part in parts)
-            self.model = self._add_draws(drawn_parts, self.alpha)
-            self.alpha_ends = self.alpha.ends
-            self.model_ends = {} if self.model is None else self.model.ends
+            self.alpha_draws = self._statistics()
+            drawn = self.moving.draw(spread, with_load=self.error.is_stated)
+            self.model_draws = self._collect(map(self.error.add_mean, drawn), self.alpha_draws)
+            self.alpha_ends = self.alpha_draws.ends
+            self.model_ends = {} if self.model_draws is None else self.model_draws.ends
             return
         if isinstance(spread, ScaledMedium):
             self.alpha_ends = self._ends_of_further_medium(spread.at_confidence(self.confidence))
         if not self.error.is_stated:
             return
-        self.model = self._add_draws(self._best_in_parts(), None)
-        assert self.model is not None
-        self.model_ends = self.model.ends
+        self.model_draws = self._collect(self._split_best(), None)
+        assert self.model_draws is not None
+        self.model_ends = self.model_draws.ends
         if self.alpha_ends:
+            # both errors are independent: their intervals add in squares
             self.model_ends = {
                 name: widen(best, self.alpha_ends[name], np.subtract(self.model_ends[name], best))
                 for name, best in self.best.forces.items()
                 if name in self.model_ends
             }
-            self.model = None
+            self.model_draws = None
 
     def _statistics(self) -> DrawStatistics:
-        return DrawStatistics(self.moving.wanted, self.targets, self.confidence)
+        """Return statistics without a draw."""
+        return DrawStatistics(self.moving.with_interval, self.targets, self.confidence)
 
-    def _add_draws(
-        self, parts: Iterable[DrawnForces], alpha: DrawStatistics | None
+    def _collect(
+        self, draws: Iterable[DrawnForces], alpha_draws: DrawStatistics | None
     ) -> DrawStatistics | None:
-        """Add draws to the statistics `alpha`, and return statistics of the same draws with the model's error added.
+        """Add draws to the statistics `alpha_draws`, and return statistics of the same draws with the model's error.
 
-        None where no error of the model is known or asked for.
+        `draws`: those of some poses after those of others. None where no error of the model is known or asked for.
         """
-        model = self._statistics() if self.error.is_stated else None
-        paths = self.error.paths(self.draws) if self.error.is_stated else iter(())
-        for drawn in parts:
+        model_draws = self._statistics() if self.error.is_stated else None
+        paths = self.error.paths()
+        for drawn in draws:
             is_finite = self.has_forces[drawn.start : drawn.stop]
-            if alpha is not None:
-                alpha.add(drawn.forces, is_finite)
-            if model is not None:
-                model.add(self.error.with_draws(drawn, next(paths)), is_finite)
-        return model
+            if alpha_draws is not None:
+                alpha_draws.add(drawn.forces, is_finite)
+            if model_draws is not None:
+                model_draws.add(self.error.add_draws(drawn, next(paths)), is_finite)
+        return model_draws
 
     @cached_property
     def _best_as_draw(self) -> DrawnForces:
         """The best forces with their load, and with the mean error of a body that was measured before."""
-        return self.error.with_mean(self.moving.best_with_load(self.profile), self.draws)
+        return self.error.add_mean(self.moving.best_with_load(self.profile))
 
-    def _best_in_parts(self) -> Iterator[DrawnForces]:
-        """Split the best forces, as the only draw of alpha, into parts as long as those of draws of the error."""
-        step = self.moving.poses_at_once(self.draws)
+    def _split_best(self) -> Iterator[DrawnForces]:
+        """Split the best forces, as the only draw of alpha, into as many poses as draws of the error come at a time."""
+        step = self.error.poses_at_once
         for start in range(0, len(self.moving.poses), step):
             yield self._best_as_draw.between(start, start + step)
 
     def _ends_of_further_medium(self, medium: ScaledMedium) -> Ends:
-        """Intervals of the forces in one further medium, scaled from the reference media."""
+        """Find the intervals of the forces in one further medium, scaled from the reference media."""
         reference = medium.reference
         by_m0 = self.moving.best(FourierProfile(reference.m0)).forces
-        tables = [self.moving.best(table).forces for table in reference.tables]
-        parts = [*self.moving.draw(FourierProfile(reference.scaled), with_load=False)]
+        by_tables = [self.moving.best(table).forces for table in reference.tables]
+        drawn = [*self.moving.draw(FourierProfile(reference.scaled), with_load=False)]
         ends: Ends = {}
-        for name in self.moving.wanted:
-            by_terms = np.concatenate([part.forces[name] for part in parts], axis=-1)
-            of_media, measured = medium.of_media(by_terms, [forces[name] for forces in tables])
+        for name in self.moving.with_interval:
+            by_terms = np.concatenate([of_poses.forces[name] for of_poses in drawn], axis=-1)
+            of_media, measured = medium.of_media(by_terms, [forces[name] for forces in by_tables])
             ends[name] = medium.with_interval(by_m0[name], of_media, measured=measured)[1:]
         return ends
 
@@ -347,10 +355,11 @@ class _Prediction:
             forces_beside = self.moving.best(self.profile.beside()).forces
             alpha_ends = keep_true_intervals(alpha_ends, forces_beside)
         has_model_error = errors.has_model_error(self.profile)
+        # a bed is looser or denser as a whole, independently of the error of the mean over beds
         bed_half_width = half_width_of_bed(self.profile.bed_spread, self.confidence)
         columns: dict[str, FloatArray] = dict(self.moving.columns)
-        for name, values in best.items():
-            columns[name] = values
+        for name, force in best.items():
+            columns[name] = force
             if forces_beside is not None:
                 columns[beside_name(name)] = forces_beside[name]
             if name in alpha_ends:
@@ -358,9 +367,8 @@ class _Prediction:
             if name in model_ends:
                 columns |= dict(zip(model_end_names(name), model_ends[name], strict=True))
             if name in model_ends or (name in alpha_ends and has_model_error):
-                of_bed = interval_of_next_bed(
-                    values, model_ends.get(name) or alpha_ends[name], bed_half_width
-                )
+                widest = model_ends.get(name) or alpha_ends[name]
+                of_bed = widen(force, widest, bed_half_width * force)
                 columns |= dict(zip(next_end_names(name), of_bed, strict=True))
         columns = self.moving.finish_columns(columns, self.profile, self.best)
         table = pd.DataFrame(columns | {"reason": np.where(self.has_forces, "", self.best.reason)})
@@ -369,11 +377,11 @@ class _Prediction:
             self.targets,
             table.iloc[:, 0].to_numpy(float),
             {} if self.has_forces.all() else self.moving.bounds(self.profile),
-            alpha=self.alpha,
-            model=self.model,
-            of_alpha=alpha_ends,
-            of_model=model_ends,
-            bed=bed_half_width if model_ends or has_model_error else np.nan,
+            alpha_draws=self.alpha_draws,
+            model_draws=self.model_draws,
+            alpha_ends=alpha_ends,
+            model_ends=model_ends,
+            bed_half_width=bed_half_width if model_ends or has_model_error else np.nan,
         )
         if forces_beside is not None:
             peaks = set_beside(peaks, self.targets, forces_beside)

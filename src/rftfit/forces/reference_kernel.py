@@ -1,7 +1,7 @@
-"""The kernel in plain numpy, to check the compiled one.
+"""Elements of an outline in its poses and the forces on them, in plain numpy; `rftfit.model.kernel` is the compiled twin.
 
-Draws and pictures use it too, for where elements are and what they bear: there speed does not matter. Elements are
-arrays (..., 8): centre x, z (cm), unit tangent x, z, half-length (cm), area (cm^2), velocity x, z (cm/s).
+Tests compare both. Draws and pictures use this module, where speed does not matter. Elements are arrays (..., 8): centre
+x, z (cm), unit tangent x, z, half-length (cm), area (cm^2), velocity x, z (cm/s).
 """
 
 from __future__ import annotations
@@ -17,18 +17,22 @@ from rftfit.model.profiles import Profile
 
 
 def place(body: FloatArray, width_cm: float, poses: FloatArray) -> FloatArray:
-    """Place the elements of an outline (n, 5) in each pose (p, 6), as `kernel.pose_forces` does: shape (p, n, 8)."""
+    """Place the elements of an outline in each pose: shape (p, n, 8), with the columns of the head of this module.
+
+    `body`: centre x, z, unit tangent x, z and half-length of the elements, shape (n, 5). `poses`: x, z (cm), angle (rad,
+    from z toward x) and their rates, shape (p, 6).
+    """
     x0, z0, angle, vx0, vz0, rate = (poses[:, index, None] for index in range(6))
     cos_a, sin_a = np.cos(angle), np.sin(angle)
     x, z = body[:, 0] * cos_a + body[:, 1] * sin_a, body[:, 1] * cos_a - body[:, 0] * sin_a
     tx, tz = body[:, 2] * cos_a + body[:, 3] * sin_a, body[:, 3] * cos_a - body[:, 2] * sin_a
     half = np.broadcast_to(body[:, 4], x.shape)
-    parts = (x0 + x, z0 + z, tx, tz, half, 2 * half * width_cm, vx0 + rate * z, vz0 - rate * x)
-    return np.stack(parts, axis=-1)
+    columns = (x0 + x, z0 + z, tx, tz, half, 2 * half * width_cm, vx0 + rate * z, vz0 - rate * x)
+    return np.stack(columns, axis=-1)
 
 
 def submerged(elements: FloatArray, solid: bool = False) -> tuple[FloatArray, FloatArray]:
-    """Depth times area (cm^3) of what lies below the surface, and its centre x, z (cm).
+    """Return depth times area (cm^3) of what lies below the surface, shape (...), and its centre x, z (cm), (..., 2).
 
     An element that crosses the surface counts with its lower part, that part's area and centre, so that
     the load is continuous in height. The load is 0 above the surface and without velocity. `solid`: only
@@ -36,7 +40,8 @@ def submerged(elements: FloatArray, solid: bool = False) -> tuple[FloatArray, Fl
     """
     x, z, tx, tz, half, area, vx, vz = np.moveaxis(elements, -1, 0)
     rise = half * np.abs(tz)
-    low, high = rise - z, -rise - z  # depths of the two ends
+    # depths of the lower and of the upper end
+    low, high = rise - z, -rise - z
     crossing = (low > 0) & (high < 0)
     wet_share = np.where(crossing, low / np.where(crossing, 2 * rise, 1.0), 1.0)
     load = np.where(crossing, low / 2, -z) * wet_share * area
@@ -44,13 +49,14 @@ def submerged(elements: FloatArray, solid: bool = False) -> tuple[FloatArray, Fl
     idle = (low <= 0) | (speed == 0)
     if solid:
         load = load * share_of_face(vx * tz - vz * tx, speed)
+    # from the centre of the element to that of its wet part, along the tangent
     along = -np.where(tz > 0, 1.0, -1.0) * half * (1 - wet_share)
     centre = np.stack([x + along * tx, z + along * tz], axis=-1)
     return np.where(idle, 0.0, load), centre
 
 
 def angles(elements: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Attack and intrusion angle (rad) of each element; gamma is NaN without velocity."""
+    """Return the attack angle beta and the intrusion angle gamma (rad) of each element; gamma is NaN without velocity."""
     beta = wrap_beta(np.arctan2(-elements[..., 3], elements[..., 2]))
     return beta, intrusion_angle(elements[..., 6], elements[..., 7])
 
@@ -86,12 +92,11 @@ class WetElements(NamedTuple):
 
 
 def element_forces(profile: Profile, elements: FloatArray, solid: bool = False) -> FloatArray:
-    """Force z, x (N) on each element, and where it acts: x, z (cm). Returns shape (..., 4)."""
+    """Return the force z, x (N) on each element, and the point x, z (cm) where it acts: shape (..., 4)."""
     load, centre = submerged(elements, solid)
-    idle = load == 0
-    alpha_z, alpha_x = profile.alpha(*angles(elements))
-    force_z, force_x = np.where(idle, 0.0, load * alpha_z), np.where(idle, 0.0, load * alpha_x)
-    return np.concatenate([np.stack([force_z, force_x], axis=-1), centre], axis=-1)
+    alpha = np.stack(profile.alpha(*angles(elements)), axis=-1)
+    force = np.where(load[..., None] == 0, 0.0, load[..., None] * alpha)
+    return np.concatenate([force, centre], axis=-1)
 
 
 def net(forces: FloatArray, x0: FloatArray, z0: FloatArray) -> FloatArray:
@@ -104,6 +109,9 @@ def net(forces: FloatArray, x0: FloatArray, z0: FloatArray) -> FloatArray:
 def pose_forces(
     profile: Profile, body: FloatArray, width_cm: float, solid: bool, poses: FloatArray
 ) -> FloatArray:
-    """Force z, x (N) and moment about the reference point (N cm) in each pose. Returns (p, 3)."""
+    """Return the force z, x (N) and the moment about the reference point (N cm) in each pose, shape (p, 3).
+
+    Arguments as in `place` and `submerged`.
+    """
     forces = element_forces(profile, place(body, width_cm, poses), solid)
     return net(forces, poses[:, 0], poses[:, 1])

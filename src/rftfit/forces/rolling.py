@@ -106,7 +106,7 @@ def lowest_radius(corners_cm: FloatArray) -> float:
     """
     starts = corners_cm[..., ::2].reshape(-1, 2)
     ends = np.roll(corners_cm, -1, axis=1)[..., ::2].reshape(-1, 2)
-    # an edge counts once, in the sense in which its angle grows
+    # every edge in the sense in which its angle grows; one in line with the axle has no angle and does not count
     cross = starts[:, 0] * ends[:, 1] - starts[:, 1] * ends[:, 0]
     counts = np.abs(cross) > 0
     is_reversed = (cross < 0)[:, None]
@@ -120,9 +120,11 @@ def lowest_radius(corners_cm: FloatArray) -> float:
     first_ray = np.ceil(first / step).astype(int)
     rays_of_edge = np.floor((first + span) / step).astype(int) - first_ray + 1
     edges = np.repeat(np.arange(len(starts)), rays_of_edge)
-    begins = np.repeat(np.cumsum(rays_of_edge) - rays_of_edge, rays_of_edge)
-    rays = np.repeat(first_ray, rays_of_edge) + np.arange(edges.size) - begins
+    # pairs of an edge and a ray that meets it: the rays of an edge follow one another
+    first_pair = np.repeat(np.cumsum(rays_of_edge) - rays_of_edge, rays_of_edge)
+    rays = np.repeat(first_ray, rays_of_edge) + np.arange(edges.size) - first_pair
     along = ends[edges] - starts[edges]
+    # a ray of direction u meets the line through s along d at the radius (s x d) / (u x d)
     outward = np.cos(rays * step) * along[:, 1] - np.sin(rays * step) * along[:, 0]
     radius_on_ray = np.abs(cross[counts][edges]) / outward
     farthest = np.zeros(_CHOSEN.rays)

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from rftfit.campaign.problems import choose
 from rftfit.conventions import FloatArray
@@ -14,14 +15,25 @@ from rftfit.forces import model_error as errors
 from rftfit.forces.body_error import frame_states
 from rftfit.forces.faces import LAWS, as_table, moving_faces
 from rftfit.forces.mesh import IntArray, Mesh, Motion3D, area_vectors
-from rftfit.forces.moving import BestForces, BodyInMotion, DrawnForces, ForcesByName, has_forces
-from rftfit.forces.peaks import ROUNDING, Ends, Peak, PeakTarget
+from rftfit.forces.moving import (
+    BestForces,
+    BodyInMotion,
+    DrawnForces,
+    ForcesByName,
+    WetParts,
+    has_forces,
+)
+from rftfit.forces.peaks import ROUNDING, BoundsByName, Peak, PeakTarget
 from rftfit.model import rft3d
-from rftfit.model.draws import end_names, model_end_names, next_end_names
+from rftfit.model.draws import end_names
 from rftfit.model.packs import Pack
 from rftfit.model.profiles import Profile, TableProfile
 
-IN_SPACE = (*(f"force_{axis}_N" for axis in "xyz"), *(f"moment_{axis}_N_cm" for axis in "xyz"))
+MESH_QUANTITIES = (
+    *(f"force_{axis}_N" for axis in "xyz"),
+    *(f"moment_{axis}_N_cm" for axis in "xyz"),
+)
+"""Columns of the forces on a mesh and of the moments about its reference point."""
 
 CLOSURE = 0.044
 """Error of the measured law on a face that moves out of the plane of its normal and the vertical: root mean square of a
@@ -42,12 +54,15 @@ def face_rows(mesh: Mesh) -> FloatArray:
 
 
 def law_of(profile: Profile, law: str) -> tuple[Pack, float, FloatArray]:
-    """Return the first arguments of `face_kernel.face_forces`: map, alpha_x(0, 0), and the coefficients of 3D-RFT."""
+    """Return the first arguments of `face_kernel.face_forces`: map, alpha_x(0, 0), and the coefficients of 3D-RFT.
+
+    Those of the other law are empty or 0.
+    """
     choose("law", law, LAWS)
     if law == "measured":
         return as_table(profile).pack, float(profile.alpha(0.0, 0.0)[1]), np.zeros((0, 0))
-    nothing = TableProfile(np.zeros((7, 13)), np.zeros((7, 13))).pack
-    return nothing, 0.0, float(rft3d.level_of(profile)) * rft3d.COEFFICIENTS
+    no_map = TableProfile(np.zeros((7, 13)), np.zeros((7, 13))).pack
+    return no_map, 0.0, float(rft3d.level_of(profile)) * rft3d.COEFFICIENTS
 
 
 def compiled_mesh_forces(
@@ -59,12 +74,16 @@ def compiled_mesh_forces(
 ) -> FloatArray:
     """Sum over the faces in each pose, shape (p, 19), the columns of `face_kernel.face_forces`.
 
-    Force (N), moment about the reference point (N cm), depth times area that leaves its plane (cm^3), then what faces
-    bear without cancellation.
+    Force x, y, z (N), moment x, y, z about the reference point (N cm), depth times area of the faces that move out of the
+    plane of their normal and the vertical (cm^3), then 12 sums of what faces bear without cancellation.
     """
     faces = face_rows(mesh)
-    ranges = np.tile(np.array([0, len(faces)]), (len(motion.frames), 1))
-    return _sum_compiled(law_of(profile, law), faces, ranges, motion, friction)
+    return _sum_compiled(law_of(profile, law), faces, _all_faces(faces, motion), motion, friction)
+
+
+def _all_faces(faces: FloatArray, motion: Motion3D) -> IntArray:
+    """Return the range of all faces for each pose, shape (p, 2)."""
+    return np.tile(np.array([0, len(faces)]), (len(motion.frames), 1))
 
 
 def _sum_compiled(
@@ -74,7 +93,10 @@ def _sum_compiled(
     motion: Motion3D,
     friction: float | None,
 ) -> FloatArray:
-    """Call the compiled kernel for poses of one motion; `ranges`: of `faces`, those of each pose."""
+    """Call the compiled kernel for the poses of a motion.
+
+    `law`: from `law_of`. `faces`: rows of `face_rows`. `ranges`: first row of each pose and the row behind its last, (p, 2).
+    """
     from rftfit.forces.face_kernel import face_forces
 
     frames = motion.frames
@@ -93,16 +115,11 @@ def mesh_draws(
     stack = as_table(draws)
     faces, ranges = _wet_faces(mesh, motion)
     shape = (-1, *stack.alpha_z.shape[-2:])
-    alpha = zip(stack.alpha_z.reshape(shape), stack.alpha_x.reshape(shape), strict=True)
-    profiles = (
-        TableProfile.of_nodes(stack.beta, stack.gamma, nodes_of_draw) for nodes_of_draw in alpha
-    )
-    return np.stack(
-        [
-            _sum_compiled(law_of(profile_of_draw, law), faces, ranges, motion, friction)
-            for profile_of_draw in profiles
-        ]
-    )
+    sums = []
+    for alpha in zip(stack.alpha_z.reshape(shape), stack.alpha_x.reshape(shape), strict=True):
+        law_of_draw = law_of(TableProfile.of_nodes(stack.beta, stack.gamma, alpha), law)
+        sums.append(_sum_compiled(law_of_draw, faces, ranges, motion, friction))
+    return np.stack(sums)
 
 
 def _wet_faces(mesh: Mesh, motion: Motion3D) -> tuple[FloatArray, IntArray]:
@@ -112,19 +129,25 @@ def _wet_faces(mesh: Mesh, motion: Motion3D) -> tuple[FloatArray, IntArray]:
     """
     faces, frames = face_rows(mesh), motion.frames
     if len(faces) * len(frames) > errors.MOST_AT_ONCE or not np.isfinite(frames).all():
-        return faces, np.tile(np.array([0, len(faces)]), (len(frames), 1))
+        return faces, _all_faces(faces, motion)
+    # the last row of a rotation, frame[15:], gives the height of a corner above the reference point, frame[2]
     lowest = np.stack([(mesh.triangles @ frame[15:]).min(axis=1) + frame[2] for frame in frames])
     # a corner at the surface by rounding, 1e-6 cm above it, stays in
-    poses, numbers = np.nonzero(lowest < 1e-6)
-    ends = np.cumsum(np.bincount(poses, minlength=len(frames)))
-    return np.ascontiguousarray(faces[numbers]), np.stack([np.append(0, ends[:-1]), ends], axis=-1)
+    poses, wet = np.nonzero(lowest < 1e-6)
+    return np.ascontiguousarray(faces[wet]), ranges_of(np.bincount(poses, minlength=len(frames)))
+
+
+def ranges_of(counts: npt.ArrayLike) -> IntArray:
+    """Return first row and the row behind the last of groups of rows that follow one another, shape (groups, 2)."""
+    ends = np.cumsum(counts)
+    return np.stack([ends - np.asarray(counts), ends], axis=-1)
 
 
 class MeshInMotion(BodyInMotion):
     """A mesh that moves in space; `law` and `friction` as in `predict`."""
 
-    quantities = wanted = IN_SPACE
-    forces = IN_SPACE[:3]
+    with_interval = MESH_QUANTITIES
+    force_names = MESH_QUANTITIES[:3]
 
     def __init__(
         self, mesh: Mesh, motion: Motion3D, law: str = "measured", friction: float | None = None
@@ -133,21 +156,26 @@ class MeshInMotion(BodyInMotion):
         self.poses, self.columns = motion.frames, motion.columns
 
     def _sum_faces(self, profile: Profile) -> FloatArray:
+        """Sum over the faces by one profile, shape (p, 19)."""
         return compiled_mesh_forces(profile, self.mesh, self.motion, self.law, self.friction)
 
     def _draw_sums(self, stack: Profile) -> FloatArray:
+        """Sum over the faces by each of a stack of draws, shape (draws, p, 19)."""
         return mesh_draws(stack, self.mesh, self.motion, self.law, self.friction)
 
     def best(self, profile: Profile) -> BestForces:
+        """Integrate the forces by one profile in all poses, N and N cm, shape (p,)."""
         sums = self._sum_faces(profile)
         forces = _by_name(sums)
         why = profile.reason or "a position, rotation or velocity is missing"
-        return BestForces(forces, "" if has_forces(forces).all() else why, leaving=sums[:, 6])
+        return BestForces(forces, "" if has_forces(forces).all() else why, sums[:, 6])
 
     def best_with_load(self, profile: Profile) -> DrawnForces:
+        """Integrate the forces by one profile, with their load: in the form of a single draw."""
         return self._with_load(self._sum_faces(profile)[None])
 
     def draw(self, stack: Profile, *, with_load: bool) -> Iterator[DrawnForces]:
+        """Integrate the forces by each of a stack of draws, over all poses at once."""
         sums = self._draw_sums(stack)
         yield self._with_load(sums) if with_load else DrawnForces(0, _by_name(sums))
 
@@ -157,32 +185,42 @@ class MeshInMotion(BodyInMotion):
         return DrawnForces(0, _by_name(sums), _load_of(sums), by_direction)
 
     def poses_at_once(self, draws: int) -> int:
+        """Return the number of poses whose draws are held in memory together."""
+        # the load of a pose is a share of the largest of the whole motion, which is calculated at once
         return max(1, len(self.poses))
 
     def load_size(self, stack: Profile) -> FloatArray:
+        """Calculate the load without cancellation by draw, H of `rftfit.forces.model_error`, N, shape (draws, p)."""
         return _load_of(self._draw_sums(stack)).size
 
-    def wet_parts(self) -> list[FloatArray]:
-        parts = []
+    def wet_parts(self) -> WetParts:
+        """Return the load, depth, speed and position of the faces of all poses."""
+        columns_of_poses = []
         for frame, rolling in zip(self.poses, self.motion.rolling, strict=True):
-            _, load, _, moves, arm = moving_faces(self.mesh, frame, rolling)
-            x, y, z = (frame[:3] + arm).T
-            parts.append(np.stack([load, -z, np.linalg.norm(moves, axis=-1), x, y]))
-        return list(np.hstack(parts))
+            faces = moving_faces(self.mesh, frame, rolling)
+            x, y, z = (frame[:3] + faces.arm_cm).T
+            speed = np.linalg.norm(faces.velocity, axis=-1)
+            columns_of_poses.append(np.stack([faces.load_cm3, -z, speed, x, y]))
+        load, depth, speed, *horizontal = np.hstack(columns_of_poses)
+        return WetParts(load, depth, speed, tuple(horizontal))
 
     @property
     def points_cm(self) -> FloatArray:
+        """Points that span the body, shape (n, 3)."""
         return self.mesh.points_cm
 
     @property
     def states(self) -> FloatArray:
+        """Turn, height and direction of motion in each pose, in correlation lengths of a body's error, shape (p, f)."""
         return frame_states(self.points_cm, self.poses)
 
     @property
     def progress(self) -> FloatArray:
+        """Distance of each pose along the motion, in correlation lengths of the model's error, shape (p,)."""
         return errors.frames_progress(self.points_cm, self.poses)
 
     def model_errors(self, drawn: DrawnForces, paths: FloatArray, eps: float) -> ForcesByName:
+        """Calculate errors of the force model by draw; `paths`: errors over eps and the load, shape (draws, 3, p)."""
         assert drawn.load is not None
         if self.mesh.sheet:  # as an outline, on which the error was found
             return _by_name(errors.space_errors(drawn.load, paths, eps))
@@ -190,26 +228,25 @@ class MeshInMotion(BodyInMotion):
         return _by_name(errors.directed_errors(drawn.load, drawn.by_direction, paths, eps))
 
     def body_errors(self, drawn: DrawnForces, paths: FloatArray) -> ForcesByName:
+        """Calculate errors on a body that was measured before; `paths`: errors over the load, shape (draws, 3, p)."""
         assert drawn.load is not None
         return _by_name(errors.space_errors(drawn.load, paths, 1.0))
 
     def peak_targets(self, best: ForcesByName) -> list[PeakTarget]:
-        return extremes_in_space(best)
+        """List the peaks to find: the largest size of each force and moment."""
+        return mesh_peak_targets(best)
 
-    def bounds(self, profile: Profile) -> Ends:
-        """Return 0, and by pose the most that a force may be: every face with the largest known alpha."""
-        largest = _largest_alpha(profile)
-        force, moment = np.zeros((2, len(self.poses)))
-        for pose, (frame, rolling) in enumerate(zip(self.poses, self.motion.rolling, strict=True)):
-            _, load, _, _, arm = moving_faces(self.mesh, frame, rolling)
-            is_finite = np.isfinite(frame).all()
-            force[pose] = largest * load.sum() if is_finite else np.nan
-            moment[pose] = (
-                largest * (load * np.linalg.norm(arm, axis=-1)).sum() if is_finite else np.nan
-            )
-        nothing = np.zeros_like(force)
+    def bounds(self, profile: Profile) -> BoundsByName:
+        """Return 0, and by pose the most that a force may be: every face with the largest alpha of the profile."""
+        load, moment = np.full((2, len(self.poses)), np.nan)
+        for pose in np.flatnonzero(np.isfinite(self.poses).all(axis=1)):
+            faces = moving_faces(self.mesh, self.poses[pose], self.motion.rolling[pose])
+            load[pose] = faces.load_cm3.sum()
+            moment[pose] = faces.load_cm3 @ np.linalg.norm(faces.arm_cm, axis=-1)
+        nothing, largest = np.zeros_like(load), _largest_alpha(profile)
         return {
-            name: (nothing, moment if name.startswith("moment") else force) for name in IN_SPACE
+            name: (nothing, largest * (load if name in self.force_names else moment))
+            for name in MESH_QUANTITIES
         }
 
     def finish_columns(
@@ -220,10 +257,10 @@ class MeshInMotion(BodyInMotion):
             name: np.where(np.abs(values) < self._least_size(name, best.forces), 0.0, values)
             for name, values in columns.items()
         }
-        assert best.leaving is not None
+        assert best.leaving_cm3 is not None
         closure = CLOSURE if self.law == "measured" else np.nan
         # + 0.0 so that nothing is called -0
-        finished["closure_N"] = closure * _largest_alpha(profile) * (best.leaving + 0.0)
+        finished["closure_N"] = closure * _largest_alpha(profile) * (best.leaving_cm3 + 0.0)
         return finished
 
     def finish_peak(
@@ -233,38 +270,34 @@ class MeshInMotion(BodyInMotion):
 
         Then an end of an interval that is 0 is moved to the farthest end of this interval in any pose.
         """
-        least = self._least_size(peak.quantity, best)
-        ends = ("value", "lo", "hi", "model_lo", "model_hi", "next_lo", "next_hi")
-        zeros: dict[str, Any] = {end: 0.0 for end in ends if abs(getattr(peak, end)) < least}
-        peak = replace(peak, **zeros)
-        beyond_zero: dict[str, Any] = {}
-        for kind, names in (
-            ("", end_names),
-            ("model_", model_end_names),
-            ("next_", next_end_names),
-        ):
-            for end, name, farthest in zip(
-                ("lo", "hi"), names(peak.quantity), (np.nanmin, np.nanmax), strict=True
-            ):
-                if getattr(peak, kind + end) == 0 and name in columns:
-                    beyond_zero[kind + end] = float(farthest(columns[name], initial=0.0)) + 0.0
-        return replace(peak, **beyond_zero)
+        quantity = peak.quantity
+        least = self._least_size(quantity, best)
+        columns_of_ends = {
+            kind + end: column
+            for kind in ("", "model_", "next_")
+            for end, column in zip(("lo", "hi"), end_names(quantity, kind), strict=True)
+        }
+        changes: dict[str, Any] = {
+            field: 0.0 for field in ("value", *columns_of_ends) if abs(getattr(peak, field)) < least
+        }
+        peak = replace(peak, **changes)
+        for field, column in columns_of_ends.items():
+            if getattr(peak, field) == 0 and column in columns:
+                farthest = np.nanmin if field.endswith("lo") else np.nanmax
+                changes[field] = float(farthest(columns[column], initial=0.0)) + 0.0
+        return replace(peak, **changes)
 
     def _least_size(self, name: str, best: ForcesByName) -> float:
         """Return the size below which a force or a moment is rounding; 0 for another column."""
-        kind = name.partition("_")[0]
-        if kind not in ("force", "moment"):
-            return 0.0
-        largest = {"force": 0.0, "moment": 0.0}
-        for quantity, values in best.items():
-            kind_of_quantity = quantity.partition("_")[0]
-            size = float(np.fmax.reduce(np.abs(values), axis=None, initial=0.0))
-            largest[kind_of_quantity] = max(largest[kind_of_quantity], size)
-        if kind == "force":
-            return ROUNDING * largest["force"]
+        force, moment = (
+            float(np.fmax.reduce(np.abs([best[each] for each in names]), axis=None, initial=0.0))
+            for names in (MESH_QUANTITIES[:3], MESH_QUANTITIES[3:])
+        )
+        if name.startswith("force"):
+            return ROUNDING * force
         # all moments may be rounding: then the largest force at the farthest point is their measure
         reach_cm = float(np.linalg.norm(self.mesh.vertices_cm, axis=1).max())
-        return ROUNDING * max(largest["moment"], largest["force"] * reach_cm)
+        return ROUNDING * max(moment, force * reach_cm) if name.startswith("moment") else 0.0
 
 
 def _largest_alpha(profile: Profile) -> float:
@@ -274,14 +307,15 @@ def _largest_alpha(profile: Profile) -> float:
 
 
 def _by_name(forces: FloatArray) -> dict[str, FloatArray]:
-    """Split the first columns of sums over faces by the names of `IN_SPACE`."""
-    return {name: forces[..., k] for k, name in enumerate(IN_SPACE)}
+    """Name the first six columns of sums over faces, shape (..., 19), by `MESH_QUANTITIES`."""
+    return {name: forces[..., k] for k, name in enumerate(MESH_QUANTITIES)}
 
 
-def extremes_in_space(best: Mapping[str, FloatArray]) -> list[PeakTarget]:
+def mesh_peak_targets(best: Mapping[str, FloatArray]) -> list[PeakTarget]:
     """List the peaks in space: the largest size of each force and moment, with its sign."""
     return [
-        PeakTarget(name.partition("_N")[0], name, _sign_of_largest(best[name])) for name in IN_SPACE
+        PeakTarget(name.partition("_N")[0], name, _sign_of_largest(best[name]))
+        for name in MESH_QUANTITIES
     ]
 
 

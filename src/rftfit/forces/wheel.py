@@ -34,13 +34,25 @@ from rftfit.store.text import table as format_table
 
 _CHOSEN = chosen("forces", "wheel")
 
-QUANTITIES = {
-    "load": "load_N",
-    "sinkage": "sinkage_cm",
-    "drawbar": "drawbar_N",
-    "torque": "torque_N_cm",
-}
-"""Columns of an answer by name of the quantity."""
+QUANTITIES = ("load_N", "sinkage_cm", "drawbar_N", "torque_N_cm")
+"""Columns of an answer that may have intervals."""
+
+_FACTS = (
+    "mesh",
+    "medium",
+    "given",
+    "rule",
+    "friction",
+    "triangles",
+    "triangles_given",
+    "rim_cm",
+    "rim_from",
+    "confidence",
+    "model_error",
+    "torque_error",
+    "slip_sinkage",
+)
+"""Attributes of an answer that `WheelAnswer.facts` contains, beside the notes."""
 
 
 def wheel_numbers() -> Mapping[str, Any]:
@@ -152,22 +164,7 @@ class WheelAnswer:
         -------
         dict of str to object
         """
-        return {
-            "mesh": self.mesh,
-            "medium": self.medium,
-            "given": self.given,
-            "rule": self.rule,
-            "friction": self.friction,
-            "triangles": self.triangles,
-            "triangles_given": self.triangles_given,
-            "rim_cm": self.rim_cm,
-            "rim_from": self.rim_from,
-            "confidence": self.confidence,
-            "model_error": self.model_error,
-            "torque_error": self.torque_error,
-            "slip_sinkage": self.slip_sinkage,
-            "notes": list(self.notes),
-        }
+        return {name: getattr(self, name) for name in _FACTS} | {"notes": list(self.notes)}
 
     @property
     def lines(self) -> list[str]:
@@ -206,27 +203,18 @@ class WheelAnswer:
         -------
         str
         """
-        head = ["slip"]
-        for quantity, column in QUANTITIES.items():
-            head.append(f"{quantity}, {column.partition('_')[2].replace('_', ' ')}")
-            head += [
-                name
-                for name, end in (("lo to hi", ""), ("model lo to hi", "model_"))
-                if _end_name(column, f"{end}lo") in self.table
-            ]
-        rows = []
-        for record in self.table.to_dict("records"):
-            cells = [f"{record['slip']:g}"]
-            for column in QUANTITIES.values():
-                cells.append(_format_number(record[column]))
-                cells += [
-                    _format_interval(
-                        record[_end_name(column, f"{end}lo")], record[_end_name(column, f"{end}hi")]
-                    )
-                    for end in ("", "model_")
-                    if _end_name(column, f"{end}lo") in self.table
-                ]
-            rows.append(cells)
+        head, columns = ["slip"], [[f"{slip:g}" for slip in self.table["slip"]]]
+        for column in QUANTITIES:
+            quantity, _, unit = column.partition("_")
+            head.append(f"{quantity}, {unit.replace('_', ' ')}")
+            columns.append([_format_number(number) for number in self.table[column]])
+            for kind, heading in (("", "lo to hi"), ("model_", "model lo to hi")):
+                ends = [_end_name(column, kind + end) for end in ("lo", "hi")]
+                if ends[0] in self.table:
+                    head.append(heading)
+                    pairs = self.table[ends].to_numpy()
+                    columns.append([_format_interval(low, high) for low, high in pairs])
+        rows = [*zip(*columns, strict=True)]
         return "\n".join([*self.lines, "", format_table(head, rows), "", *self.notes]).rstrip()
 
     def as_dict(self) -> dict[str, Any]:
@@ -305,7 +293,7 @@ def wheel(
     >>> answer.rule
     'none'
     """
-    slips, sinkages, loads = _check_numbers(slip, sinkage_cm, load_N, friction, confidence)
+    cases = _check_numbers(slip, sinkage_cm, load_N, friction, confidence)
     if left_out is not None:
         if model_error is not None:
             raise ValueError("found left_out beside model_error; allowed: one of them")
@@ -313,35 +301,31 @@ def wheel(
     check_model_error(model_error)
     roll = partial(Motion3D.roll, mesh, track=track, rim_cm=rim_cm)
     radius = measure_radius(mesh.vertices_cm)
-    found_rim = find_rim(mesh.vertices_cm, rim_cm, mesh.lowest_radius_cm)
-    rim = found_rim.radius_cm
+    rim = find_rim(mesh.vertices_cm, rim_cm, mesh.lowest_radius_cm)
     # a fault of the mesh, its rim or its slips is raised here, before any work
     motions = [
         roll(
-            rim / 2 if sinkages is None else float(sinkages[index]),
-            float(slip_of_row),
+            rim.radius_cm / 2 if case.sinkage_cm is None else case.sinkage_cm,
+            case.slip,
             _CHOSEN.poses,
         )
-        for index, slip_of_row in enumerate(slips)
+        for case in cases
     ]
     mesh = fine_enough(mesh, motions[0])
     profile = profile_of(medium, partial(has_number, mesh=mesh, friction=friction))
-    rolling = _Wheel(profile, mesh, roll, friction, rim)
+    rolling = _Wheel(profile, mesh, roll, friction, rim.radius_cm)
     errors = _model_errors(profile, mesh, friction, model_error, left_out)
     rows = []
-    for index, slip_of_row in enumerate(slips):
-        if sinkages is None:
-            assert loads is not None
-            solved = _solve_sinkage(rolling, float(slip_of_row), float(loads[index]))
+    for case in cases:
+        if case.sinkage_cm is None:
+            solved = _solve_sinkage(rolling, case)
         else:
-            load = None if loads is None else float(loads[index])
-            solved = _predict_at_sinkage(rolling, float(slip_of_row), float(sinkages[index]), load)
-        rows.append(_make_row(solved, float(slip_of_row), rolling, confidence, errors, radius))
-    given = " and ".join(
-        name for name, numbers in (("sinkage", sinkages), ("load", loads)) if numbers is not None
-    )
+            solved = _predict_at_sinkage(rolling, case, case.sinkage_cm)
+        rows.append(_make_row(solved, case.slip, rolling, confidence, errors, radius))
+    is_given = {"sinkage": sinkage_cm is not None, "load": load_N is not None}
+    given = " and ".join(name for name, is_present in is_given.items() if is_present)
     answer_table = pd.DataFrame(rows)
-    limits = _list_limits(answer_table, profile, mesh, errors, found_rim, radius)
+    limits = _list_limits(answer_table, profile, mesh, errors, rim, radius)
     for limit in limits:
         warnings.warn(limit, LimitWarning, stacklevel=2)
     sentences = [f"{limit[0].upper()}{limit[1:]}." for limit in limits]
@@ -352,16 +336,24 @@ def wheel(
         given,
         mesh.name,
         profile.name,
-        rim,
+        rim.radius_cm,
         confidence,
         *errors,
-        _slip_range() if sinkages is None else None,
-        (*_list_notes(answer_table, given, profile, errors, found_rim), *sentences),
+        _slip_range() if sinkage_cm is None else None,
+        (*_list_notes(answer_table, given, profile, errors, rim), *sentences),
         isinstance(profile.spread, Profile),
-        found_rim.taken_from,
+        rim.taken_from,
         len(mesh.faces),
         mesh.triangles_given,
     )
+
+
+class _Case(NamedTuple):
+    """Slip of a row of the answer, and the sinkage and load that are given with it; None where one is not."""
+
+    slip: float
+    sinkage_cm: float | None
+    load_N: float | None
 
 
 def _check_numbers(
@@ -370,8 +362,8 @@ def _check_numbers(
     load_N: npt.ArrayLike | None,
     friction: float | None,
     confidence: float,
-) -> tuple[FloatArray, FloatArray | None, FloatArray | None]:
-    """Return slips, sinkages and loads of all rows; raises ValueError where a number is impossible."""
+) -> list[_Case]:
+    """Return the case of each row of the answer; raises ValueError where a number is impossible."""
     if sinkage_cm is None and load_N is None:
         raise ValueError("found neither sinkage nor load; allowed: one of them or both")
     slips = np.atleast_1d(np.asarray(slip, dtype=float))
@@ -382,13 +374,14 @@ def _check_numbers(
     if not 0.5 < confidence < 1:
         raise ValueError(f"confidence: above 0.5 and below 1 wanted, found {confidence:g}")
     sinkages = _one_a_slip("sinkage_cm", sinkage_cm, slips)
-    return slips, sinkages, _one_a_slip("load_N", load_N, slips)
+    loads = _one_a_slip("load_N", load_N, slips)
+    return [_Case(*numbers) for numbers in zip(slips.tolist(), sinkages, loads, strict=True)]
 
 
-def _one_a_slip(name: str, numbers: npt.ArrayLike | None, slips: FloatArray) -> FloatArray | None:
-    """Return a positive number for each slip, where one is given for all or one for each."""
+def _one_a_slip(name: str, numbers: npt.ArrayLike | None, slips: FloatArray) -> list[Any]:
+    """Return a positive number for each slip, where one is given for all or one for each; else None for each."""
     if numbers is None:
-        return None
+        return [None] * slips.size
     of_slips = np.asarray(numbers, dtype=float)
     if of_slips.shape not in ((), slips.shape):
         raise ValueError(
@@ -396,7 +389,7 @@ def _one_a_slip(name: str, numbers: npt.ArrayLike | None, slips: FloatArray) -> 
         )
     if not (np.isfinite(of_slips) & (of_slips > 0)).all():
         raise ValueError(f"{name}: positive numbers wanted, found {of_slips.tolist()}")
-    return np.broadcast_to(of_slips, slips.shape)
+    return list(np.broadcast_to(of_slips, slips.shape).tolist())
 
 
 def has_number(table: Profile, mesh: Mesh, friction: float | None) -> bool:
@@ -415,7 +408,8 @@ def has_number(table: Profile, mesh: Mesh, friction: float | None) -> bool:
 class _Wheel:
     """A wheel in a medium: means over a turn at a slip and a sinkage, by the medium itself and by its draws.
 
-    `roll`: function of sinkage, slip and number of poses that makes the motion. `alpha`: alpha_z(0, 90 deg).
+    `roll`: function of sinkage (cm), slip and number of poses that makes the motion of a turn. `draws`: some draws of the
+    profile, or None. `alpha`: alpha_z(0, 90 deg), N/cm^3.
     """
 
     def __init__(
@@ -431,29 +425,33 @@ class _Wheel:
         return _Turn.of(self._forces(self.roll(sinkage_cm, slip, _CHOSEN.poses)))
 
     def turns_of_draws(self, slip: float, sinkages_cm: Sequence[float]) -> _Turn:
-        """Return the means by each draw at each sinkage, (draws, sinkages); a medium without draws counts as one.
+        """Return the means by each draw at each sinkage, shape (draws, sinkages); a medium without draws counts as one.
 
         The difference of a draw from the medium itself is calculated in a few poses, and added to the mean over all
         poses.
         """
         turns = [self.turn(slip, sinkage) for sinkage in sinkages_cm]
-        exact = _Turn(*(np.array(force) for force in zip(*turns, strict=True)))
+        all_poses = _Turn(*(np.array(force) for force in zip(*turns, strict=True)))
         if self.draws is None:
-            return _Turn(*(force[None] for force in exact))
-        few_poses = _join(
+            return _Turn(*(force[None] for force in all_poses))
+        motion = _join(
             [self.roll(sinkage, slip, _CHOSEN.poses_of_draws) for sinkage in sinkages_cm]
         )
         shape = (len(sinkages_cm), _CHOSEN.poses_of_draws)
-        coarse = _Turn.of(self._forces(few_poses).reshape(*shape, -1))
-        forces = mesh_draws(self.draws, self.mesh, few_poses, "measured", self.friction)
+        few_poses = _Turn.of(self._forces(motion).reshape(*shape, -1))
+        forces = mesh_draws(self.draws, self.mesh, motion, "measured", self.friction)
         of_draws = _Turn.of(forces.reshape(len(forces), *shape, -1))
-        moved = (
-            draw + (all_poses - few)
-            for draw, all_poses, few in zip(of_draws, exact, coarse, strict=True)
+        return _Turn(
+            *(
+                draws + (mean_of_all - mean_of_few)
+                for draws, mean_of_all, mean_of_few in zip(
+                    of_draws, all_poses, few_poses, strict=True
+                )
+            )
         )
-        return _Turn(*moved)
 
     def _forces(self, motion: Motion3D) -> FloatArray:
+        """Sum over the faces by the medium itself, shape (p, 19)."""
         return compiled_mesh_forces(self.profile, self.mesh, motion, "measured", self.friction)
 
 
@@ -466,24 +464,25 @@ def _join(motions: Sequence[Motion3D]) -> Motion3D:
 
 
 def _some_draws(profile: Profile) -> TableProfile | None:
-    """Choose some draws of a profile, evenly; None where it has none."""
+    """Choose at most `_CHOSEN.draws` draws of a profile, evenly; None where it has none."""
     if not isinstance(profile.spread, Profile):
         return None
     stack = as_table(profile.spread)
-    count = len(stack.alpha_z)
-    places = choose_evenly(count, _CHOSEN.draws)
-    alpha = stack.alpha_z[places], stack.alpha_x[places]
+    chosen_draws = choose_evenly(len(stack.alpha_z), _CHOSEN.draws)
+    alpha = stack.alpha_z[chosen_draws], stack.alpha_x[chosen_draws]
     return TableProfile.of_nodes(stack.beta, stack.gamma, alpha)
 
 
 class _Solved(NamedTuple):
-    """Numbers at one slip, by column: best ones, and those of the draws, shape (draws,), or None.
+    """Numbers at one slip.
 
-    `factor`: how many times as strong as it is the medium is taken. `reason`: why a number is missing, else empty.
+    `best`: by the medium itself, for each of `QUANTITIES`. `draws`: by its draws, shape (draws,), for those that were
+    not given. `factor`: factor of alpha with which the medium carries the given load. `reason`: why a number is missing,
+    else empty.
     """
 
     best: dict[str, float]
-    draws: dict[str, FloatArray] | None
+    draws: dict[str, FloatArray]
     factor: float
     reason: str
 
@@ -498,29 +497,27 @@ def _name_columns(turn: _Turn, sinkage: npt.ArrayLike) -> dict[str, Any]:
     }
 
 
-def _predict_at_sinkage(
-    rolling: _Wheel, slip: float, sinkage_cm: float, load_N: float | None
-) -> _Solved:
+def _predict_at_sinkage(rolling: _Wheel, case: _Case, sinkage_cm: float) -> _Solved:
     """Predict the forces at a sinkage; with a load, in a medium as strong as it must be to carry the load there."""
-    turn = rolling.turn(slip, sinkage_cm)
-    of_draws = None
-    if rolling.draws is not None:
-        of_draws = _Turn(*(force[:, 0] for force in rolling.turns_of_draws(slip, [sinkage_cm])))
-    factor = 1.0
+    turn = rolling.turn(case.slip, sinkage_cm)
+    load_N, factor = case.load_N, 1.0
     if load_N is not None:
         if not turn.load > 0:
             return _not_carried(load_N, sinkage_cm, f"at {sinkage_cm:g} cm the wheel is not lifted")
         factor = float(load_N / turn.load)
         turn = turn.times(factor)
-        if of_draws is not None:
+    best = {name: float(number) for name, number in _name_columns(turn, sinkage_cm).items()}
+    draws: dict[str, FloatArray] = {}
+    if rolling.draws is not None:
+        turns = rolling.turns_of_draws(case.slip, [sinkage_cm])
+        of_draws = _Turn(*(force[:, 0] for force in turns))
+        given = ["sinkage_cm"]
+        if load_N is not None:
             lifted = of_draws.load > 0
             of_draws = _Turn(*(force[lifted] for force in of_draws))
             of_draws = of_draws.times(load_N / of_draws.load)
-    best = {name: float(number) for name, number in _name_columns(turn, sinkage_cm).items()}
-    draws = None
-    if of_draws is not None:
+            given.append("load_N")
         draws = _name_columns(of_draws, sinkage_cm)
-        given = ["sinkage_cm"] if load_N is None else ["sinkage_cm", "load_N"]
         draws = {name: numbers for name, numbers in draws.items() if name not in given}
     reason = "" if np.isfinite(list(best.values())).all() else rolling.profile.reason
     return _Solved(best, draws, factor, reason)
@@ -530,15 +527,20 @@ def _not_carried(load_N: float, sinkage_cm: float, reason: str) -> _Solved:
     """Make the numbers of a slip at which the wheel does not carry its load: forces are NaN, with a reason."""
     best = {"load_N": load_N, "sinkage_cm": sinkage_cm}
     best |= dict.fromkeys(("drawbar_N", "torque_N_cm"), np.nan)
-    return _Solved(best, None, np.nan, reason)
+    return _Solved(best, {}, np.nan, reason)
 
 
-def _solve_sinkage(rolling: _Wheel, slip: float, load_N: float) -> _Solved:
+def _solve_sinkage(rolling: _Wheel, case: _Case) -> _Solved:
     """Find the sinkage at which the wheel carries its load, with the spread of the medium and of slip sinkage."""
+    slip, load_N = case.slip, case.load_N
+    assert load_N is not None
     shallowest, deepest = float(_CHOSEN.shallowest) * rolling.rim_cm, rolling.rim_cm
 
     def depth_that_carries(factor: float, error: float) -> float:
-        """Find the depth by bisection, at most to the axle, in a medium `factor` times as strong."""
+        """Find the depth by bisection, at most to the axle, in a medium `factor` times as strong.
+
+        `error`: greatest error of the depth, over the radius of the rim.
+        """
         low, high = shallowest, deepest
         if not factor * float(rolling.turn(slip, deepest).load) > load_N:
             return deepest
@@ -553,18 +555,15 @@ def _solve_sinkage(rolling: _Wheel, slip: float, load_N: float) -> _Solved:
     sinkage = depth_that_carries(1.0, _CHOSEN.solved)
     turn = rolling.turn(slip, sinkage)
     if sinkage >= deepest:
-        most = float(turn.load)
-        reason = (
-            rolling.profile.reason
-            if np.isnan(most)
-            else f"down to its axle the wheel carries {most:.3g} N"
-        )
+        reason = f"down to its axle the wheel carries {float(turn.load):.3g} N"
+        if np.isnan(turn.load):
+            reason = rolling.profile.reason
         return _not_carried(load_N, np.nan, reason)
     best = {name: float(number) for name, number in _name_columns(turn, sinkage).items()}
     best["load_N"] = load_N
-    least, most_alpha = _slip_range()
+    least, most = _slip_range()
     # the doubled range leaves room for draws that are stronger or weaker than the medium itself
-    ends = [depth_that_carries(factor, _CHOSEN.bracketed) for factor in (2 * most_alpha, least / 2)]
+    ends = [depth_that_carries(factor, _CHOSEN.bracketed) for factor in (2 * most, least / 2)]
     depths = np.geomspace(max(ends[0], shallowest), ends[1], _CHOSEN.sinkages_of_draws)
     of_draws = rolling.turns_of_draws(slip, depths.tolist())
     return _Solved(best, _carry_load(of_draws, depths, load_N), 1.0, "")
@@ -579,24 +578,33 @@ def _slip_range() -> tuple[float, float]:
 def _carry_load(turns: _Turn, depths: FloatArray, load_N: float) -> dict[str, FloatArray]:
     """Find sinkage, drawbar and torque of each draw under a load, each draw with another factor of slip sinkage.
 
-    The logarithms of the factors are spread evenly over their range. A draw that does not carry the load has the
-    deepest of `depths`, cm.
+    `turns`: means of each draw at each of `depths` (cm), shape (draws, depths). The logarithms of the factors are spread
+    evenly over their range. A draw that does not carry the load has the deepest of `depths`.
     """
+    # a medium without draws is repeated, so that the factors are spread all the same
     count = len(turns.load) if len(turns.load) > 1 else _CHOSEN.draws
-    rows = np.arange(count) % len(turns.load)
+    number_of_draw = np.arange(count) % len(turns.load)
     share = (np.random.default_rng(SEED_OF_SLIP_SINKAGE).permutation(count) + 0.5) / count
     least, most = np.log(_slip_range())
     factors = np.exp(least + share * (most - least))
     sinkage, drawbar, torque = np.empty((3, count))
-    for draw, row in enumerate(rows):
-        lift = np.maximum.accumulate(factors[draw] * np.maximum(turns.load[row], 1e-12))
+    for draw, number in enumerate(number_of_draw):
+        load = np.maximum(turns.load[number], 1e-12)
+        lift = np.maximum.accumulate(factors[draw] * load)
         # depth and lift grow as powers of one another
         log_depth = np.interp(np.log(load_N), np.log(lift), np.log(depths))
         sinkage[draw] = np.exp(log_depth)
         for numbers, force in ((drawbar, turns.drawbar), (torque, turns.torque)):
-            over_load = force[row] / np.maximum(turns.load[row], 1e-12)
+            over_load = force[number] / load
             numbers[draw] = load_N * np.interp(log_depth, np.log(depths), over_load)
     return {"sinkage_cm": sinkage, "drawbar_N": drawbar, "torque_N_cm": torque}
+
+
+class _ModelErrors(NamedTuple):
+    """Errors of the model on wheels: of the drawbar over the load, of the torque over load times radius; NaN: unknown."""
+
+    drawbar: float
+    torque: float
 
 
 def _model_errors(
@@ -605,35 +613,33 @@ def _model_errors(
     friction: float | None,
     model_error: float | None,
     left_out: str | None,
-) -> tuple[float, float]:
-    """Return the errors of drawbar over load, and of torque over load times radius; NaN where none is known."""
+) -> _ModelErrors:
+    """Return the errors of the model: `model_error`, else those on rigs with wheels of this shape; see `wheel`."""
     if not has_model_error(profile):
         if model_error:
             raise ValueError(
                 f"found a model's error of {model_error:g} with {profile.name}; allowed: 0: it was told from tables and maps"
             )
-        return np.nan, np.nan
+        return _ModelErrors(np.nan, np.nan)
     if model_error is not None:
-        return float(model_error), float(model_error)
-    shape = _shape_of(mesh)
+        return _ModelErrors(float(model_error), float(model_error))
     case = "plain" if friction is None else "friction"
-    rigs = [
-        rig
-        for rig in wheel_numbers()["rig"]
-        if rig["shape"] == shape and rig["laboratory"] != left_out
-    ]
-    return _joined_error(rigs, case, "drawbar"), _joined_error(rigs, case, "torque")
+    rigs = [rig for rig in _rigs_of_shape(mesh) if rig["laboratory"] != left_out]
+    return _ModelErrors(*(_joined_error(rigs, case, name) for name in _ModelErrors._fields))
 
 
 def _list_limits(
     answer: pd.DataFrame,
     profile: Profile,
     mesh: Mesh,
-    errors: tuple[float, float],
+    errors: _ModelErrors,
     rim: Rim,
     radius_cm: float,
 ) -> list[str]:
-    """List where a wheel leaves the depths of measured alpha, or the rigs on which the model's error was found."""
+    """List where a wheel leaves the depths of measured alpha, or the rigs on which the model's error was found.
+
+    `answer`: table of the answer. `radius_cm`: of the farthest point of the mesh.
+    """
     limits = []
     lug_cm = radius_cm - rim.radius_cm
     deepest_cm = float(answer["sinkage_cm"].max()) + lug_cm
@@ -641,9 +647,9 @@ def _list_limits(
     if deepest_cm > measured_to_cm:
         below_rim = f" (lugs of {lug_cm:.2g} cm below the rim)" if lug_cm > 0 else ""
         limits.append(describe_depth(deepest_cm, clause + below_rim))
-    if not errors[0] > 0:
+    if not errors.drawbar > 0:
         return limits
-    rigs = [rig for rig in wheel_numbers()["rig"] if rig["shape"] == _shape_of(mesh)]
+    rigs = _rigs_of_shape(mesh)
     loads = answer["load_N"].dropna()
     tried = (
         ("radius_cm", "a rim of {:.3g} cm", [rim.radius_cm]),
@@ -660,9 +666,10 @@ def _list_limits(
     return limits
 
 
-def _shape_of(mesh: Mesh) -> str:
-    """Name the shape of a wheel as the table of measured rigs does."""
-    return "smooth" if mesh.is_convex else "lugged"
+def _rigs_of_shape(mesh: Mesh) -> list[Mapping[str, Any]]:
+    """Return the measured rigs whose wheel was smooth as this one, or lugged as this one."""
+    shape = "smooth" if mesh.is_convex else "lugged"
+    return [rig for rig in wheel_numbers()["rig"] if rig["shape"] == shape]
 
 
 def laboratories() -> tuple[str, ...]:
@@ -690,18 +697,18 @@ def _make_row(
     slip: float,
     rolling: _Wheel,
     confidence: float,
-    errors: tuple[float, float],
-    radius: float,
+    errors: _ModelErrors,
+    radius_cm: float,
 ) -> dict[str, Any]:
-    """Make one row of the answer's table; `radius`: of the farthest point, cm."""
+    """Make one row of the answer's table; `radius_cm`: of the farthest point of the mesh."""
     row: dict[str, Any] = {"slip": slip}
     load = solved.best["load_N"]
-    sizes = {"drawbar_N": errors[0] * load, "torque_N_cm": errors[1] * load * radius}
-    for column in QUANTITIES.values():
+    sizes = {"drawbar_N": errors.drawbar * load, "torque_N_cm": errors.torque * load * radius_cm}
+    for column in QUANTITIES:
         best = solved.best[column]
         row[column] = best
         ends = (best, best)
-        if solved.draws is not None and column in solved.draws:
+        if column in solved.draws:
             low, high = interval(solved.draws[column], confidence)
             ends = min(float(low), best), max(float(high), best)
             row |= dict(zip((_end_name(column, end) for end in ("lo", "hi")), ends, strict=True))
@@ -716,9 +723,9 @@ def _make_row(
 
 
 def _list_notes(
-    answer: pd.DataFrame, given: str, profile: Profile, errors: tuple[float, float], rim: Rim
+    answer: pd.DataFrame, given: str, profile: Profile, errors: _ModelErrors, rim: Rim
 ) -> list[str]:
-    """List sentences on rim, medium and load that the numbers ask for."""
+    """List sentences on rim, medium and load that a user needs with the numbers; `answer`: table of the answer."""
     notes = [f"{doubt[0].upper()}{doubt[1:]}." for doubt in rim.list_doubts()]
     if given == "sinkage and load":
         alpha = float(answer["alpha_N_per_cm3"].iloc[0])
@@ -740,14 +747,14 @@ def _list_notes(
                 f"Slip {slip:g}: it may dig itself in down to its axle, where the calculation ends: its sinkage has no upper limit."
                 for slip in to_axle
             ]
-    if given == "sinkage" and errors[0] > 0:
+    if given == "sinkage" and errors.drawbar > 0:
         notes.append(
             "The load has no interval with the model's own error: that was told from rigs whose load was given. "
             "`rftfit predict --roll` gives one of forces, from legs."
         )
     if not isinstance(profile.spread, Profile):
         notes.append("No error of alpha is known of this profile.")
-    if np.isnan(errors[0]):
+    if np.isnan(errors.drawbar):
         notes.append(f"No error of the model on wheels is known of {profile.form}.")
     for slip, reason in zip(answer["slip"], answer["reason"], strict=True):
         if reason:

@@ -24,7 +24,7 @@ from rftfit.page.cells import (
 )
 from rftfit.page.live import as_lists
 from rftfit.results import Results
-from rftfit.robot.speeds import count_within_alpha_error, count_within_model_error, share_within
+from rftfit.robot.speeds import count_inside, share_within
 
 DIGITS = 5
 """Significant digits of the numbers that the script draws."""
@@ -77,22 +77,23 @@ def _tabulate_shares(errors: pd.DataFrame) -> PageTable:
 
         return PageColumn(heading, cell, "num")
 
-    def cell_of_count(count: Callable[[pd.DataFrame], tuple[int, int]]) -> Callable[[Row], Cell]:
-        """Make cells "n of m" from a function that counts conditions near and in all."""
+    def cell_of_count(interval: str) -> Callable[[Row], Cell]:
+        """Make cells "n of m": measured speeds inside an interval of `count_inside`, and all that have it."""
 
         def cell(row: Row) -> Cell:
-            near, total = count(errors_by_profile[row["profile"]])
-            return Cell(f"{near} of {total}" if total else "no value")
+            inside, total = count_inside(errors_by_profile[row["profile"]], interval)
+            return Cell(f"{inside} of {total}" if total else "no value")
 
         return cell
 
     columns = [_PROFILE, within("speed within 20 %", 20), within("within 35 %", 35)]
-    counts = {
-        "within the errors of \N{GREEK SMALL LETTER ALPHA} alone": count_within_alpha_error,
-        "with the model's own error": count_within_model_error,
+    intervals = {
+        "within the errors of \N{GREEK SMALL LETTER ALPHA} alone": "simulated_from_alpha",
+        "with the model's own error": "simulated_model",
     }
     columns += [
-        PageColumn(heading, cell_of_count(count), "num") for heading, count in counts.items()
+        PageColumn(heading, cell_of_count(interval), "num")
+        for heading, interval in intervals.items()
     ]
     return PageTable(
         "Share of the conditions", columns, [{"profile": name} for name in errors_by_profile]

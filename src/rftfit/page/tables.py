@@ -440,7 +440,8 @@ def _join_methods(rows: Iterable[Row]) -> list[Row]:
         numbers_of_row = tuple(f"{row[name]}" for name in ("medium", "zeta", "chi", "reason"))
         first = joined.setdefault(numbers_of_row, row)
         if first is not row:
-            joined[numbers_of_row] = first | {"method": f"{first['method']}; {row['method']}"}
+            methods = f"{first['method']}; {row['method']}"
+            joined[numbers_of_row] = {**first, "method": methods}
     return [*joined.values()]
 
 

@@ -21,7 +21,7 @@ NEWTON_IN_G_CM_PER_S2 = 1e5
 
 @dataclass(frozen=True)
 class Parts:
-    """Members (plates and legs) in groups of the same shape and angle: each plate, then ``tripod_1``, ... by phase.
+    """Members of a robot (plates and legs) in groups of the same shape and angle: each plate, then ``tripod_1``, ... by phase.
 
     `bodies`: shape (groups, n, 5); elements of one member of each group about its hip, with the body level and the legs
         of phase 0 hanging down: x, z (cm), unit tangent x, z, half-length (cm).
@@ -60,17 +60,12 @@ class Parts:
         x0, z0, pitch, vx0, vz0, spin = state
         groups = []
         for index, (body, width_cm) in enumerate(zip(self.bodies, self.widths_cm, strict=True)):
+            # `turns`: 1 for a leg, 0 for a plate
             x, z, turns = self.hips[self.group == index].T
             x, z = x * np.cos(pitch) + z * np.sin(pitch), z * np.cos(pitch) - x * np.sin(pitch)
             # pose and rates of the frame of each member
-            poses = (
-                x0 + x,
-                z0 + z,
-                pitch + turns * turn,
-                vx0 + spin * z,
-                vz0 - spin * x,
-                spin + turns * rate,
-            )
+            angle, angle_rate = pitch + turns * turn, spin + turns * rate
+            poses = (x0 + x, z0 + z, angle, vx0 + spin * z, vz0 - spin * x, angle_rate)
             groups.append(place(body, width_cm, np.stack(poses, axis=-1)))
         return groups
 
@@ -79,6 +74,7 @@ def assemble(robot: Robot, curvature_times_R: float) -> Parts:
     """Cut a robot into elements; R'/r of its legs from -1 (reversed c-legs) to 1 (c-legs)."""
     count = robot.numerics.elements
     legs = arc(curvature_times_R, robot.legs.max_length_cm, robot.legs.width_cm, count)
+    # name, shape, angle of rotation about the hips, and hips as in `Parts.hips`
     groups: list[tuple[str, Outline, float, list[tuple[float, float, float]]]] = []
     for name, plate in robot.body.plates.items():
         outline = polyline([plate.from_cm, plate.to_cm], plate.width_cm, count)

@@ -145,8 +145,8 @@ def read_robot(path: Path, name: str = "") -> Robot:
         outside = _hips_outside(file.data)
         if outside:
             file.problems = [problem for problem in file.problems if problem.place.key]
-        for index, text in outside.items():
-            file.note(("legs", "hips", index), "inconsistent", None, text)
+        for index, fault in outside.items():
+            file.note(("legs", "hips", index), "inconsistent", None, fault)
         raise CampaignError(sorted(file.problems, key=lambda problem: problem.place.line or 0))
     return file.model
 
@@ -154,11 +154,12 @@ def read_robot(path: Path, name: str = "") -> Robot:
 def _hips_outside(data: Any) -> dict[int, str]:
     """Return a message for each hip outside the box around the ends of the plates, by its index.
 
-    `data`: content of the file, which may be invalid; a place that cannot be read gives no message.
+    `data`: content of the file, which may be invalid; a hip that cannot be read gives no message.
     """
     try:
         plates = data["body"]["plates"].values()
         ends = [_point(plate[key]) for plate in plates for key in ("from_cm", "to_cm")]
+        # of the box around all ends, cm
         (left, right), (low, high) = ((min(axis), max(axis)) for axis in zip(*ends, strict=True))
         hips = [*data["legs"]["hips"]]
     except (AttributeError, KeyError, TypeError, ValueError):

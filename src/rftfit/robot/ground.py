@@ -22,7 +22,7 @@ from rftfit.forces.rolling import (
     measure_radius,
     rolling_rows,
 )
-from rftfit.forces.space import face_rows, law_of
+from rftfit.forces.space import face_rows, law_of, ranges_of
 from rftfit.model.known import profile_of
 from rftfit.model.profiles import KnownMedium, Profile
 
@@ -112,8 +112,7 @@ class Ground:
             np.concatenate([face_rows(mesh.refined(triangle_cm)) for mesh in meshes])
             for meshes in shapes
         ]
-        ends = np.cumsum([len(faces_of_body) for faces_of_body in faces])
-        self._ranges = np.stack([np.append(0, ends[:-1]), ends], axis=-1)
+        self._ranges = ranges_of([len(faces_of_body) for faces_of_body in faces])
         self._faces = np.concatenate(faces)
         self._shifts = np.zeros((len(self._faces), 3))
         self._delta_cm, self._tau_s = delta_mm / 10, tau_s
@@ -125,7 +124,8 @@ class Ground:
         axles = wheels if isinstance(wheels, Mapping) else dict.fromkeys(wheels, ALONG_Y)
         self._wheels, self._radii, has_track = _measure_wheels(shapes, axles)
         self._has_track = has_track & track
-        self._way_cm = np.zeros((len(self._wheels), 2))
+        # recent horizontal travel of each wheel, see `_follow_wheels`
+        self._travel_cm = np.zeros((len(self._wheels), 2))
         self._rolling = np.zeros((len(faces), len(NO_WHEEL)))
         rules = np.full(len(faces), NO_RULE, dtype=object)
         rules[self._wheels[self._has_track]] = TRACK_RULE
@@ -204,29 +204,29 @@ class Ground:
     def _follow_wheels(self, time_step_s: float) -> None:
         """Update the rolling state of each wheel.
 
-        The recent travel of a wheel is kept up to a length of delta; its part of delta (0 to 1) says how far the wheel
+        The recent travel of a wheel is kept up to a length of delta; its share of delta (0 to 1) says how far the wheel
         has begun to roll. So a wheel at rest has no rut, and gets one gradually.
         """
-        travel, rate = self.frames[self._wheels, 3:6].copy(), self.frames[self._wheels, 6:9]
-        begun = np.ones(len(travel))
+        velocity, rate = self.frames[self._wheels, 3:6].copy(), self.frames[self._wheels, 6:9]
+        begun = np.ones(len(velocity))
         if self._delta_cm > 0:
-            level = travel[:, :2].copy()
-            self._way_cm += level * time_step_s
-            length = np.linalg.norm(self._way_cm, axis=1)
-            self._way_cm /= np.maximum(length / self._delta_cm, 1.0)[:, None]
+            level = velocity[:, :2].copy()
+            self._travel_cm += level * time_step_s
+            length = np.linalg.norm(self._travel_cm, axis=1)
+            self._travel_cm /= np.maximum(length / self._delta_cm, 1.0)[:, None]
             # extrapolated by tau as the faces are, which damps; the speed stays the present one
-            ahead = self._way_cm + self._tau_s * level
+            ahead = self._travel_cm + self._tau_s * level
             length = np.linalg.norm(ahead, axis=1)
             speed = np.linalg.norm(level, axis=1)
-            travel[:, :2] = ahead * (speed / np.where(length > 0, length, 1.0))[:, None]
+            velocity[:, :2] = ahead * (speed / np.where(length > 0, length, 1.0))[:, None]
             begun = np.minimum(length / self._delta_cm, 1.0)
         self._rolling[self._wheels] = rolling_rows(
-            travel, rate, self._radii, begun * self._has_track, begun
+            velocity, rate, self._radii, begun * self._has_track, begun
         )
 
 
 class _Limits:
-    """Limits of depth and speed of the model for which no body has caused a warning yet."""
+    """Limits of depth and speed of the model; a limit that a body has exceeded is infinite from then on."""
 
     def __init__(self, profile: Profile, shapes: Sequence[Sequence[Mesh]]) -> None:
         self.corners_cm = [
@@ -270,7 +270,10 @@ ALONG_Y = (0.0, 1.0, 0.0)
 def _measure_wheels(
     shapes: Sequence[Sequence[Mesh]], axles: Mapping[int, npt.ArrayLike]
 ) -> tuple[npt.NDArray[np.int64], FloatArray, npt.NDArray[np.bool_]]:
-    """Return the numbers of the bodies that are wheels, their radii (cm), and True for wheels that leave a rut."""
+    """Return the numbers of the bodies that are wheels, their radii (cm), and True for wheels that leave a rut.
+
+    `shapes`: meshes of each body. `axles`: direction of the axle by number of the body.
+    """
     radii, has_track = [], []
     for number, axle in axles.items():
         if not 0 <= number < len(shapes):
@@ -287,12 +290,13 @@ def _measure_wheels(
 
 
 def _turn_to_y(axle: npt.ArrayLike) -> FloatArray:
-    """Return a rotation matrix that turns an axle to the y axis."""
+    """Return a rotation matrix that turns the direction of an axle to the y axis; its rows are the turned axes."""
     axis = np.asarray(axle, dtype=float)
     length = float(np.linalg.norm(axis)) if axis.shape == (3,) else 0.0
     if not (length > 0 and np.isfinite(length)):
         raise InputError(f"wheels: an axle of three numbers wanted, found {axle!r}")
     along = axis / length
+    # of x, y and z the axis farthest from the axle, so that the cross product is not near 0
     farthest_axis = np.eye(3)[np.abs(along).argmin()]
     ahead = np.cross(along, farthest_axis)
     ahead /= np.linalg.norm(ahead)

@@ -62,7 +62,10 @@ class Width:
 
 
 def half_widths(widths: pd.DataFrame | None, quantity: str) -> dict[Any, float]:
-    """Return the half widths of a quantity in their table, by the columns of `_KEYS`; empty without a table."""
+    """Return the half widths of a quantity in their table, by the columns of `_KEYS`; empty without a table.
+
+    `widths`: table of `WIDTH_COLUMNS` in one medium.
+    """
     if widths is None:
         return {}
     widths_of_quantity = widths[widths["quantity"] == quantity].set_index(_KEYS[quantity])
@@ -70,7 +73,7 @@ def half_widths(widths: pd.DataFrame | None, quantity: str) -> dict[Any, float]:
 
 
 def each_draw(stack: Profile, count: int) -> list[Profile]:
-    """Return the first draws of a stack (a profile with a leading axis of draws) as one profile each."""
+    """Return the first `count` draws of a stack, a profile with a leading axis of draws, as a profile each."""
     if isinstance(stack, TableProfile):
         alphas = zip(stack.alpha_z[:count], stack.alpha_x[:count], strict=True)
         return [_with_alpha(stack, alpha_z, alpha_x) for alpha_z, alpha_x in alphas]
@@ -87,25 +90,20 @@ def with_model_error(profile: Profile, eps: float) -> list[Profile]:
     The factors are the same in all directions. The pairs of numbers N lie evenly on a circle: like two
     independent normal numbers, both have mean 0 and variance 1 and are not correlated.
     """
+    if not isinstance(profile, TableProfile):
+        raise TypeError(f"no model's error of a {type(profile).__name__}")
     angles = 2 * np.pi * (np.arange(CHOSEN.model_points) + 0.5) / CHOSEN.model_points
-    lifts, thrusts = np.exp(eps * np.sqrt(2) * np.stack([np.cos(angles), np.sin(angles)]))
+    factors = np.exp(eps * np.sqrt(2) * np.stack([np.cos(angles), np.sin(angles)], axis=1))
     return [
-        _multiply_alpha(profile, float(lift), float(thrust))
-        for lift, thrust in zip(lifts, thrusts, strict=True)
+        _with_alpha(profile, factor_z * profile.alpha_z, factor_x * profile.alpha_x)
+        for factor_z, factor_x in factors
     ]
-
-
-def _multiply_alpha(profile: Profile, lift: float, thrust: float) -> Profile:
-    """Return a table with alpha_z times `lift` and alpha_x times `thrust`."""
-    if isinstance(profile, TableProfile):
-        return _with_alpha(profile, lift * profile.alpha_z, thrust * profile.alpha_x)
-    raise TypeError(f"no model's error of a {type(profile).__name__}")
 
 
 def _with_alpha(table: TableProfile, alpha_z: FloatArray, alpha_x: FloatArray) -> TableProfile:
     """Return a copy of a table with other alpha at its nodes, (nb, ng), already completed by symmetry."""
     changed = copy(table)
-    changed.__dict__.pop("pack", None)  # the cached numbers for the kernel
+    changed.__dict__.pop("pack", None)  # the cached arrays for the kernel hold the old alpha
     changed.alpha_z, changed.alpha_x = alpha_z, alpha_x
     return changed
 
@@ -130,20 +128,19 @@ def speeds_of(
     remaining transient of these is the same in all and cancels.
     """
     settled_runs = run_all(robot, profile, conditions, threads)
-    runs, *runs_near = (
-        run_all(robot, medium, conditions, threads, settled_runs)
+    speeds = [
+        [run.speed_cm_per_s for run in run_all(robot, medium, conditions, threads, settled_runs)]
         for medium in (profile, *near_profiles)
-    )
-    speeds_near = [[run.speed_cm_per_s for run in near_runs] for near_runs in runs_near]
-    shape = len(near_profiles), len(conditions)
-    speeds = np.array([run.speed_cm_per_s for run in runs])
-    return speeds, np.array(speeds_near, float).reshape(shape)
+    ]
+    on_profile, on_near_profiles = np.split(np.array(speeds, dtype=float), [1])
+    return on_profile[0], on_near_profiles
 
 
 def half_width_of_draws(values: FloatArray, best_value: float, confidence: float) -> Width:
-    """Return the half width of an interval from the values of a few draws, which scatter about `best_value`.
+    """Return the half width of an interval from a speed or best curvature by each of a few draws.
 
-    It is NaN if a draw has no value: without this draw the interval would be too narrow.
+    They scatter about `best_value`, that on the profile. The half width is NaN if a draw has no value: without this draw
+    the interval would be too narrow.
     """
     if not math.isfinite(best_value):
         return Width(math.nan, values.size, (remark("no-speed"),))
@@ -174,62 +171,31 @@ def speed_widths(
     eps = profile.model_error if is_known else 0.0
     with_error = with_model_error(profile, eps) if eps else []
     speeds, speeds_near = speeds_of(robot, profile, [*draws, *with_error], conditions, threads)
-    change_by_arc = moved_by_arc(robot, profile, speeds, conditions, arc_percent, threads)
-    of_alpha = widths_of_draws(speeds, speeds_near[: len(draws)], change_by_arc, confidence)
+    speeds_of_draws, speeds_with_error = np.split(speeds_near, [len(draws)])
+    of_alpha = [
+        half_width_of_draws(speeds_of_condition, float(speed), confidence)
+        for speeds_of_condition, speed in zip(speeds_of_draws.T, speeds, strict=True)
+    ]
+    if arc_percent:
+        longer = [with_arc_scaled(condition, 1 + arc_percent / 100) for condition in conditions]
+        change = speeds_of(robot, profile, (), longer, threads)[0] - speeds
+        of_alpha = add_error(of_alpha, change, confidence, remark("arc-lost"))
     if not is_known:
         unknown = Width(math.nan, len(draws), (remark("model-error-unknown", form=profile.form),))
         return of_alpha, [unknown] * len(of_alpha)
     if not with_error:
         return of_alpha, of_alpha
-    return of_alpha, model_widths(of_alpha, speeds, speeds_near[len(draws) :], confidence)
-
-
-def moved_by_arc(
-    robot: Robot,
-    profile: Profile,
-    speeds: FloatArray,
-    conditions: Sequence[Condition],
-    arc_percent: float,
-    threads: int | None,
-) -> FloatArray:
-    """Return the change of the speeds (conditions,) if the arc is longer by one standard deviation, cm/s."""
-    if not arc_percent:
-        return np.zeros(len(conditions))
-    longer = [with_arc_scaled(condition, 1 + arc_percent / 100) for condition in conditions]
-    return np.asarray(speeds_of(robot, profile, (), longer, threads)[0] - speeds)
-
-
-def widths_of_draws(
-    speeds: FloatArray, drawn: FloatArray, moved_by_arc: FloatArray, confidence: float
-) -> list[Width]:
-    """Return half widths of the speed in each condition by the errors of alpha and of the arc.
-
-    `speeds`: on the profile, shape (conditions,). `drawn`: on its draws, (draws, conditions). `moved_by_arc`:
-    (conditions,).
-    """
-    widths = [
-        half_width_of_draws(column, float(speed), confidence)
-        for column, speed in zip(drawn.T, speeds, strict=True)
-    ]
-    return add_error(widths, moved_by_arc, confidence, remark("arc-lost"))
-
-
-def model_widths(
-    of_alpha: Sequence[Width], speeds: FloatArray, shifted: FloatArray, confidence: float
-) -> list[Width]:
-    """Return half widths that include the error of the force model, which is independent of the errors `of_alpha`.
-
-    `speeds`: on the profile, shape (conditions,). `shifted`: on the profiles of `with_model_error`, (profiles,
-    conditions).
-    """
-    of_model = np.sqrt(((shifted - speeds) ** 2).mean(axis=0))
-    return add_error(of_alpha, of_model, confidence, remark("no-speed"))
+    of_model = np.sqrt(((speeds_with_error - speeds) ** 2).mean(axis=0))
+    return of_alpha, add_error(of_alpha, of_model, confidence, remark("no-speed"))
 
 
 def add_error(
     widths: Sequence[Width], errors: FloatArray, confidence: float, lost: Remark
 ) -> list[Width]:
-    """Add an independent error to half widths, one standard deviation for each; `lost`: why an error is not known."""
+    """Add an independent error to half widths: their squares add.
+
+    `errors`: a standard deviation for each width, NaN where it is not known. `lost`: why it is not.
+    """
     halves = (float(student_quantile(confidence, GIVEN_DOF)) * errors).tolist()
     return [
         Width(math.hypot(width.half, half), width.draws, width.why or (lost,) * math.isnan(half))

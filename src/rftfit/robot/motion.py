@@ -44,14 +44,15 @@ def element_series(
     rate = 2 * np.pi * condition.frequency_Hz
     angles = np.radians(series.leg_angle_deg[::every])
     states = zip(series.states[::every], angles, strict=True)
+    # elements of each group (members, n, 8) in each sample
     samples = [parts.place(state, angle, rate) for state, angle in states]
-    series_of_parts = {}
-    for name, placed in zip(parts.names, zip(*samples, strict=True), strict=True):
-        elements = np.stack(placed)
+    series_of_groups = {}
+    for name, samples_of_group in zip(parts.names, zip(*samples, strict=True), strict=True):
+        elements = np.stack(samples_of_group)
         x, z, tx, tz, half = np.moveaxis(elements, -1, 0)[:5]
         force_z, force_x, at_x, at_z = np.moveaxis(element_forces(profile, elements), -1, 0)
         ends = np.array([-1.0, 1.0])
-        series_of_parts[name] = ElementSeries(
+        series_of_groups[name] = ElementSeries(
             x[..., None] + ends * (half * tx)[..., None],
             z[..., None] + ends * (half * tz)[..., None],
             force_x,
@@ -59,7 +60,7 @@ def element_series(
             at_x,
             at_z,
         )
-    return series_of_parts
+    return series_of_groups
 
 
 # --- Pictures of the running robot for the report page: poses and the force on every element.
@@ -105,28 +106,24 @@ def _pictures_of_run(
     run = simulate(robot, profile, frequency, curvature, samples_per_stride=FRAMES)
     assert run.series is not None
     series = run.series.last(FRAMES)
-    parts = element_series(robot, profile, run.condition, series).values()
+    groups = element_series(robot, profile, run.condition, series).values()
     ahead, theta = series.x_cm - series.x_cm[0], np.radians(series.leg_angle_deg) % (2 * np.pi)
     pose = np.stack([ahead, series.z_cm, np.radians(series.pitch_deg), theta], axis=1)
-    arrows_of_groups = [
-        np.stack([forces.at_x_cm, forces.at_z_cm, forces.force_x_N, forces.force_z_N]).reshape(
-            4, FRAMES, -1
-        )
-        for forces in parts
+    # of all elements in each frame: where the force acts, x and z, and the force, x and z
+    x, z, force_x, force_z = (
+        np.concatenate([getattr(group, name).reshape(FRAMES, -1) for group in groups], axis=1)
+        for name in ("at_x_cm", "at_z_cm", "force_x_N", "force_z_N")
+    )
+    # points to 0.1 mm, forces to 0.1 mN; + 0.0 turns -0.0 into 0.0
+    points = np.round([x - series.x_cm[:, None], z], 2)
+    forces = np.round(1000 * np.stack([force_x, force_z]), 1)
+    rows = np.moveaxis(np.concatenate([points, forces]) + 0.0, 0, -1)
+    # a smaller force has no arrow
+    has_arrow = np.hypot(force_x, force_z) > 5e-4
+    arrows = [
+        rows_of_frame[shown].ravel().tolist()
+        for rows_of_frame, shown in zip(rows, has_arrow, strict=True)
     ]
-    arrows = []
-    for sample, x in enumerate(series.x_cm):
-        rows = np.concatenate([group[:, sample] for group in arrows_of_groups], axis=1).T - [
-            x,
-            0,
-            0,
-            0,
-        ]
-        # a smaller force has no arrow
-        loaded = rows[np.hypot(rows[:, 2], rows[:, 3]) > 5e-4]
-        # places to 0.1 mm, forces to 0.1 mN, in one list for all elements; + 0.0 turns -0.0 into 0.0
-        places, forces = np.round(loaded[:, :2], 2), np.round(1000 * loaded[:, 2:], 1)
-        arrows.append((np.hstack([places, forces]) + 0.0).ravel().tolist())
     speed = run.speed_cm_per_s
     return {
         "frequency_Hz": frequency,
@@ -153,10 +150,12 @@ def stance_of(robot: Robot, profile: Profile, run: RobotRun, samples: int) -> pd
     """
     assert run.series is not None
     last = run.series.last(samples)
-    hanging = np.cos(np.radians(last.leg_angle_deg - last.pitch_deg))
-    shot = run.series.last(len(hanging) - int(np.argmax(hanging)))
-    groups = element_series(robot, profile, run.condition, shot, len(shot.x_cm))
-    condition, x0, tables = run.condition, shot.x_cm[0], []
+    # 1 where the legs hang straight down; a pitch with the nose up turns them back
+    uprightness = np.cos(np.radians(last.leg_angle_deg - last.pitch_deg))
+    from_stance = run.series.last(len(uprightness) - int(np.argmax(uprightness)))
+    # the first sample alone
+    groups = element_series(robot, profile, run.condition, from_stance, len(from_stance.x_cm))
+    condition, x0, tables = run.condition, from_stance.x_cm[0], []
     for name, group in groups.items():
         (x1, x2), (z1, z2) = (
             ends[0].reshape(-1, 2).T for ends in (group.ends_x_cm, group.ends_z_cm)

@@ -129,19 +129,22 @@ def attach(
     names = {model.geom(number).name: number for number in range(model.ngeom)}
     if geoms is None and meshes is None:
         collides = (model.geom_contype | model.geom_conaffinity) != 0
-        chosen = np.flatnonzero(collides & (model.body_weldid[model.geom_bodyid] != 0)).tolist()
+        # a body that is welded to the world does not move
+        moves = model.body_weldid[model.geom_bodyid] != 0
+        chosen = np.flatnonzero(collides & moves).tolist()
     else:
         chosen = [names[choose("geom", name, tuple(names))] for name in geoms or ()]
     flat = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
-    for under in np.flatnonzero(np.isin(model.geom_type, flat)):
-        for geom in chosen:
-            if (model.geom_contype[under] & model.geom_conaffinity[geom]) | (
-                model.geom_contype[geom] & model.geom_conaffinity[under]
-            ):
-                raise InputError(
-                    f"geom {model.geom(under).name or under} is a floor that would carry geom "
-                    f"{model.geom(geom).name or geom} too: take it out, or set its contype and conaffinity to 0"
-                )
+    floors = np.flatnonzero(np.isin(model.geom_type, flat))
+    contype, conaffinity = model.geom_contype, model.geom_conaffinity
+    for floor, geom in product(floors, chosen):
+        # MuJoCo's condition for a contact of two geoms
+        if contype[floor] & conaffinity[geom] | contype[geom] & conaffinity[floor]:
+            raise InputError(
+                f"geom {model.geom(floor).name or floor} is a floor that would carry geom "
+                f"{model.geom(geom).name or geom} too: take it out, or set its contype and conaffinity to 0"
+            )
+    # meshes in the frame of their body, by number of the body
     bodies: dict[int, list[Mesh]] = {}
     for geom in chosen:
         rotation = np.zeros(9)

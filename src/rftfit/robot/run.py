@@ -46,19 +46,26 @@ class Series:
     def last(self, samples: int) -> Series:
         """Return the last samples."""
 
-        def cut(value: Any) -> Any:
-            if isinstance(value, dict):
-                return {name: values[-samples:] for name, values in value.items()}
-            return value[-samples:]
+        def cut(array: Any) -> Any:
+            """Cut an array, or the arrays of all groups."""
+            if isinstance(array, dict):
+                return {name: cut(array_of_group) for name, array_of_group in array.items()}
+            return array[-samples:]
 
-        return Series(**{name: cut(value) for name, value in vars(self).items()})
+        return Series(**{name: cut(array) for name, array in vars(self).items()})
 
     @property
     def states(self) -> FloatArray:
         """States (n, 6) for `rftfit.robot.body.Parts.place`: x, z (cm), pitch (rad, nose down), their rates."""
-        places = self.x_cm, self.z_cm, -np.radians(self.pitch_deg)
-        rates = self.velocity_x_cm_per_s, self.velocity_z_cm_per_s
-        return np.stack([*places, *rates, -np.radians(self.pitch_rate_deg_per_s)], axis=1)
+        columns = (
+            self.x_cm,
+            self.z_cm,
+            -np.radians(self.pitch_deg),
+            self.velocity_x_cm_per_s,
+            self.velocity_z_cm_per_s,
+            -np.radians(self.pitch_rate_deg_per_s),
+        )
+        return np.stack(columns, axis=1)
 
     def table(self) -> pd.DataFrame:
         """Return all arrays as a table, with units in the names; forces have names like ``force_z_tripod_1_N``."""
@@ -86,7 +93,7 @@ class Assessment:
 def tipped_or_buried(parts: Parts, ends: FloatArray, numerics: Numerics) -> Assessment | None:
     """Assess a robot that has turned over, sunk, or lost its force; None if it runs on.
 
-    `ends`: states (n + 1, 6) between strides, the last one after stride n.
+    `ends`: states between strides, as `Series.states`, shape (n + 1, 6), the last one after stride n.
     """
     state, number = ends[-1], len(ends) - 1
     if not np.isfinite(state).all():
@@ -102,6 +109,7 @@ def tipped_or_buried(parts: Parts, ends: FloatArray, numerics: Numerics) -> Asse
 def highest_point(parts: Parts, state: FloatArray) -> float:
     """Return the height above the surface of the highest end of a plate of the body, cm."""
     c, s = math.cos(state[2]), math.sin(state[2])
+    # centre, unit tangent and half-length of the elements, with the body level
     x, z, tx, tz, half = parts.plates.T
     return float(state[1] + (z * c - x * s + half * np.abs(tz * c - tx * s)).max())
 
@@ -113,15 +121,18 @@ def settled(
     numerics: Numerics,
     fewest: int = _SETTLED.from_rest,
 ) -> bool:
-    """Return True if the last two stretches have nearly the same speed, and height and pitch at their ends.
+    """Tell whether the last two stretches have nearly the same speed, and height and pitch at their ends.
 
-    `ends`: states (n + 1, 6) between strides. `stretch`: strides of a stretch. `fewest`: least number of stretches.
+    `ends`: states between strides, as `Series.states`, shape (n + 1, 6). `stretch`: strides of a stretch. `fewest`: least
+    number of stretches.
     """
     if len(ends) - 1 < fewest * stretch:
         return False
     before, middle, last = ends[-1 - 2 * stretch], ends[-1 - stretch], ends[-1]
+    # x is the first number of a state, height and pitch are the next two
     earlier_speed, later_speed = (
-        (b[0] - a[0]) / (stretch * stride_s) for a, b in ((before, middle), (middle, last))
+        (end[0] - start[0]) / (stretch * stride_s)
+        for start, end in ((before, middle), (middle, last))
     )
     most_speed_change = max(numerics.settled_share * abs(later_speed), numerics.settled_cm_per_s)
     changes = np.abs([later_speed - earlier_speed, *(last - middle)[1:3]])
@@ -220,7 +231,8 @@ def simulate(
     """Let a robot run until its speed is steady, or it is clear that it will not become steady (`rftfit.simulate`).
 
     The robot starts at rest and level, with its lowest point ``numerics.drop_cm`` above the surface.
-    `strides`: exact number of strides, whatever happens; default: as many as are needed.
+    `phase_turns`: angle of all legs at the start, in turns. `samples_per_stride`: samples of `RobotRun.series`; 0: none.
+    `strides`: exact number of strides, whatever happens; 0: as many as are needed.
     `start`: state (6,) at the start instead, from a settled run of nearly the same robot in this condition.
     """
     condition = Condition(frequency_Hz, curvature_times_R, phase_turns)
@@ -231,14 +243,17 @@ def simulate(
     stretch = max(1, math.ceil(numerics.stretch_s / stepper.stride_s - 1e-9))
     most = strides or stretch * numerics.most_stretches
     assessment = None
+    # with a number of strides given the robot runs on after its outcome is known
     while len(stepper.ends) - 1 < most and (strides or assessment is None):
         stepper.run_stride()
+        if assessment is not None:
+            continue
         ends = np.array(stepper.ends)
-        assessment = assessment or tipped_or_buried(parts, ends, numerics)
-        is_stretch_end = (len(ends) - 1) % stretch == 0
+        assessment = tipped_or_buried(parts, ends, numerics)
+        ends_stretch = (len(ends) - 1) % stretch == 0
         if (
             assessment is None
-            and is_stretch_end
+            and ends_stretch
             and settled(ends, stretch, stepper.stride_s, numerics, fewest)
         ):
             assessment = Assessment("steady", averaged=stretch)
@@ -250,18 +265,24 @@ def simulate(
     if why and profile.reason and not np.isfinite(stepper.state).all():
         hole = Remark("alpha-missing", words=profile.reason)
         why = (remark("robot-lost", what=why[0], why=hole),)
-    speed = float(averaged_speeds.mean()) if averaged_speeds.size else math.nan
-    sd = spread(averaged_speeds)
-    warning = leg_speed_warning(parts, frequency_Hz)
-    series = stepper.series() if samples_per_stride else None
-    counts = len(speeds), assessment.averaged
-    numbers = *counts, speeds, stepper.state, series
-    return RobotRun(condition, speed, sd, assessment.outcome, why, warning, *numbers)
+    return RobotRun(
+        condition,
+        speed_cm_per_s=float(averaged_speeds.mean()) if averaged_speeds.size else math.nan,
+        speed_sd_cm_per_s=spread(averaged_speeds),
+        outcome=assessment.outcome,
+        why=why,
+        warning=leg_speed_warning(parts, frequency_Hz),
+        strides=len(speeds),
+        averaged=assessment.averaged,
+        stride_speeds_cm_per_s=speeds,
+        end_state=stepper.state,
+        series=stepper.series() if samples_per_stride else None,
+    )
 
 
-def spread(values: FloatArray) -> float:
-    """Return the standard deviation of a few trials or strides; NaN for fewer than two."""
-    return float(values.std(ddof=1)) if values.size > 1 else math.nan
+def spread(numbers: FloatArray) -> float:
+    """Return the standard deviation between a few trials or strides; NaN for fewer than two."""
+    return float(numbers.std(ddof=1)) if numbers.size > 1 else math.nan
 
 
 def leg_speed_warning(parts: Parts, frequency_Hz: float) -> str:
@@ -287,7 +308,8 @@ def start_state(robot: Robot, parts: Parts, phase_turns: float) -> FloatArray:
 class _Stepper:
     """A running robot: its state, the states between strides (`ends`), and samples of its motion.
 
-    A stride has `steps` time steps; with samples it has `pieces` of them, one before every `every` steps.
+    `samples_per_stride`: 0 for none. `start`: state (6,), or None for rest. A stride has `steps` time steps, and a sample
+    before every `steps_per_sample` of them.
     """
 
     def __init__(
@@ -296,15 +318,17 @@ class _Stepper:
         profile: Profile,
         parts: Parts,
         condition: Condition,
-        samples: int,
+        samples_per_stride: int,
         start: FloatArray | None,
     ) -> None:
         frequency = condition.frequency_Hz
         # legs that do not turn (0 Hz) have no stride: half a second stands in for it
         self.stride_s = 1 / abs(frequency) if frequency else 0.5
-        pieces = max(1, samples)
-        per_piece = math.ceil(self.stride_s / robot.numerics.step_s / pieces - 1e-9)
-        self.steps, self.every = per_piece * pieces, per_piece if samples else 0
+        samples = max(1, samples_per_stride)
+        steps_per_sample = math.ceil(self.stride_s / robot.numerics.step_s / samples - 1e-9)
+        self.steps = steps_per_sample * samples
+        self.steps_per_sample = steps_per_sample if samples_per_stride else 0
+        self.samples_per_stride = samples_per_stride
         self.rk4 = robot.numerics.method == "rk4"
         self.rate = 2 * math.pi * frequency
         self.turn = 2 * math.pi * condition.phase_turns
@@ -314,7 +338,6 @@ class _Stepper:
         self.state = start.copy()
         self.ends = [self.state.copy()]
         self.samples: list[FloatArray] = []
-        self.pieces = pieces if samples else 0
 
     def run_stride(self) -> None:
         """Step the robot through one stride."""
@@ -322,7 +345,7 @@ class _Stepper:
         from rftfit.model.kernel import SAMPLE_HEAD, advance
 
         parts = self.parts
-        samples = np.empty((self.pieces, SAMPLE_HEAD + 2 * len(parts.names)))
+        samples = np.empty((self.samples_per_stride, SAMPLE_HEAD + 2 * len(parts.names)))
         # each stride starts at the same `turn`: the legs have made whole turns
         advance(
             self.pack,
@@ -337,7 +360,7 @@ class _Stepper:
             self.stride_s / self.steps,
             self.steps,
             self.rk4,
-            self.every,
+            self.steps_per_sample,
             samples,
         )
         self.ends.append(self.state.copy())
@@ -346,7 +369,7 @@ class _Stepper:
     def series(self) -> Series:
         """Return all samples as a `Series`, with its signs and units."""
         rows, groups, degrees = np.concatenate(self.samples), self.parts.names, np.degrees
-        time = np.arange(len(rows)) * self.stride_s / self.pieces
+        time = np.arange(len(rows)) * self.stride_s / self.samples_per_stride
         x, z, pitch, vx, vz, pitch_rate, _, moment, hip_moment = rows[:, :9].T
         force_z = {name: rows[:, 9 + 2 * index] for index, name in enumerate(groups)}
         force_x = {name: rows[:, 10 + 2 * index] for index, name in enumerate(groups)}

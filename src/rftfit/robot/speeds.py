@@ -34,7 +34,7 @@ error of the force model too, ``lowest`` and ``highest`` over the starting phase
 def trial_row(
     trial: tracks.Trial, folder: Path, tripods: int
 ) -> tuple[dict[str, Any], dict[tuple[str, Remark], int], list[float], list[Remark]]:
-    """Measure one trial.
+    """Measure the speed of a trial from its marker track in `folder`; `tripods`: groups of legs that alternate.
 
     Returns its row of the table of trials, the counts of the rows of its file by use and reason, the forward velocity
     over its mean stride (cm/s), and its flags. A track that cannot be used gives a row with the status "refused" and a
@@ -77,10 +77,8 @@ def measured_speeds(
     """
     rows = []
     for name, trials_of_condition in trials.groupby("condition", sort=False):
-        good, refused = (
-            trials_of_condition[trials_of_condition["status"] == "used"],
-            trials_of_condition[trials_of_condition["status"] != "used"],
-        )
+        is_used = trials_of_condition["status"] == "used"
+        good, refused = trials_of_condition[is_used], trials_of_condition[~is_used]
         speed, frequency = good[["speed_cm_per_s", "frequency_Hz"]].to_numpy(float).T
         reason = [
             remark_of_trial
@@ -90,7 +88,7 @@ def measured_speeds(
         curvature = float(trials_of_condition["curvature_times_R"].iloc[0])
         mean_frequency = rounded(float(frequency.mean())) if frequency.size else math.nan
         mean = float(speed.mean()) if speed.size else math.nan
-        place = (
+        head = (
             name,
             trials_of_condition["medium"].iloc[0],
             curvature,
@@ -99,7 +97,7 @@ def measured_speeds(
         )
         is_calibrated = is_at_condition(calibrated, curvature, mean_frequency)
         origin = "yes" if is_calibrated else "no", "marker tracks"
-        rows.append((*place, mean, spread(speed), len(good), *origin, *reason_cells(reason)))
+        rows.append((*head, mean, spread(speed), len(good), *origin, *reason_cells(reason)))
     return pd.DataFrame(rows, columns=MEASURED)
 
 
@@ -156,21 +154,15 @@ def speed_errors(
             elif not reasons:
                 reasons.append(remark("speed-not-positive"))
             condition = (row.curvature_times_R, row.frequency_Hz)
-            half_alpha = half.get((profile, *condition), math.nan)
-            place = (row.medium, profile, row.condition, *condition)
-            head = (*place, row.speed_cm_per_s, row.speed_sd_cm_per_s, row.trials)
-            half_model = half_of_model.get((profile, *condition), math.nan)
-            simulated = (
-                simulated_speed,
-                simulated_speed - half_alpha,
-                simulated_speed + half_alpha,
-                simulated_speed - half_model,
-                simulated_speed + half_model,
-                lo,
-                hi,
-                error,
-            )
-            rows.append((*head, *simulated, row.calibrated, *reason_cells(reasons)))
+            intervals = [
+                simulated_speed + sign * half_widths_by_key.get((profile, *condition), math.nan)
+                for half_widths_by_key in (half, half_of_model)
+                for sign in (-1, 1)
+            ]
+            names = (row.medium, profile, row.condition, *condition)
+            measured_cells = (row.speed_cm_per_s, row.speed_sd_cm_per_s, row.trials)
+            simulated_cells = (simulated_speed, *intervals, lo, hi, error, row.calibrated)
+            rows.append((*names, *measured_cells, *simulated_cells, *reason_cells(reasons)))
     return pd.DataFrame(rows, columns=ERRORS)
 
 
@@ -184,19 +176,13 @@ def share_within(errors: pd.DataFrame, percent: float) -> tuple[int, int]:
     return int((np.nan_to_num(off, nan=np.inf) <= percent).sum()), len(compared)
 
 
-def count_within_alpha_error(errors: pd.DataFrame) -> tuple[int, int]:
-    """Count measured speeds inside the interval by the errors of alpha and arc, and all with this interval."""
-    return _count_between(errors, "simulated_from_alpha")
+def count_inside(errors: pd.DataFrame, interval: str) -> tuple[int, int]:
+    """Count the measured speeds inside an interval of the simulated speed, and all that have this interval.
 
-
-def count_within_model_error(errors: pd.DataFrame) -> tuple[int, int]:
-    """Count measured speeds inside the interval with the error of the force model, and all that have this interval."""
-    return _count_between(errors, "simulated_model")
-
-
-def _count_between(errors: pd.DataFrame, ends: str) -> tuple[int, int]:
-    """Count measured speeds between the columns `ends` lo and hi, and all that have these ends."""
-    names = ("measured", f"{ends}_lo", f"{ends}_hi")
+    `interval`: columns of its ends without ``_lo_cm_per_s``: ``simulated_from_alpha`` by the errors of alpha and of the
+    arc, ``simulated_model`` with the error of the force model too.
+    """
+    names = ("measured", f"{interval}_lo", f"{interval}_hi")
     measured, lo, hi = (errors[f"{name}_cm_per_s"].to_numpy(float) for name in names)
     return int(((lo <= measured) & (measured <= hi)).sum()), int(np.isfinite(measured + lo).sum())
 

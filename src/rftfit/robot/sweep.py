@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import product
+from operator import attrgetter
 
 import numpy as np
 import pandas as pd
@@ -33,7 +34,7 @@ MOTION = ((1.0, 2.0), (-1.0, 2.2))
 def is_at_condition(
     conditions: Iterable[tuple[float, float]], curvature: float, frequency_Hz: float
 ) -> bool:
-    """Return True for a run or trial of one of the conditions (R'/r, Hz); its frequency may differ by less than 0.1 Hz."""
+    """Tell whether a run or trial is at one of the conditions (R'/r, Hz); its frequency may differ by less than 0.1 Hz."""
     return any(
         abs(curvature - curvature_of_condition) < 1e-6 and abs(frequency_Hz - frequency) < 0.1
         for curvature_of_condition, frequency in conditions
@@ -64,20 +65,20 @@ def paper_conditions(every: int = 1) -> list[Condition]:
     `every` n: only every n-th curvature and frequency, counted from the flat leg and from 5 Hz; the first and last
     curvature are always included.
     """
-    # step 25 of either quantity is always included: the flat leg, and 5 Hz
+    # numbers of the steps; step 25 of either quantity is always included: the flat leg, and 5 Hz
     curvatures = sorted({0, 50, *range(25 % every, 51, every)})
-    places = product(curvatures, range(25 % every, 26, every), PHASES_TURNS)
+    frequencies = range(25 % every, 26, every)
     return [
-        Condition(round(0.2 * frequency, 1), round(0.04 * (index - 25), 2), phase)
-        for index, frequency, phase in places
+        Condition(round(0.2 * frequency, 1), round(0.04 * (curvature - 25), 2), phase)
+        for curvature, frequency, phase in product(curvatures, frequencies, PHASES_TURNS)
     ]
 
 
 def measured_conditions(measured: pd.DataFrame) -> list[Condition]:
     """Return the conditions of measured speeds, each once; one without a frequency is left out."""
     with_frequency = measured[np.isfinite(measured["frequency_Hz"].to_numpy(float))]
-    places = zip(with_frequency["frequency_Hz"], with_frequency["curvature_times_R"], strict=True)
-    return [Condition(*place) for place in dict.fromkeys(places)]
+    pairs = zip(with_frequency["frequency_Hz"], with_frequency["curvature_times_R"], strict=True)
+    return [Condition(*pair) for pair in dict.fromkeys(pairs)]
 
 
 def conditions_of(measured: pd.DataFrame, *, full: bool) -> list[Condition]:
@@ -97,8 +98,7 @@ def conditions_of(measured: pd.DataFrame, *, full: bool) -> list[Condition]:
         for condition in measured_conditions(measured)
         for phase in phases
     ]
-    order = {(c.curvature_times_R, c.frequency_Hz, c.phase_turns): c for c in grid}
-    return [order[place] for place in sorted(order)]
+    return sorted({*grid}, key=attrgetter("curvature_times_R", "frequency_Hz", "phase_turns"))
 
 
 def run_all(
@@ -118,6 +118,7 @@ def run_all(
         starts = [run.end_state if run.outcome == "steady" else None for run in settled_runs]
 
     def run(index: int) -> RobotRun:
+        """Run the condition of a number."""
         condition = conditions[index]
         return simulate(
             robot,
@@ -148,21 +149,15 @@ def mean_speed(table: pd.DataFrame) -> pd.DataFrame:
     `table`: as from `speed_table`. One row for each curvature and frequency.
     """
     rows = []
-    for place, phases in table.groupby(["curvature_times_R", "frequency_Hz"]):
-        runs = phases.to_dict("records")
-        steady = np.array([run["speed_cm_per_s"] for run in runs if run["outcome"] == "steady"])
-        lost = [run for run in runs if run["outcome"] != "steady"]
-        words = [
-            (Remark(run["outcome"].replace(" ", "-"), words=run["outcome"]), *reason_of(run))
-            for run in lost
-        ]
-        reason = [
-            remark_of_run
-            for run, why in zip(lost, words, strict=True)
-            for remark_of_run in attach_run(f"phase {run['phase_turns']:.3g}", why)
-        ]
-        ends = (steady.mean(), steady.min(), steady.max()) if steady.size else (math.nan,) * 3
-        rows.append((*place, *ends, steady.size, len(runs), *reason_cells(reason)))
+    for condition, phases in table.groupby(["curvature_times_R", "frequency_Hz"]):
+        is_steady = phases["outcome"] == "steady"
+        speeds = phases.loc[is_steady, "speed_cm_per_s"].to_numpy(float)
+        reason: list[Remark] = []
+        for run in phases[~is_steady].to_dict("records"):
+            outcome = Remark(run["outcome"].replace(" ", "-"), words=run["outcome"])
+            reason += attach_run(f"phase {run['phase_turns']:.3g}", (outcome, *reason_of(run)))
+        numbers = (speeds.mean(), speeds.min(), speeds.max()) if speeds.size else (math.nan,) * 3
+        rows.append((*condition, *numbers, speeds.size, len(phases), *reason_cells(reason)))
     names = [
         "curvature_times_R",
         "frequency_Hz",

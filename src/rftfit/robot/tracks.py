@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Collection
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -78,12 +79,12 @@ def read_trials(
     conditions: dict[str, DraftRow] = {}
     for draft in drafts:
         for name in ("run_id", "track"):
-            word = draft.text[name]
+            cell = draft.text[name]
             # names become parts of file names: two must not differ in case alone
-            row = first_row.setdefault((name, folded(word)), draft.row)
-            if word and row != draft.row:
+            row = first_row.setdefault((name, folded(cell)), draft.row)
+            if cell and row != draft.row:
                 allowed = f"a {name} of its own; row {row} has this one"
-                draft.note(name, "repeated", word, allowed)
+                draft.note(name, "repeated", cell, allowed)
         if draft.text["run_id"] in taken:
             allowed = "a name that no run of the campaign's run sheet has"
             draft.note("run_id", "taken", draft.text["run_id"], allowed)
@@ -106,15 +107,8 @@ def _check_condition(draft: DraftRow, conditions: dict[str, DraftRow]) -> None:
 
 def _make_trial(draft: DraftRow) -> Trial:
     """Make the trial of a row of the sheet."""
-    text, number = draft.text, draft.number
-    return Trial(
-        text["run_id"],
-        text["condition"],
-        text["medium"],
-        number["curvature_times_R"],
-        number.get("frequency_Hz", math.nan),
-        text["track"],
-    )
+    cells: dict[str, Any] = draft.text | {"frequency_Hz": math.nan} | draft.number
+    return Trial(**{field.name: cells[field.name] for field in fields(Trial)})
 
 
 # --- Marker tracks of the robot: read with every row accounted for, or refused with a reason.
@@ -166,16 +160,17 @@ def read_track(path: Path) -> Track:
     if not good:
         empty = f"none of the {len(rows)} rows has a time, x and z"
         raise TrackError("track-empty", empty, len(rows))
-    lacking = (next(name for name in names if name in row.bad) for row in rows if row.bad)
-    dropped = Counter(remark("no-number", column=name) for name in lacking)
+    # a row without a number in several columns counts once, by the first of them
+    first_bad = (next(name for name in names if name in row.bad) for row in rows if row.bad)
+    dropped = Counter(remark("no-number", column=name) for name in first_bad)
     time, x, z = np.array([[row.number[name] for name in names] for row in good]).T
     not_after = np.flatnonzero(np.diff(time) <= 0)
     if not_after.size:
         first = not_after[0]
         before, row = good[first], good[first + 1]
         fault = "stands still" if time[first + 1] == time[first] else "runs backwards"
-        others_words = f", and {not_after.size - 1} times more" if not_after.size > 1 else ""
-        description = f"time {fault} in row {row.row}: {row.text['time_s']} after {before.text['time_s']}{others_words}"
+        again = f", and {not_after.size - 1} times more" if not_after.size > 1 else ""
+        description = f"time {fault} in row {row.row}: {row.text['time_s']} after {before.text['time_s']}{again}"
         allowed = "allowed: time that grows from row to row"
         raise TrackError("time-backwards", f"{description}; {allowed}", len(rows))
     return Track(time - time[0], x, z, len(rows), dict(dropped))
@@ -214,7 +209,7 @@ def mean_stride_speed(
 ) -> StrideSpeed:
     """Measure the mean speed of a trial; a stride frequency of NaN is found in the track.
 
-    The speed is the slope of x over time, fitted together with four harmonics of the stride, so
+    `tripods`: groups of legs that alternate, 1 or more. The speed is the slope of x over time, fitted together with four harmonics of the stride, so
     that it does not depend on the moments of a stride at which the track begins and ends. Raises TrackError for a track
     that is too short or has no clear frequency.
     """
@@ -265,15 +260,16 @@ def stride_frequency(track: Track, tripods: int = TRIPODS) -> tuple[float, Remar
     time = track.time_s
     duration, step = time[-1], float(np.median(np.diff(time)))
     even = np.arange(0, duration + step / 2, step)
+    # padded with zeros to that many samples, so that frequencies lie closer
     size = _CHOSEN.finer * even.size
     grid = np.fft.rfftfreq(size, step)
     # at least two bobs in the track; below the greatest frequency that the frame rate can show
     is_visible = (grid >= 2 / duration) & (grid <= 0.45 / step)
     grid = grid[is_visible]
-    for name, values in (("z", track.z_cm), ("x", track.x_cm)):
+    for name, coordinate in (("z", track.z_cm), ("x", track.x_cm)):
         if grid.size < 3:
             break
-        detrended = _detrend(time, values)
+        detrended = _detrend(time, coordinate)
         if not detrended.any():
             continue
         evenly = np.interp(even, time, detrended)
@@ -284,6 +280,7 @@ def stride_frequency(track: Track, tripods: int = TRIPODS) -> tuple[float, Remar
         if share[top] < _CHOSEN.least_share:
             continue
         bob = _refine_frequency(time, detrended, float(grid[top]), 1 / (10 * duration))
+        # number of the frequency in the grid
         twice = int(np.argmin(np.abs(grid - 2 * bob)))
         doubt = None
         # power at twice this frequency: unequal bobs of the tripods, so that this may be the stride itself
@@ -291,32 +288,34 @@ def stride_frequency(track: Track, tripods: int = TRIPODS) -> tuple[float, Remar
             stride = bob / tripods
             doubt = remark("stride-doubled", name=name, bob=bob, twice=2 * bob, stride=stride)
         return bob / tripods, doubt
-    none = "no stride frequency shows in z or x; give frequency_Hz in the sheet"
-    raise TrackError("no-stride", none)
-
-
-def _detrend(time: FloatArray, values: FloatArray) -> FloatArray:
-    """Subtract a parabola over time, and clip outliers; return zeros if only rounding is left."""
-    scaled = time / time[-1]
-    residuals = values - np.polyval(np.polyfit(scaled, values, 2), scaled)
-    middle = float(np.median(residuals))
-    limit = _CHOSEN.outlier_sd * 1.4826 * float(np.median(np.abs(residuals - middle)))
-    clipped: FloatArray = (
-        np.clip(residuals, middle - limit, middle + limit) if limit > 0 else residuals
+    raise TrackError(
+        "no-stride", "no stride frequency shows in z or x; give frequency_Hz in the sheet"
     )
+
+
+def _detrend(time: FloatArray, coordinate: FloatArray) -> FloatArray:
+    """Subtract a parabola over time, and clip outliers; return zeros if only rounding is left."""
+    # times up to 1 keep the fit well conditioned
+    scaled = time / time[-1]
+    residuals = coordinate - np.polyval(np.polyfit(scaled, coordinate, 2), scaled)
+    middle = float(np.median(residuals))
+    # 1.4826 times the median deviation is the standard deviation of a normal
+    limit = _CHOSEN.outlier_sd * 1.4826 * float(np.median(np.abs(residuals - middle)))
+    clipped = np.clip(residuals, middle - limit, middle + limit) if limit > 0 else residuals
     # the trend again, which outliers had moved
     detrended: FloatArray = clipped - np.polyval(np.polyfit(scaled, clipped, 2), scaled)
-    moves = detrended.std() > 1e-9 * (1 + np.abs(values).max())
+    moves = detrended.std() > 1e-9 * (1 + np.abs(coordinate).max())
     return detrended if moves else np.zeros_like(detrended)
 
 
-def _refine_frequency(time: FloatArray, values: FloatArray, near: float, step: float) -> float:
-    """Return the frequency (Hz), at most `step` from `near`, whose wave and overtone fit the values best."""
+def _refine_frequency(time: FloatArray, heights: FloatArray, near: float, step: float) -> float:
+    """Return the frequency (Hz), at most `step` from `near`, whose wave and overtone fit the heights best."""
     from scipy.optimize import minimize_scalar
 
     def misfit(frequency: float) -> float:
+        """Return the sum of the squares of the residuals."""
         waves = _waves(time, frequency, 2)
-        residuals = values - waves @ np.linalg.lstsq(waves, values, rcond=None)[0]
+        residuals = heights - waves @ np.linalg.lstsq(waves, heights, rcond=None)[0]
         return float(residuals @ residuals)
 
     minimum = minimize_scalar(misfit, bounds=(near - step, near + step), method="bounded")
@@ -332,12 +331,13 @@ def _waves(time: FloatArray, frequency: float, count: int) -> FloatArray:
 def _fit_mean_stride(time: FloatArray, x: FloatArray, frequency: float) -> FloatArray:
     """Fit x by a line and harmonics of the stride; return the velocity over one stride, (`STRIDE_SAMPLES`,), cm/s."""
     design = np.column_stack([time, _waves(time, frequency, _CHOSEN.harmonics)])
-    slope, _, *waves = np.linalg.lstsq(design, x, rcond=None)[0]
-    cos, sin = np.split(np.array(waves), 2)
+    slope, _, *amplitudes = np.linalg.lstsq(design, x, rcond=None)[0]
+    of_cos, of_sin = np.split(np.array(amplitudes), 2)
     order = np.arange(1, _CHOSEN.harmonics + 1)
-    turn = 2 * np.pi * np.outer(np.arange(STRIDE_SAMPLES) / STRIDE_SAMPLES, order)
+    phase = 2 * np.pi * np.outer(np.arange(STRIDE_SAMPLES) / STRIDE_SAMPLES, order)
+    # derivative of the fit over time
     rates = 2 * np.pi * frequency * order
-    return np.asarray(slope + (np.cos(turn) * sin - np.sin(turn) * cos) @ rates)
+    return np.asarray(slope + (np.cos(phase) * of_sin - np.sin(phase) * of_cos) @ rates)
 
 
 def _flag_gaps(track: Track, frequency: float) -> list[Remark]:
@@ -347,8 +347,7 @@ def _flag_gaps(track: Track, frequency: float) -> list[Remark]:
     if not gaps.size:
         return []
     longest = float(gaps.max())
-    text = f"{gaps.size} gap{'s' if gaps.size > 1 else ''}"
-    flag = remark("track-gaps", gaps=text, seconds=longest)
+    flag = remark("track-gaps", gaps=count(gaps.size, "gap"), seconds=longest)
     if longest * frequency > _CHOSEN.longest_gap_strides:
         description = f"{flag}, {longest * frequency:.2g} of a stride"
         raise TrackError(
@@ -362,7 +361,7 @@ def _flag_gaps(track: Track, frequency: float) -> list[Remark]:
 
 @dataclass(frozen=True)
 class RobotCheck:
-    """The robot's medium (empty without a robot), the trials of its sheet without an error, and all problems.
+    """Result of `check_robot`: the robot's medium (empty without a robot), the trials without an error, all problems.
 
     A missing track is a warning: its trial is dropped.
     """
@@ -400,10 +399,11 @@ def check_robot(config_path: Path) -> RobotCheck:
     raw = Folder(root / config.raw)
     sheet = raw.look_up(section.runs or "")
     if sheet.status == "file":
-        path, sheet_folder = root / config.raw / sheet.path, sheet.path.rpartition("/")[0]
         name = f"{config.raw.rstrip('/')}/{sheet.path}"
-        tracks = raw, sheet_folder
-        trials, problems_of_trials = read_trials(path, name, section.medium, names, tracks)
+        tracks = raw, sheet.path.rpartition("/")[0]
+        trials, problems_of_trials = read_trials(
+            root / config.raw / sheet.path, name, section.medium, names, tracks
+        )
         problems = sorted(problems + problems_of_trials, key=lambda problem: problem.place.file)
     return RobotCheck(section.medium, tuple(trials), tuple(problems))
 
