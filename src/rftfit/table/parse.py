@@ -679,7 +679,8 @@ def _single_blanks(body: bytes) -> bytes:
     is_dropped = letters == _BLANK
     is_dropped[1:] &= _is_line_end(letters)[:-1]
     letters = letters[~is_dropped]
-    return letters.tobytes()
+    single_blanks: bytes = letters.tobytes()
+    return single_blanks
 
 
 def _is_line_end(letters: np.ndarray) -> np.ndarray:
