@@ -92,6 +92,7 @@ def robot_measured(results: Results) -> tuple[pd.DataFrame, ...]:
             for fate, why in sorted(counts, key=lambda fate_and_why: [*map(str, fate_and_why)])
         ]
     table = pd.DataFrame(rows, columns=TRIALS)
+    published_as = campaign.config.media[section.medium].published_as
     if trials:
         speeds = measured_speeds(table, calibrated_on)
     else:
@@ -99,7 +100,7 @@ def robot_measured(results: Results) -> tuple[pd.DataFrame, ...]:
         # Fig. 4C shows one robot on one medium; other settings of a robot, such as the time step, do not matter
         paper = paper_robot()
         is_paper_robot = (robot.body, robot.legs) == (paper.body, paper.legs)
-        if not is_paper_robot or campaign.config.media[section.medium].published_as != "poppy_LP":
+        if not is_paper_robot or published_as != "poppy_LP":
             speeds = speeds.iloc[:0]
     strides = pd.DataFrame(stride_rows, columns=MEAN_STRIDE)
     ledger = pd.DataFrame(ledger_rows, columns=LEDGER_COLUMNS)
