@@ -60,8 +60,8 @@ def compare_runs(
     difference in units of the spread of such differences. `apart`: whether the difference is more than chance
     explains; one below `seen_from_ratio`, relative to the largest alpha, never is.
     """
-    has_alpha: npt.NDArray[np.bool_] = np.isfinite(alpha_columns(fits)).any(axis=0)
-    runs = fits[has_alpha].reset_index(drop=True)
+    has_alpha = np.isfinite(np.stack(alpha_columns(fits))).any(axis=0)
+    runs = fits.iloc[np.flatnonzero(has_alpha)].reset_index(drop=True)
     if runs.empty:
         return pd.DataFrame(columns=COLUMNS)
     alpha = np.stack(alpha_columns(runs))
