@@ -26,7 +26,7 @@ import readme_picture
 from PIL import Image
 
 import rftfit
-from rftfit.figures.registry import Declared, figures
+from rftfit.figures.registry import DeclaredFigure, figures
 from rftfit.figures.style import content
 from rftfit.figures.verdicts import draw_verdicts
 from rftfit.suite.declared import find_example, list_examples
@@ -168,23 +168,23 @@ def write_gallery() -> None:
     shutil.copyfile(source, PICTURES / "tutorial_penetration.webp")
 
 
-def declared() -> list[Declared]:
+def declared() -> list[DeclaredFigure]:
     """Each figure once, by section: those of the robot are declared again for the full sweep."""
     shown = [figure for figure in figures() if not figure.on_demand]
     sections = list(dict.fromkeys(figure.section for figure in shown))
     return sorted(shown, key=lambda figure: sections.index(figure.section))
 
 
-def name_of(figure: Declared) -> str:
+def name_of(figure: DeclaredFigure) -> str:
     """Name of a figure's files."""
     return figure.file("<medium>" if "medium" in _arguments(figure) else "")
 
 
-def _arguments(figure: Declared) -> list[str]:
+def _arguments(figure: DeclaredFigure) -> list[str]:
     return list(inspect.signature(figure.draw).parameters)[1:]
 
 
-def _entry(figure: Declared, campaigns: dict[str, Results]) -> str:
+def _entry(figure: DeclaredFigure, campaigns: dict[str, Results]) -> str:
     for name, results in campaigns.items():
         for medium in figure.media(results.campaign)[:1]:
             file = figure.file(medium)

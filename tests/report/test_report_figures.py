@@ -69,13 +69,15 @@ def stress_figure():
 
 def test_the_same_figure_gives_the_same_bytes_in_any_folder(small_map, tmp_path):
     endings = (*style.PRINTED, "webp")
-    files = style.save(small_map, tmp_path / "one" / "glass0.3mm_LP", endings=endings)
-    folder = tmp_path / "an other, \u00e9"
-    moved_files = style.save(small_map, folder / "glass0.3mm_LP", endings=endings)
-    assert [path.name for path in files] == [f"glass0.3mm_LP.{ending}" for ending in endings]
-    assert sorted((tmp_path / "one").iterdir()) == sorted(files)
-    bytes_of = {path.suffix[1:]: path.read_bytes() for path in files}
-    assert bytes_of == {path.suffix[1:]: path.read_bytes() for path in moved_files}
+    folder, other_folder = tmp_path / "one", tmp_path / "an other, \u00e9"
+    names = style.save_pages(small_map, folder, "glass0.3mm_LP", endings=endings)
+    assert names == [f"glass0.3mm_LP.{ending}" for ending in endings]
+    assert style.save_pages(small_map, other_folder, "glass0.3mm_LP", endings=endings) == names
+    assert sorted(path.name for path in folder.iterdir()) == sorted(names)
+    bytes_of = {
+        ending: (folder / name).read_bytes() for ending, name in zip(endings, names, strict=True)
+    }
+    assert [*bytes_of.values()] == [(other_folder / name).read_bytes() for name in names]
     # no date, and letters that need no font
     assert bytes_of["webp"][8:12] == b"WEBP"
     assert len(bytes_of["webp"]) < len(bytes_of["png"])
@@ -93,7 +95,7 @@ def test_the_same_figure_gives_the_same_bytes_in_any_folder(small_map, tmp_path)
 def test_a_folder_that_cannot_be_made_is_an_output_error(tmp_path):
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(OutputError, match="cannot write"):
-        style.save(style.missing("nothing"), tmp_path / "file" / "map")
+        style.save_pages(style.missing("nothing"), tmp_path / "file", "map")
 
 
 def every_alpha():
@@ -150,8 +152,8 @@ def test_fit_maps_show_measured_minus_fit():
     text = words(figure)
     assert "nine-term fit (dft-index)\n$\\alpha_z$ (N/cm$^3$)" in text
     assert "measured minus fit\n$\\alpha_x$ (N/cm$^3$)" in text
-    # the axes come in order of drawing: map, its colour bar, residual, its colour bar, ...
-    residual = figure.axes[4 * 8 + 6].collections[0].get_array()
+    # the first axes are the maps, a row a medium: fit and residual of alpha_z, then of alpha_x
+    residual = figure.axes[4 * 4 + 3].collections[0].get_array()
     terms = chain.coefficient_table().query("method == 'dft-index' and medium == 'glass3mm_CP'")
     kept = terms.set_index("coefficient").query("kept")["value_N_per_cm3"]
     assert "Cm1" not in kept
@@ -171,7 +173,7 @@ def test_depth_only_maps_are_made_from_three_measured_values():
     table = chain.alpha_table("poppy_LP", {})
     results = memory({"alpha/{medium}.csv": table}, ["poppy_LP"])
     figure = draw("depth_only_maps", results, "poppy_LP")
-    z, x = (np.asarray(figure.axes[i].images[0].get_array()) for i in (0, 4))
+    z, x = (np.asarray(figure.axes[i].images[0].get_array()) for i in (0, 2))
     indexed = table.set_index(["beta_deg", "gamma_deg"])
     down = indexed.loc[(0.0, 90.0), "alpha_z_N_per_cm3"]
     left = indexed.loc[(90.0, 0.0), "alpha_x_N_per_cm3"]
@@ -180,7 +182,7 @@ def test_depth_only_maps_are_made_from_three_measured_values():
     assert z[90, 179] == pytest.approx(down * cos)
     assert z[90, 100] == z[90, 179]
     assert x[179, 90] == pytest.approx(left * cos, rel=0.05)  # +-90 degrees are one plate
-    residual = figure.axes[2].collections[0].get_array()
+    residual = figure.axes[1].collections[0].get_array()
     assert residual is not None
     assert residual.reshape(7, 13)[3, 12] == pytest.approx(0, abs=1e-9)
     lost = chain.alpha_table("poppy_LP", {(0.0, 90.0): "no tare"})
@@ -398,11 +400,12 @@ def test_declarations_load_no_matplotlib():
     script = (
         "import sys; from rftfit.figures.registry import figures; figures();"
         "bad = {'matplotlib', 'scipy', 'numba'} & set(sys.modules); assert not bad, bad;"
-        "from rftfit.figures.style import missing, save; save(missing('x'), sys.argv[1]);"
+        "from pathlib import Path; from rftfit.figures.style import missing, save_pages;"
+        "save_pages(missing('x'), Path(sys.argv[1]), 'x');"
         "bad = {'matplotlib.pyplot', 'scipy'} & set(sys.modules); assert not bad, bad"
     )
     with TemporaryDirectory() as folder:
-        subprocess.run([sys.executable, "-c", script, f"{folder}/x"], check=True)
+        subprocess.run([sys.executable, "-c", script, folder], check=True)
 
 
 def test_linearity_is_drawn_in_directions_of_the_campaign():

@@ -277,7 +277,7 @@ def test_figures_are_previewed_with_captions_and_links(tmp_path):
     results = page_results(tmp_path)
     names = ("figures/alpha_maps_poppy_LP", "figures/first_map", "quality/poppy_CP")
     for name in names:
-        style.save(Figure(figsize=(7.2, 3), dpi=300), results.root / "results" / name)
+        style.save_pages(Figure(figsize=(7.2, 3), dpi=300), results.root, f"results/{name}")
     page = make_page(results)
     assert re.findall(r'id="figure-(\w+)"', page) == [
         "first_map",

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 _BODY = "#444444"
 _TRIPODS = ("blue", "sky blue", "bluish green", "reddish purple")
+"""Colours of the elements of the body, and of the tripods."""
 
 
 def animate_run(
@@ -59,7 +60,8 @@ def animation_frames(
 ) -> list[Picture]:
     """Draw a picture of each sample of a run, shape (height, width, 3); the picture moves along with the robot.
 
-    `elements`: Ends of the elements and forces on them, by part of the robot. `x_cm`: Place of the robot, shape (samples,).
+    `elements`: Ends of the elements and forces on them, by part of the robot. `x_cm`, `time_s`: Position of the robot along
+    x, and time, of each sample.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.collections import LineCollection
@@ -73,11 +75,10 @@ def animation_frames(
     sand = Rectangle((0, -100), 48, 100, facecolor=style.SAND, edgecolor="none")
     axes.add_patch(sand)
     clock = axes.text(0.99, 0.96, "", transform=axes.transAxes, ha="right", va="top", fontsize=7)
-    sizes = [
-        np.hypot(series.force_x_N, series.force_z_N).max(initial=0.0)
+    strongest = max(
+        float(np.hypot(series.force_x_N, series.force_z_N).max(initial=0.0))
         for series in elements.values()
-    ]
-    strongest = float(max(sizes))
+    )
     longest_cm = 4.0
     cm_per_N = longest_cm / strongest if strongest > 0 else 0.0
     shades = cycle(style.OKABE_ITO[name] for name in _TRIPODS)
@@ -98,13 +99,12 @@ def animation_frames(
         for name, series in elements.items():
             ends = np.stack([series.ends_x_cm[index], series.ends_z_cm[index]], axis=-1)
             lines[name].set_segments(list(ends.reshape(-1, 2, 2)))
-            foot = np.stack([series.at_x_cm[index], series.at_z_cm[index]], axis=-1).reshape(-1, 2)
-            push = np.stack([series.force_x_N[index], series.force_z_N[index]], axis=-1).reshape(
-                -1, 2
+            starts = np.column_stack([series.at_x_cm[index].ravel(), series.at_z_cm[index].ravel()])
+            forces = np.column_stack(
+                [series.force_x_N[index].ravel(), series.force_z_N[index].ravel()]
             )
-            is_loaded = np.hypot(*push.T) > 0
-            tips = foot[is_loaded] + cm_per_N * push[is_loaded]
-            arrows[name].set_segments(list(np.stack([foot[is_loaded], tips], axis=1)))
+            segments = np.stack([starts, starts + cm_per_N * forces], axis=1)
+            arrows[name].set_segments(list(segments[np.hypot(*forces.T) > 0]))
         canvas.draw()
         shots.append(np.asarray(canvas.buffer_rgba())[..., :3].copy())
     return shots
@@ -120,9 +120,9 @@ def gif_bytes(shots: Sequence[Picture], frame_s: float) -> bytes:
         Image.fromarray(shot).quantize(palette=palette_image, dither=Image.Dither.NONE)
         for shot in shots
     )
-    buffer, duration = io.BytesIO(), max(20, 10 * round(100 * frame_s))
+    buffer, duration_ms = io.BytesIO(), max(20, 10 * round(100 * frame_s))
     first_frame.save(
-        buffer, "GIF", save_all=True, append_images=later_frames, loop=0, duration=duration
+        buffer, "GIF", save_all=True, append_images=later_frames, loop=0, duration=duration_ms
     )
     return buffer.getvalue()
 
@@ -141,9 +141,9 @@ def mp4_bytes(shots: Sequence[Picture], frame_s: float) -> bytes | None:
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "animation.mp4"
         shape = f"-pix_fmt rgb24 -s {width}x{height} -r {1 / frame_s:.4f}"
-        words = f"-loglevel error -f rawvideo {shape} -i - -pix_fmt yuv420p".split()
-        # the ffmpeg that the user has installed; no word of this command comes from outside
+        options = f"-loglevel error -f rawvideo {shape} -i - -pix_fmt yuv420p".split()
+        # the ffmpeg that the user has installed; no part of this command comes from outside
         process = subprocess.run(  # noqa: S603
-            [program, *words, target], input=raw, check=False, capture_output=True
+            [program, *options, target], input=raw, check=False, capture_output=True
         )
         return target.read_bytes() if process.returncode == 0 and target.is_file() else None

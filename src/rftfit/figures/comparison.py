@@ -26,6 +26,7 @@ def draw_comparison(comparison: Comparison) -> Figure:
         ["gamma_deg", "beta_deg", "depth_cm"], ignore_index=True
     )
     page, ((z_axes,), (x_axes,), (axes,)) = style.panels((4.4, 4.4, 5.6), widest_cm=style.DOUBLE_CM)
+    # a direction is a place on the horizontal axis, the same in all panels
     place = np.arange(len(table))
     for alpha_axes, c in ((z_axes, "z"), (x_axes, "x")):
         style.zero_line(alpha_axes)

@@ -8,7 +8,7 @@ import numpy as np
 
 from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.figures import leg_panels, maps, style
-from rftfit.figures.labels import PROFILES, usable_media
+from rftfit.figures.labels import PROFILE_NAMES, usable_media
 from rftfit.figures.plates import stress_runs
 from rftfit.figures.registry import figure, greek, when
 from rftfit.figures.traces import STRESS_SETTINGS, by_run, draw_thin, stress_of, with_end_names
@@ -120,8 +120,8 @@ def _select_peaks(results: Results) -> pd.DataFrame:
 def _peaks_caption(results: Results, _: str) -> str:
     """Write the caption of the peaks, with the profiles by which they were predicted."""
     shown_profiles = {*_select_peaks(results)["profile"]}
-    shown = [name for profile, name in PROFILES.items() if profile in shown_profiles]
-    sources = ", or else by the ".join(shown) or PROFILES["table"]
+    shown = [name for profile, name in PROFILE_NAMES.items() if profile in shown_profiles]
+    sources = ", or else by the ".join(shown) or PROFILE_NAMES["table"]
     return (
         f"Peak forces on legs, predicted by the {sources}, against measured. Bars: interval of alpha, axle "
         "and arc. Good: points on the line, inside the shade."
@@ -154,38 +154,32 @@ def plot_first_peaks(results: Results) -> Figure:
     ends = np.array([lowest, float(all_peaks.max()) * 1.4])
     share = WITHIN_PERCENT / 100
     along = np.geomspace(ends[0], ends[1], 200)
-    low_edge, high_edge = (np.clip(factor * along, *ends) for factor in (1 - share, 1 + share))
-    axes.fill_between(along, low_edge, high_edge, color=style.WINDOW, linewidth=0)
+    edges = (np.clip(factor * along, *ends) for factor in (1 - share, 1 + share))
+    axes.fill_between(along, *edges, color=style.WINDOW, linewidth=0)
     axes.plot(ends, ends, color="black", linewidth=0.6)
     entries: dict[str, Any] = {}
-    looks = dict(zip(leg_panels.leg_order([rows]), _LEG_LOOKS, strict=False))
-    for leg, (colour, marker) in looks.items():
-        shade = style.OKABE_ITO[colour]
-        name = leg_panels.leg_title(leg)
-        entries[name] = style.dots(shade, 4, marker=marker)
-        for c, fill in (("z", shade), ("x", "white")):
+    names_of_components = {"z": "lift (filled)", "x": "thrust (hollow)"}
+    dots_of_components: dict[str, list[Any]] = {c: [] for c in names_of_components}
+    for leg, (colour_name, marker) in zip(leg_panels.leg_order([rows]), _LEG_LOOKS, strict=False):
+        colour = style.OKABE_ITO[colour_name]
+        entries[leg_panels.leg_title(leg)] = style.dots(colour, 4, marker=marker)
+        for c, fill in (("z", colour), ("x", "white")):
             rows_of_leg = rows[(rows["leg"] == leg) & (rows["component"] == c)]
             measured, peak, low, high = rows_of_leg[names].to_numpy(float).T
             low = np.where(low < lowest, lowest, low)
-            axes.vlines(measured, low, high, color=shade, linewidth=0.6, alpha=0.5)
-            axes.plot(measured, peak, marker, color=shade, markersize=4, markerfacecolor=fill)
+            axes.vlines(measured, low, high, color=colour, linewidth=0.6, alpha=0.5)
+            axes.plot(measured, peak, marker, color=colour, markersize=4, markerfacecolor=fill)
+            if len(rows_of_leg):
+                dot = style.dots(colour, 4, marker=marker, markerfacecolor=fill)
+                dots_of_components[c].append(dot)
     axes.set(xscale="log", yscale="log", xlim=ends, ylim=ends)
     axes.set(xlabel="measured (N)", ylabel="predicted (N)")
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_formatter(lambda value, _: f"{value:g}")
-        axis.set_minor_formatter(lambda *_: "")
-    for name, c, fill in (("lift (filled)", "z", ""), ("thrust (hollow)", "x", "white")):
-        legs_with_peak = set(rows.loc[rows["component"] == c, "leg"])
-        shown = [
-            (style.OKABE_ITO[colour], marker)
-            for leg, (colour, marker) in looks.items()
-            if leg in legs_with_peak
-        ]
-        if shown:
-            entries[name] = tuple(
-                style.dots(shade, 4, marker=marker, markerfacecolor=fill or shade)
-                for shade, marker in shown
-            )
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_formatter("")
+    for c, name in names_of_components.items():
+        if dots_of_components[c]:
+            entries[name] = tuple(dots_of_components[c])
     entries[f"within {WITHIN_PERCENT:g} %"] = style.patch(facecolor=style.WINDOW)
     style.legend(page, entries, fontsize=7)
     return page
@@ -197,12 +191,13 @@ def _lines_caption(results: Results, _: str) -> str:
     caption = greek(
         "Stress minus alpha times depth, of every run. Good: noise about zero, without a bend."
     )
-    bent = results[medium].flags.runs_with("not-linear")
+    bent_runs = results[medium].flags.runs_with("not-linear")
     checks = results.checks
     is_linearity = (checks["medium"] == medium) & (checks["check"] == "linearity")
-    for found in checks.loc[is_linearity & (checks["verdict"] == NOT_CHECKED), "found"]:
-        for run_id, flag in [*bent.items()][:1]:
-            return f"{caption} Bent: {run_id}, {flag}; no check judges it ({found})."
+    reasons = checks.loc[is_linearity & (checks["verdict"] == NOT_CHECKED), "found"]
+    if bent_runs and len(reasons):
+        run_id, flag = next(iter(bent_runs.items()))
+        caption += f" Bent: {run_id}, {flag}; no check judges it ({reasons.iloc[0]})."
     return caption
 
 
@@ -231,25 +226,19 @@ def plot_first_lines(results: Results) -> Figure:
     )
     table = results[medium].fits.set_index("run_id")
     fits = table.loc[table["direction"] != "horizontal", "alpha_z_N_per_cm3"].dropna()
-    fitted = {}
+    curves = {}
     for run, trace in by_run(stress_of(results, medium)).items():
         inside = trace["in_window"] > 0
         if run in fits.index and inside.any():
             columns = trace["depth_cm"], trace["stress_z_N_per_cm2"]
-            fitted[run] = [np.where(inside, values, np.nan) for values in columns]
+            curves[run] = [np.where(inside, samples, np.nan) for samples in columns]
     # residuals are relative to the largest stress of all runs: of a run with little stress, noise would fill the panel
-    largest_stress = (
-        max((float(np.nanmax(np.abs(stress))) for _, stress in fitted.values()), default=0.0) or 1.0
-    )
-    for run, (depth, stress) in fitted.items():
-        draw_thin(
-            axes,
-            depth,
-            100 * (stress - fits[run] * depth) / largest_stress,
-            color=style.COMPONENT_COLOURS["z"],
-            linewidth=0.6,
-            alpha=0.6,
-        )
+    largest_stresses = [float(np.nanmax(np.abs(stress))) for _, stress in curves.values()]
+    largest_stress = max(largest_stresses, default=0.0) or 1.0
+    look: style.Look = {"color": style.COMPONENT_COLOURS["z"], "linewidth": 0.6, "alpha": 0.6}
+    for run, (depth, stress) in curves.items():
+        percent = 100 * (stress - fits[run] * depth) / largest_stress
+        draw_thin(axes, depth, percent, **look)
     style.zero_line(axes)
     axes.set(xlabel="depth (cm)", ylabel="residual (% of the largest stress)")
     return page
@@ -257,8 +246,8 @@ def plot_first_lines(results: Results) -> Figure:
 
 def _medium_with_line(results: Results) -> str:
     """Return the first medium with a slanted run that has a fitted line; empty where there is none."""
-    for medium in (results[name] for name in usable_media(results, results.media) or results.media):
-        fits = medium.fits
+    for name in usable_media(results, results.media) or results.media:
+        fits = results[name].fits
         if (fits["alpha_z_N_per_cm3"].notna() & (fits["direction"] != "horizontal")).any():
-            return medium.name
+            return name
     return ""

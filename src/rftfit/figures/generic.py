@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -37,7 +37,8 @@ TERM_LABELS = {
 }
 """The nine terms as the paper writes them."""
 
-_ENDS = ["value_N_per_cm3", "lo", "hi"]
+_WITH_ENDS = ["value_N_per_cm3", "lo", "hi"]
+"""Columns of the table of coefficients: a coefficient and the ends of its interval."""
 
 
 def _read_tables(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -78,7 +79,8 @@ def plot_generic_profile(results: Results) -> Figure:
     rows, scaled = _read_tables(results)
     generic = kept_coefficients(results, GENERIC)
     zetas = dict(zip(scaled["medium"], scaled["zeta"].astype(float), strict=True))
-    zetas = {str(m): zetas.get(m, np.nan) for m in rows["medium"].unique() if m != GENERIC}
+    media = [str(medium) for medium in rows["medium"].unique() if medium != GENERIC]
+    zetas = {medium: zetas.get(medium, np.nan) for medium in media}
     page = style.new_figure(style.DOUBLE_CM, 12.7)
     coefficient_axes = style.axes_cm(page, 1.25, 1.35, style.DOUBLE_CM - 1.75, 5.1)
     is_dropped = not rows["kept"].all()
@@ -87,7 +89,7 @@ def plot_generic_profile(results: Results) -> Figure:
     coefficient_axes.set_title(head, loc="left")
     _draw_coefficients(coefficient_axes, results, rows, zetas)
     beta, gamma = middles()
-    angles = np.degrees(beta[:, 0])
+    angles_deg = np.degrees(beta[:, 0])
     surfaces = evaluate(generic, beta, gamma)
     side_cm, top_cm = maps.SIDE_CM, 8.1
     for i, component in enumerate("zx"):
@@ -95,7 +97,7 @@ def plot_generic_profile(results: Results) -> Figure:
         maps.angle_axes(axes, name_beta=i == 0)
         axes.set_title(rf"generic $\alpha_{component}$ (dimensionless)")
         maps.add_bar(page, axes, maps.add_surface(axes, surfaces[i]), component)
-        maps.add_signs(axes, component, angles, angles, surfaces[i])
+        maps.add_signs(axes, component, angles_deg, angles_deg, surfaces[i])
         axes = style.axes_cm(page, 10.55 + i * 4.45, top_cm, side_cm, side_cm)
         _draw_collapse(axes, component, results, zetas, generic)
     maps.add_legend(page, missing=False)
@@ -112,14 +114,13 @@ def _draw_coefficients(
     axes.axhline(0, color="black", linewidth=0.4)
     rows = coefficients[coefficients["medium"] == GENERIC]
     x_generic = rows["coefficient"].map(x_of_term).to_numpy(float)
-    value, low, high = rows[_ENDS].to_numpy(float).T
+    value, low, high = rows[_WITH_ENDS].to_numpy(float).T
     # an interval narrower than this has no height on the page
     least_height = 0.004 * float(np.ptp(np.append(value, 0.0)))
     is_wide = high - low > least_height
     if is_wide.any():
-        bar_style: dict[str, Any] = {"color": "#cccccc", "linewidth": 0}
-        bar_style["label"] = "interval of $M_0$"
-        axes.bar(x_generic[is_wide], (high - low)[is_wide], 0.84, bottom=low[is_wide], **bar_style)
+        bars = x_generic[is_wide], (high - low)[is_wide], 0.84, low[is_wide]
+        axes.bar(*bars, color="#cccccc", linewidth=0, label="interval of $M_0$")
     ends = x_generic - 0.42, x_generic + 0.42
     axes.hlines(value, *ends, color="black", linewidth=1.2, label="generic $M_0$", zorder=1.5)
     for i, (medium, zeta) in enumerate(zetas.items()):
@@ -127,25 +128,12 @@ def _draw_coefficients(
         x = rows["coefficient"].map(x_of_term).to_numpy(float)
         x = x + 0.7 * ((i + 0.5) / len(zetas) - 0.5)
         colour, marker = looks[medium]
-        value, low, high = rows[_ENDS].to_numpy(float).T / zeta
+        value, low, high = rows[_WITH_ENDS].to_numpy(float).T / zeta
         axes.vlines(x, low, high, color=colour, linewidth=0.8)
         is_kept = rows["kept"].to_numpy(bool)
-        axes.plot(
-            x[is_kept],
-            value[is_kept],
-            marker,
-            color=colour,
-            markersize=4,
-            label=style.medium_label(results, medium),
-        )
-        axes.plot(
-            x[~is_kept],
-            value[~is_kept],
-            marker,
-            color=colour,
-            markersize=4,
-            markerfacecolor="white",
-        )
+        look: style.Look = {"marker": marker, "linestyle": "", "color": colour, "markersize": 4}
+        axes.plot(x[is_kept], value[is_kept], label=style.medium_label(results, medium), **look)
+        axes.plot(x[~is_kept], value[~is_kept], markerfacecolor="white", **look)
     for edge in range(1, len(terms)):
         axes.axvline(edge - 0.5, color=style.GREY, linewidth=0.3)
     axes.set_xticks(list(x_of_term.values()), [TERM_LABELS[term] for term in terms], fontsize=7)
@@ -171,10 +159,11 @@ def _draw_collapse(
         axes.vlines(model, low, high, color=colour, linewidth=0.5)
         axes.plot(model, value, marker, color=colour, markersize=1.8, markeredgewidth=0)
         ends += [*model[np.isfinite(model)], *value[np.isfinite(value)]]
-    lowest, highest = (min(ends), max(ends)) if ends else (-1.0, 1.0)
-    margin = 0.05 * (highest - lowest) or 1.0
-    axes.plot([lowest, highest], [lowest, highest], color="black", linewidth=0.6, zorder=0)
-    axes.set(xlim=(lowest - margin, highest + margin), ylim=(lowest - margin, highest + margin))
+    diagonal = [min(ends), max(ends)] if ends else [-1.0, 1.0]
+    margin = 0.05 * (diagonal[1] - diagonal[0]) or 1.0
+    axes.plot(diagonal, diagonal, color="black", linewidth=0.6, zorder=0)
+    limits = diagonal[0] - margin, diagonal[1] + margin
+    axes.set(xlim=limits, ylim=limits)
     axes.set_xlabel(rf"generic $\alpha_{c}$ (dimensionless)")
     axes.set_ylabel(f"measured $\\alpha_{c}$ / $\\zeta$\n(dimensionless)")
     axes.set_title("line: media alike", fontsize=6)

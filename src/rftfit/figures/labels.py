@@ -1,4 +1,4 @@
-"""Numbers and names as captions, figures and page write them: plain text, empty where nothing is known."""
+"""How captions, figures and page write numbers, names and intervals of results: plain text, empty where there is no number."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from rftfit.measure.verdict_words import UNUSABLE
 from rftfit.model.profiles import EPS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Mapping, Sequence
     from typing import Any
 
     import pandas as pd
 
     from rftfit.results import Results
 
-PROFILES = {
+PROFILE_NAMES = {
     "table": "measured table",
     "map": "map",
     "fourier": "nine-term fit",
@@ -39,12 +39,12 @@ PROFILES = {
 }
 """Names of the profiles for people, in the order in which figures and page show them."""
 
-LEGS = {"c_leg": "c-leg", "flat_leg": "flat leg", "reversed_c_leg": "reversed c-leg"}
+LEG_NAMES = {"c_leg": "c-leg", "flat_leg": "flat leg", "reversed_c_leg": "reversed c-leg"}
 
 
 def name_of(key: str) -> str:
     """Return the name of a profile or of a leg for people; a key without name stays as it is."""
-    return (PROFILES | LEGS).get(key, key)
+    return (PROFILE_NAMES | LEG_NAMES).get(key, key)
 
 
 def percent(value: float | None) -> str:
@@ -55,8 +55,8 @@ def percent(value: float | None) -> str:
     # a number that would be rounded to the limit `WITHIN_PERCENT` keeps a digit
     if float(format_number(abs(value), 0)) == WITHIN_PERCENT != abs(value):
         digits = 1
-    text = format_number(value, digits)
-    return f"+{text} %" if value > 0 and float(text) > 0 else f"{text} %"
+    number = format_number(value, digits)
+    return f"+{number} %" if value > 0 and float(number) > 0 else f"{number} %"
 
 
 def format_interval(low: float | None, high: float | None, digits: int = 3) -> str:
@@ -73,26 +73,26 @@ def in_brackets(text: str) -> str:
     return f" ({text})" if text else ""
 
 
+_MEAN_OF_BEDS, _ONE_BED = "mean of beds", "without scatter between beds"
+
+
 def name_of_mean(cell: Mapping[Any, Any]) -> str:
-    """Say whether the interval of alpha of a cell holds the scatter between beds."""
-    return "without scatter between beds" if cell["spread"] == AS_PREPARED else "mean of beds"
+    """Say whether the interval of alpha of a cell, a row of the table of alpha, holds the scatter between beds."""
+    return _ONE_BED if cell["spread"] == AS_PREPARED else _MEAN_OF_BEDS
 
 
-def beds_of_intervals(results: Results, media: Iterable[str]) -> str:
+def beds_of_intervals(results: Results, media: Sequence[str]) -> str:
     """Say whether the intervals of alpha, zeta and chi hold the scatter between beds, and in which media they do not."""
     tolerance_deg = results.config.grid.angle_tolerance_deg
-    cells = {name: cell_at(results[name].alpha, 0, 90, tolerance_deg) for name in media}
-    without = [
-        results.titles[name]
-        for name, cell in cells.items()
-        if cell is not None and cell["spread"] == AS_PREPARED
-    ]
-    if len(without) == len(cells):
-        return name_of_mean({"spread": AS_PREPARED})
-    beds = f"of the {name_of_mean({'spread': ''})}"
-    if without:
-        return f"{beds}, in {', '.join(without)} {name_of_mean({'spread': AS_PREPARED})}"
-    return beds
+    titles_of_one_bed = []
+    for name in media:
+        cell = cell_at(results[name].alpha, 0, 90, tolerance_deg)
+        if cell is not None and cell["spread"] == AS_PREPARED:
+            titles_of_one_bed.append(results.titles[name])
+    if len(titles_of_one_bed) == len(media):
+        return _ONE_BED
+    exceptions = f", in {', '.join(titles_of_one_bed)} {_ONE_BED}" if titles_of_one_bed else ""
+    return f"of the {_MEAN_OF_BEDS}{exceptions}"
 
 
 NAMES_OF_ERRORS = {
@@ -140,7 +140,10 @@ _SCATTER_OF_BEDS = {
 
 
 def scatter_of_beds(cell: Mapping[Any, Any], confidence: float) -> str:
-    """Say from where the scatter between beds is known in the interval of the next bed; empty where that interval adds none."""
+    """Name the source of the scatter between beds in the interval of the next bed; empty where that interval adds none.
+
+    `cell`: Row of the table of alpha. `confidence`: Level of the interval, from 0 to 1.
+    """
     if cell["spread"] != AS_PREPARED:
         return _SCATTER_OF_BEDS.get(str(cell["spread"]), "")
     alpha, high, high_next = (float(cell[column("z", end)]) for end in ("", "_hi", "_hi_next"))
@@ -168,21 +171,18 @@ def explanation_of(row: Mapping[str, Any], *, chosen_on_these_legs: bool = False
         low, high = (row[f"peak_error{ends}_{end}_percent"] for end in ("lo", "hi"))
         return low <= 0 <= high if format_interval(low, high, 0) else None
 
-    of_alpha, of_model = includes_zero(""), includes_zero("_model")
-    if of_alpha:
+    by_alpha, by_model = includes_zero(""), includes_zero("_model")
+    if by_alpha:
         return "within the errors of alpha, axle and arc"
-    if of_model:
-        beyond_alpha = (
-            "larger than the errors of alpha, axle and arc explain; " if of_alpha is False else ""
-        )
-        if chosen_on_these_legs:
-            return (
-                f"{beyond_alpha}within the model's own error, which was chosen on these same legs"
-            )
-        return f"{beyond_alpha}within the error of the model on other legs"
-    if of_model is False:
+    if by_model is False:
         return "larger than the errors of alpha, axle, arc and model explain"
-    return "larger than the errors of alpha, axle and arc explain" if of_alpha is False else ""
+    beyond_alpha = "larger than the errors of alpha, axle and arc explain" * (by_alpha is False)
+    if by_model is None:
+        return beyond_alpha
+    within = "within the error of the model on other legs"
+    if chosen_on_these_legs:
+        within = "within the model's own error, which was chosen on these same legs"
+    return "; ".join(filter(None, (beyond_alpha, within)))
 
 
 def alpha_half_width(table: pd.DataFrame, component: str, suffix: str = "") -> pd.Series[float]:
@@ -197,44 +197,16 @@ def usable_media(results: Results, media: Iterable[str]) -> list[str]:
     return [name for name, codes in marks.items() if UNUSABLE not in codes.split()]
 
 
-def tared(results: Results, runs: pd.DataFrame) -> bool:
-    """Tell whether a tare was subtracted from any run of a table."""
-    with_tare = {run.run_id for run in results.campaign.runs if run.tare_run}
-    return bool(with_tare.intersection(runs["run_id"]) - without_tare(results))
-
-
-def without_tare(results: Results) -> set[str]:
-    """Return the run_id of all runs that are flagged because no tare was subtracted."""
-    return {run_id for medium in results for run_id in medium.flags.runs_with("no-tare")}
-
-
 def predicted_by(results: Results) -> dict[str, list[str]]:
     """List for each profile the media in which it gave a complete curve of the force on a leg."""
-    table = results.table("predicted.csv")
-    curve_groups = (
-        table["force_z_N"].notna().groupby([table[n] for n in ("profile", "medium", "leg")])
-    )
-    is_complete = curve_groups.all()
-    complete_curves = is_complete[is_complete].index.to_frame(index=False)
-    return {
-        str(profile): list(dict.fromkeys(rows["medium"]))
-        for profile, rows in complete_curves.groupby("profile")
-    }
-
-
-def lift_errors(results: Results, media: Iterable[str]) -> pd.DataFrame:
-    """Read the errors of predicted lift against measured lift in some media, a row for each leg and profile."""
-    table = results.table("leg_errors.csv")
-    return table[table["medium"].isin(list(media)) & (table["component"] == "z")]
-
-
-def pushes_of_sands(results: Results) -> str:
-    """Say by which pushes the natural sands were measured."""
-    alpha_tables = (
-        results[name].alpha.dropna(subset="alpha_z_N_per_cm3") for name in results.sands
-    )
-    angles = {(*table["beta_deg"], *table["gamma_deg"]) for table in alpha_tables if len(table)}
-    return "one push straight down" if angles == {(0, 90)} else "a few pushes"
+    media_of_profile: dict[str, list[str]] = {}
+    curves = results.table("predicted.csv").groupby(["profile", "medium", "leg"])["force_z_N"]
+    keys: Any
+    for keys, force in curves:
+        profile, medium, _ = map(str, keys)
+        if force.notna().all() and medium not in media_of_profile.setdefault(profile, []):
+            media_of_profile[profile].append(medium)
+    return {profile: media for profile, media in media_of_profile.items() if media}
 
 
 def of_method(results: Results, name: str) -> pd.DataFrame:

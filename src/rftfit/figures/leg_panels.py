@@ -33,7 +33,7 @@ PROFILE_LOOKS: dict[str, tuple[str, Any, str]] = {
 }
 """Colour, line and marker of each profile; line and marker serve grey prints."""
 
-PROFILE_TITLES = labels.PROFILES | {"generic": r"generic $\times$ $\zeta$"}
+PROFILE_TITLES = labels.PROFILE_NAMES | {"generic": r"generic $\times$ $\zeta$"}
 
 THETA_LABEL = r"leg angle $\theta$ (deg)"
 THETA_DEG = (-135.0, 135.0)
@@ -42,7 +42,7 @@ MEASURED = "#4d4d4d"
 
 def leg_title(leg: str) -> str:
     """Return the name of a leg in figures."""
-    return labels.LEGS.get(leg, style.plain(leg))
+    return labels.LEG_NAMES.get(leg, style.plain(leg))
 
 
 def name_of_interval(results: Results) -> str:
@@ -57,7 +57,7 @@ def leg_order(tables: Iterable[pd.DataFrame]) -> list[str]:
     return paper_legs + [leg for leg in legs if leg not in LEGS] or list(LEGS)
 
 
-def curves(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
+def read_curves(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Read predicted and measured forces on legs in all media."""
     return results.table("predicted.csv"), results.joined("legs/{medium}.csv")
 
@@ -105,9 +105,8 @@ def add_sketch(axes: Axes, leg: Leg) -> None:
 def _turn_arrow(axes: Axes, reach: float, hip: float, side: int) -> None:
     """Draw an arrow in the direction in which theta grows; `side`: -1 for a letter at its left, 1 at its right."""
     angles = np.radians([150.0, 210.0])
-    start, end = zip(
-        -np.sin(angles) * 0.32 * reach, hip - np.cos(angles) * 0.32 * reach, strict=True
-    )
+    x, z = -0.32 * reach * np.sin(angles), hip - 0.32 * reach * np.cos(angles)
+    start, end = zip(x, z, strict=True)
     # theta grows from front to back below the axle, so above it from back to front
     arrow_style = style.ARROW | {"mutation_scale": 6, "connectionstyle": "arc3,rad=-0.5"}
     axes.annotate("", xy=end, xytext=start, arrowprops=arrow_style)
@@ -118,22 +117,20 @@ def _turn_arrow(axes: Axes, reach: float, hip: float, side: int) -> None:
 # Curves of forces against theta, and notes on missing ones
 
 
-def matching_rows(table: pd.DataFrame, **column_values: str) -> pd.DataFrame:
-    """Select the rows of a table whose columns have given values, in the order of runs and theta."""
-    for name, value in column_values.items():
-        table = table[table[name] == value]
-    order = [name for name in ("run_id", "theta_deg") if name in table.columns]
+def matching_rows(table: pd.DataFrame, **wanted: str) -> pd.DataFrame:
+    """Select the rows of a table by the `wanted` content of columns, in the order of runs and theta."""
+    for name, content in wanted.items():
+        table = table[table[name] == content]
+    order = [name for name in ("run_id", "theta_deg") if name in table]
     return table.sort_values(order, kind="stable")
 
 
 def with_gaps(rows: pd.DataFrame, *columns: str) -> list[FloatArray]:
-    """Return theta and columns of `matching_rows` as arrays with NaN in each gap and between runs, where lines shall break."""
-    theta = rows["theta_deg"].to_numpy(float)
-    step = np.diff(theta)
-    # a step wider than 2.5 degrees is a gap
-    cuts = np.flatnonzero((step > 2.5) | (step < 0)) + 1
-    values = [theta, *(rows[name].to_numpy(float) for name in columns)]
-    return [np.insert(value, cuts, np.nan) for value in values]
+    """Return ``theta_deg`` and `columns` of `matching_rows`, with NaN in each gap and between runs, where lines shall break."""
+    step_deg = np.diff(rows["theta_deg"].to_numpy(float))
+    # a step wider than 2.5 degrees is a gap; theta falls where the next run begins
+    cuts = np.flatnonzero((step_deg > 2.5) | (step_deg < 0)) + 1
+    return [np.insert(rows[name].to_numpy(float), cuts, np.nan) for name in ("theta_deg", *columns)]
 
 
 MODEL_EDGE: dict[str, Any] = {"linestyle": "-", "linewidth": 0.5, "alpha": 0.6}
@@ -145,24 +142,15 @@ def has_model_error(rows: pd.DataFrame, component: str) -> bool:
     return bool(rows.filter(model_end_names(f"force_{component}_N")).notna().to_numpy().any())
 
 
-def drawn_values(rows: pd.DataFrame, component: str, *, model: bool = False) -> FloatArray:
-    """Return every force that `add_predicted` draws, N, with the ends of intervals."""
-    names = with_end_names(f"force_{component}_N")
-    if model and has_model_error(rows, component):
-        names += model_end_names(f"force_{component}_N")
-    return rows[names].to_numpy(float).ravel()
-
-
 def has_force(rows: pd.DataFrame, component: str) -> bool:
     """Tell whether any row has a finite force."""
     return bool(np.isfinite(rows[f"force_{component}_N"].to_numpy(float)).any())
 
 
 def why_missing(rows: pd.DataFrame) -> str:
-    """Return the first reason in the rows, in brackets; empty where there is none."""
-    reasons = rows["reason"] if "reason" in rows.columns else ()
-    reason_texts = (str(reason) for reason in reasons if isinstance(reason, str) and reason)
-    return next((f" ({style.plain(reason)})" for reason in reason_texts), "")
+    """Return the first reason in the rows, in brackets behind a space; empty where there is none."""
+    reasons = [reason for reason in rows.get("reason", ()) if isinstance(reason, str) and reason]
+    return labels.in_brackets(style.plain(reasons[0])) if reasons else ""
 
 
 def add_predicted(
@@ -174,30 +162,34 @@ def add_predicted(
     *,
     model: str = "",
     of_alpha: bool = True,
-) -> None:
+) -> FloatArray:
     """Draw a predicted curve of one medium, leg and profile with its interval of alpha.
 
-    `model`: ``band`` or ``edges`` draw also the interval with the model's own error, as a paler band or its ends.
-    `of_alpha`: Draw the interval of alpha.
+    `line`: Dashes of the curve. `model`: ``band`` or ``edges`` draw also the interval with the model's own error, as a
+    paler band or its ends. `of_alpha`: Draw the interval of alpha. Returns the forces, N, that shall lie in the range of
+    the panel: those of the curve and the ends of both intervals.
     """
+    quantity = f"force_{component}_N"
+    names = with_end_names(quantity)
     if model and has_model_error(rows, component):
-        theta, low, high = with_gaps(rows, *model_end_names(f"force_{component}_N"))
+        names += model_end_names(quantity)
+        theta, low, high = with_gaps(rows, *model_end_names(quantity))
         if model == "band":
             style.draw_band(axes, theta, low, high, colour, style.WIDER_OPACITY)
         else:
-            for end in (low, high):
-                axes.plot(theta, end, color=colour, **MODEL_EDGE)
-    theta, force, low, high = with_gaps(rows, *with_end_names(f"force_{component}_N"))
+            axes.plot(theta, np.transpose([low, high]), color=colour, **MODEL_EDGE)
+    theta, force, low, high = with_gaps(rows, *with_end_names(quantity))
     if of_alpha:
         style.draw_band(axes, theta, low, high, colour)
     axes.plot(theta, force, color=colour, linestyle=line, linewidth=0.9)
+    return rows[names].to_numpy(float).ravel()
 
 
-def theta_axes(axes: Axes, name: bool) -> None:
-    """Prepare an axes for curves against theta; `name`: write its label and numbers."""
+def theta_axes(axes: Axes, is_last_row: bool) -> None:
+    """Prepare a panel for curves against theta; only one in the last row has the label and numbers of theta."""
     axes.axhline(0, color=style.GREY, linewidth=0.4, zorder=0)
     axes.set(xlim=THETA_DEG, xticks=[-90, -45, 0, 45, 90])
-    style.name_below(axes, THETA_LABEL, name)
+    style.name_below(axes, THETA_LABEL, is_last_row)
 
 
 def force_range(
@@ -208,12 +200,11 @@ def force_range(
 ) -> None:
     """Set the range of the axis of force, N, with room above the curves for notes, and write the notes.
 
-    `notes`: Sentences on what is missing. `inset`: Share of the panel's height that an inset at the upper right covers,
+    `forces`: Forces that the range holds. `notes`: Sentences on what is missing. `inset`: Share of the panel's height that an inset at the upper right covers,
     and share of the width that is left of it.
     """
     all_forces = np.concatenate([np.zeros(1), *forces])
-    all_forces = all_forces[np.isfinite(all_forces)]
-    low, high = float(all_forces.min()), float(all_forces.max())
+    low, high = float(np.nanmin(all_forces)), float(np.nanmax(all_forces))
     box = axes.get_window_extent()
     width_pt, height_pt = (size_px * 72 / axes.figure.dpi for size_px in (box.width, box.height))
     size = style.NOTE_PT + (low == high)
@@ -225,11 +216,12 @@ def force_range(
         note_look |= {"x": 0.5, "y": 0.5, "ha": "center", "va": "center"}
         lines = lines or ["nothing to draw"]
     else:
-        share = min(0.6, (len(lines) * 1.4 * size + (4 if lines else 0)) / height_pt)
-        share = max(share, inset[0])
+        # share of the height of the panel that stays free above the curves
+        free = min(0.6, (len(lines) * 1.4 * size + (4 if lines else 0)) / height_pt)
+        free = max(free, inset[0])
         margin = 0.06 * (high - low)
         low -= margin
-        axes.set_ylim(low, low + (high + margin - low) / (1 - share))
+        axes.set_ylim(low, low + (high + margin - low) / (1 - free))
         note_look |= {"x": 0.02, "y": 0.985}
     if lines:
         style.write_note(axes, "\n".join(lines), **note_look)

@@ -38,7 +38,9 @@ def _media_with_legs(campaign: Campaign) -> tuple[str, ...]:
 # One medium, by every model
 
 
-PROFILES = ("table", "map", "fourier", "depth_only")
+DRAWN_PROFILES = ("table", "map", "fourier", "depth_only")
+"""Profiles whose predictions the figure of one medium shows."""
+
 _FORCE_LABELS = r"vertical force $F_z$ (N)", r"horizontal force $F_x$ (N)"
 
 
@@ -65,7 +67,7 @@ def _legs_caption(results: Results, medium: str) -> str:
 def plot_legs(results: Results, medium: str) -> Figure:
     """Draw F_z and F_x on each leg in one medium against theta, measured and predicted."""
     predicted, measured = (
-        matching_rows(table, medium=medium) for table in leg_panels.curves(results)
+        matching_rows(table, medium=medium) for table in leg_panels.read_curves(results)
     )
     shapes = results.config.legs
     page, panels = style.panels((3.3, 6.1, 6.1), len(shapes))
@@ -78,7 +80,7 @@ def plot_legs(results: Results, medium: str) -> Figure:
         predicted_curves = matching_rows(predicted, leg=leg)
         measured_curve = matching_rows(measured, leg=leg)
         for axes, component in zip(force_axes, "zx", strict=True):
-            leg_panels.theta_axes(axes, name=component == "x")
+            leg_panels.theta_axes(axes, is_last_row=component == "x")
             _draw_models(axes, predicted_curves, measured_curve, component)
     for axes, label in zip(panels[1:, 0], _FORCE_LABELS, strict=True):
         axes.set_ylabel(label)
@@ -96,7 +98,7 @@ def _make_model_entries(
     if any(leg_panels.has_force(measured, c) for c in "zx"):
         entries["measured"] = style.dots(leg_panels.MEASURED, 2, markeredgewidth=0)
     colours = []
-    for profile in PROFILES:
+    for profile in DRAWN_PROFILES:
         rows = matching_rows(predicted, profile=profile)
         if not any(leg_panels.has_force(rows, c) for c in "zx"):
             continue
@@ -107,42 +109,31 @@ def _make_model_entries(
         colours.append(colour)
     if colours:
         entries[leg_panels.name_of_interval(results)] = style.bands(colours)
-    both_bands = _profile_with_both_bands(predicted)
-    rows = matching_rows(predicted, profile=both_bands)
+    profile = _profile_with_both_bands(predicted)
+    rows = matching_rows(predicted, profile=profile)
     if any(leg_panels.has_model_error(rows, c) for c in "zx"):
-        name = f"{PROFILE_TITLES[both_bands]}, with the model's own error"
-        entries[name] = style.band(style.WIDER_OPACITY, PROFILE_LOOKS[both_bands][0])
+        name = f"{PROFILE_TITLES[profile]}, with the model's own error"
+        entries[name] = style.band(style.WIDER_OPACITY, PROFILE_LOOKS[profile][0])
     return entries
-
-
-def _has_map(predicted: pd.DataFrame) -> bool:
-    """Tell whether any curve was predicted with the map."""
-    return bool((predicted["profile"] == "map").any())
 
 
 def _profile_with_both_bands(predicted: pd.DataFrame) -> str:
     """Choose the profile whose interval with the model's own error is drawn, too: one alone, so that bands stay readable."""
-    return "map" if _has_map(predicted) else "table"
+    return "map" if predicted["profile"].eq("map").any() else "table"
 
 
 def _draw_models(axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, c: str) -> None:
-    """Draw one component of the force on a leg: measured, and by all profiles; depth-only in an inset."""
+    """Draw component `c` of the force on a leg: measured, and predicted by all profiles; by depth-only in an inset."""
     notes, drawn_forces = [], []
-    dots: style.Look = {
-        "color": leg_panels.MEASURED,
-        "marker": "o",
-        "linestyle": "",
-        "markeredgewidth": 0,
-    }
+    dots: style.Look = {"color": leg_panels.MEASURED, "markeredgewidth": 0}
+    measured_curve = leg_panels.with_gaps(measured, f"force_{c}_N")
     if leg_panels.has_force(measured, c):
-        theta, force = leg_panels.with_gaps(measured, f"force_{c}_N")
-        axes.plot(theta, force, markersize=1.3, **dots)
-        drawn_forces.append(force)
+        axes.plot(*measured_curve, "o", markersize=1.3, **dots)
+        drawn_forces.append(measured_curve[1])
     else:
-        theta, force = np.zeros((2, 0))
         notes.append("not measured" + leg_panels.why_missing(measured))
     baseline = matching_rows(predicted, profile="depth_only")
-    for profile in PROFILES:
+    for profile in DRAWN_PROFILES:
         rows = matching_rows(predicted, profile=profile)
         if profile == "map" and rows.empty:
             continue  # a medium that was pushed in every direction needs no map
@@ -150,10 +141,9 @@ def _draw_models(axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, c:
             reason = leg_panels.why_missing(rows)
             notes.append(f"{PROFILE_TITLES[profile]}: no prediction{reason}")
         elif profile != "depth_only":
-            has_both_bands = profile == _profile_with_both_bands(predicted)
-            looks = PROFILE_LOOKS[profile][:2]
-            leg_panels.add_predicted(axes, rows, c, *looks, model="band" if has_both_bands else "")
-            drawn_forces.append(leg_panels.drawn_values(rows, c, model=has_both_bands))
+            model = "band" if profile == _profile_with_both_bands(predicted) else ""
+            colour, line, _ = PROFILE_LOOKS[profile]
+            drawn_forces.append(leg_panels.add_predicted(axes, rows, c, colour, line, model=model))
     has_inset = leg_panels.has_force(baseline, c)
     # shares of the panel that the inset covers, and the labels below it
     wide, high, labels_high = 0.36, 0.27, 0.12
@@ -161,7 +151,7 @@ def _draw_models(axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, c:
     leg_panels.force_range(axes, drawn_forces, notes, room)
     if has_inset:
         small = axes.inset_axes((0.98 - wide, 0.98 - high, wide, high))
-        small.plot(theta, force, markersize=0.9, **dots)
+        small.plot(*measured_curve, "o", markersize=0.9, **dots)
         leg_panels.add_predicted(small, baseline, c, *PROFILE_LOOKS["depth_only"][:2])
         small.set(xlim=leg_panels.THETA_DEG, xticks=[-90, 0, 90])
         style.ticks(small.yaxis, 3)
@@ -175,12 +165,13 @@ def _draw_models(axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, c:
 
 _LINES: dict[str, Any] = {"z": style.DASHES["solid"], "x": style.DASHES["dashed"]}
 _DOTTED: dict[str, Any] = dict.fromkeys("zx", style.DASHES["dotted"])
+"""Dashes by component of a predicted force, and of one by the depth-only model."""
 
 _CURVES: dict[str, Any] = {
     "reads": ("predicted.csv", "legs/{media}.csv", "leg_errors.csv"),
     "settings": ("fit",),
 }
-"""Files and settings that the figures with one row a medium read."""
+"""Fields of the declarations of figures with one row a medium."""
 
 
 @figure(
@@ -231,17 +222,25 @@ def plot_legs_in_sands(results: Results) -> Figure:
     return _draw_media(results, results.sands, "map", "generic")
 
 
-_BESIDE: dict[str, Any] = {"linestyle": style.DASHES["dotted"], "linewidth": 0.8}
+_SECOND_PROFILE: dict[str, Any] = {"linestyle": style.DASHES["dotted"], "linewidth": 0.8}
+"""Look of a force by the second profile of a figure."""
 
 
-def _draw_media(results: Results, media: Sequence[str], profile: str, beside: str = "") -> Figure:
-    """Draw forces by one profile with intervals and, dotted, by the profile `beside`; one row of panels a medium."""
-    predicted, measured = leg_panels.curves(results)
-    predicted_beside = matching_rows(predicted, profile=beside)
-    tables = matching_rows(predicted, profile=profile), measured
+def _draw_media(
+    results: Results, media: Sequence[str], profile: str, second_profile: str = ""
+) -> Figure:
+    """Draw forces by one profile with intervals and, dotted, by a second one if there is one; one row of panels a medium."""
+    predicted, measured = (
+        table[table["medium"].isin(list(media))] for table in leg_panels.read_curves(results)
+    )
+    tables = [
+        matching_rows(predicted, profile=profile),
+        measured,
+        matching_rows(predicted, profile=second_profile),
+    ]
     peaks = matching_rows(results.table("leg_errors.csv"), profile=profile)
     lines = _DOTTED if profile == "depth_only" else _LINES
-    names = leg_panels.leg_order(table[table["medium"].isin(list(media))] for table in tables)
+    names = leg_panels.leg_order(tables[:2])
     page, panels = style.panels([4.0] * len(media), len(names))
     any_withheld = False
     for leg, axes in zip(names, panels[0], strict=True):
@@ -252,23 +251,19 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
         row[0].yaxis.set_label_coords(-0.14, 0.5)
         style.name_row(row[0], style.plain(results[medium].title))
         for leg, axes in zip(names, row, strict=True):
-            leg_panels.theta_axes(axes, name=medium == media[-1])
-            tables_of_leg = [
-                matching_rows(table, medium=medium, leg=leg)
-                for table in (*tables, predicted_beside)
-            ]
+            leg_panels.theta_axes(axes, is_last_row=medium == media[-1])
+            tables_of_leg = [matching_rows(table, medium=medium, leg=leg) for table in tables]
             peak_rows = matching_rows(peaks, medium=medium, leg=leg)
             # a withheld interval of the peak is withheld along the curve
-            codes = peak_rows["reason_code"].str.split()
-            is_steep = [STEEP in codes_of_peak for codes_of_peak in codes]
+            is_steep = [STEEP in codes.split() for codes in peak_rows["reason_code"]]
             withheld = {*peak_rows.loc[is_steep, "component"]}
             _draw_leg(axes, tables_of_leg, lines, withheld)
             any_withheld |= bool(withheld)
             lift_rows = matching_rows(peak_rows, component="z")
             title = _format_peaks(tables_of_leg[0], tables_of_leg[1], lift_rows)
             axes.set_title(title, fontsize=5.5, loc="left", pad=2)
-    shown = [table[table["medium"].isin(list(media))] for table in (*tables, predicted_beside)]
-    entries = _make_component_entries(results, shown, lines, (profile, beside), any_withheld)
+    profiles = profile, second_profile
+    entries = _make_component_entries(results, tables, lines, profiles, any_withheld)
     style.legend(page, entries, handlelength=2.4)
     return page
 
@@ -282,9 +277,10 @@ def _make_component_entries(
 ) -> dict[str, Any]:
     """Make the entries of the legend for the curves of two components that are drawn.
 
-    `tables`: As for `_draw_leg`. `profiles`: The profile, and the one beside it.
+    `tables`, `lines`: As for `_draw_leg`. `profiles`: The profile, and the second one. `any_withheld`: True where a curve
+    is drawn without its interval.
     """
-    predicted, measured, beside = tables
+    predicted, measured, second_predicted = tables
     entries: dict[str, Any] = {}
     for c, word in (("z", "vertical force $F_z$"), ("x", "horizontal force $F_x$")):
         if leg_panels.has_force(measured, c):
@@ -293,20 +289,20 @@ def _make_component_entries(
         if leg_panels.has_force(predicted, c):
             line = style.line(style.COMPONENT_COLOURS[c], linestyle=lines[c])
             entries[f"{word}, predicted by {PROFILE_TITLES[profiles[0]]}"] = line
-        if leg_panels.has_force(beside, c):
-            line = style.line(style.COMPONENT_COLOURS[c], **_BESIDE)
+        if leg_panels.has_force(second_predicted, c):
+            line = style.line(style.COMPONENT_COLOURS[c], **_SECOND_PROFILE)
             entries[f"{word}, by {PROFILE_TITLES[profiles[1]]}"] = line
     colours = [style.COMPONENT_COLOURS[c] for c in "zx" if leg_panels.has_force(predicted, c)]
     if colours:
         name = f"{leg_panels.name_of_interval(results)} at each angle"
         name += "; none where that of the peak is withheld" * any_withheld
         entries[name] = style.bands(colours)
-    with_model_error = [c for c in "zx" if leg_panels.has_model_error(predicted, c)]
-    if with_model_error:
-        edges = [
-            style.line(style.COMPONENT_COLOURS[c], **leg_panels.MODEL_EDGE)
-            for c in with_model_error
-        ]
+    edges = [
+        style.line(style.COMPONENT_COLOURS[c], **leg_panels.MODEL_EDGE)
+        for c in "zx"
+        if leg_panels.has_model_error(predicted, c)
+    ]
+    if edges:
         entries["with the model's own error"] = tuple(edges)
     return entries
 
@@ -316,10 +312,10 @@ def _draw_leg(
 ) -> None:
     """Draw the forces on one leg in one medium.
 
-    `tables`: Rows predicted, measured, and predicted by the profile beside. `lines`: Dashes by component. `withheld`:
+    `tables`: Rows predicted, measured, and predicted by the second profile. `lines`: Dashes by component. `withheld`:
     Components whose interval of alpha is not known.
     """
-    predicted, measured, beside = tables
+    predicted, measured, second_predicted = tables
     drawn_forces, notes = [], []
     for table, lack in ((measured, "not measured"), (predicted, "no prediction")):
         missing = [c for c in "zx" if not leg_panels.has_force(table, c)]
@@ -334,14 +330,17 @@ def _draw_leg(
             )
             drawn_forces.append(force)
     for c in "zx":
+        colour = style.COMPONENT_COLOURS[c]
         if leg_panels.has_force(predicted, c):
-            colour = style.COMPONENT_COLOURS[c]
-            shown_ends: dict[str, Any] = {"model": "edges", "of_alpha": c not in withheld}
-            leg_panels.add_predicted(axes, predicted, c, colour, lines[c], **shown_ends)
-            drawn_forces.append(leg_panels.drawn_values(predicted, c, model=True))
-        if leg_panels.has_force(beside, c):
-            theta, force = leg_panels.with_gaps(beside, f"force_{c}_N")
-            axes.plot(theta, force, color=style.COMPONENT_COLOURS[c], **_BESIDE)
+            has_band = c not in withheld
+            drawn_forces.append(
+                leg_panels.add_predicted(
+                    axes, predicted, c, colour, lines[c], model="edges", of_alpha=has_band
+                )
+            )
+        if leg_panels.has_force(second_predicted, c):
+            theta, force = leg_panels.with_gaps(second_predicted, f"force_{c}_N")
+            axes.plot(theta, force, color=colour, **_SECOND_PROFILE)
             drawn_forces.append(force)
     leg_panels.force_range(axes, drawn_forces, notes)
 
@@ -354,22 +353,17 @@ def _format_peaks(predicted: pd.DataFrame, measured: pd.DataFrame, peak_rows: pd
     """
     peaks = []
     if leg_panels.has_force(measured, "z"):
-        finite_rows = measured.loc[measured["force_z_N"].notna(), ["theta_deg", "force_z_N"]]
-        theta, force = finite_rows.to_numpy(float).T
-        highest = measured_peak(theta, force, "z")
-        peaks.append(_three_digits(highest.force_N))
+        theta, force = measured[["theta_deg", "force_z_N"]].dropna().to_numpy(float).T
+        peaks.append(_three_digits(measured_peak(theta, force, "z").force_N))
     if leg_panels.has_force(predicted, "z"):
-        predicted_peak, interval_text = float(predicted["force_z_N"].max()), ""
-        for row in peak_rows[peak_rows["peak_predicted_N"].notna()].to_dict("records"):
+        predicted_peak, interval = float(predicted["force_z_N"].max()), ""
+        for row in peak_rows.dropna(subset="peak_predicted_N").to_dict("records"):
             predicted_peak = float(row["peak_predicted_N"])
-            for of in ("model_", ""):
-                ends = end_names("peak_predicted_N", of)
-                low, high = (float(row.get(name, np.nan)) for name in ends)
-                if not interval_text and np.isfinite(high - low):
-                    interval_text = f"{_three_digits(low)} to {_three_digits(high)}"
-        peaks.append(
-            f"predicted {_three_digits(predicted_peak)}{labels.in_brackets(interval_text)}"
-        )
+            for error in ("", "model_"):
+                low, high = (row.get(name, np.nan) for name in end_names("peak_predicted_N", error))
+                if np.isfinite(high - low):
+                    interval = f"{_three_digits(low)} to {_three_digits(high)}"
+        peaks.append(f"predicted {_three_digits(predicted_peak)}{labels.in_brackets(interval)}")
     return "peak $F_z$ (N): " + ", ".join(peaks) if peaks else ""
 
 
@@ -384,12 +378,11 @@ def _three_digits(value: float) -> str:
 
 def _without_zeta(results: Results, _: str) -> Sequence[str]:
     """Say why forces cannot be compared over zeta by the configured method; empty where they can."""
-    reasons = why_no_fit(results, labels.of_method(results, "penetration.csv"), "zeta")
-    method = results.config.fourier.method
-    if reasons:
+    penetration = labels.of_method(results, "penetration.csv")
+    if reasons := why_no_fit(results, penetration, "zeta"):
+        method = results.config.fourier.method
         return f"no zeta by {method}, so forces cannot be scaled", *reasons
-    scaled = labels.of_method(results, "penetration.csv").dropna(subset=["zeta"])
-    if len({*scaled["medium"]} & {*results.laboratory}) > 1:
+    if len({*penetration.dropna(subset="zeta")["medium"]} & {*results.laboratory}) > 1:
         return ()
     return ("one medium alone has a zeta: over it the forces are the generic ones themselves",)
 
@@ -413,16 +406,11 @@ def plot_forces_over_zeta(results: Results) -> Figure:
     Zeta is taken as exact. The generic curve is the mean over media of the scaled prediction over zeta, which is the same
     curve in each; its band is the widest of the intervals of the media.
     """
-    penetration = labels.of_method(results, "penetration.csv")
-    zetas = dict(
-        zip(
-            penetration["medium"],
-            penetration["zeta"].where(penetration["zeta"] > 0).astype(float),
-            strict=True,
-        )
-    )
+    penetration = labels.of_method(results, "penetration.csv").set_index("medium")
+    positive_zeta: Any = penetration["zeta"].where(penetration["zeta"] > 0).astype(float)
+    zetas: dict[str, float] = positive_zeta.to_dict()
     predicted, measured = (
-        table[table["medium"].isin(list(zetas))] for table in leg_panels.curves(results)
+        table[table["medium"].isin(list(zetas))] for table in leg_panels.read_curves(results)
     )
     predicted = matching_rows(predicted, profile="generic")
     names = leg_panels.leg_order((predicted, measured))
@@ -431,7 +419,7 @@ def plot_forces_over_zeta(results: Results) -> Figure:
     for leg, column in zip(names, panels.T, strict=True):
         column[0].set_title(leg_panels.leg_title(leg), weight="bold")
         for component, axes in zip("zx", column, strict=True):
-            leg_panels.theta_axes(axes, name=component == "x")
+            leg_panels.theta_axes(axes, is_last_row=component == "x")
             generic = _generic_curve(matching_rows(predicted, leg=leg), component, zetas)
             _draw_scaled(axes, results, generic, matching_rows(measured, leg=leg), component, zetas)
             has_interval |= bool(generic and np.isfinite(generic[2]).any())
@@ -459,18 +447,19 @@ def _choose_line_looks(media: Iterable[str]) -> dict[str, style.Look]:
 
 
 def _generic_curve(predicted: pd.DataFrame, c: str, zetas: Mapping[str, float]) -> list[FloatArray]:
-    """Return theta, the generic force over zeta, and the ends of the widest interval; an empty list without prediction.
+    """Return theta, degrees, the generic force over zeta, and the ends of its widest interval; empty without prediction.
 
     An interval that is not known where the force is largest is left out: its pieces elsewhere would look like a narrow one.
+    `predicted`: Forces by the generic profile on one leg. `c`: Component.
     """
     names = with_end_names(f"force_{c}_N")
     scaled = predicted[names].div(predicted["medium"].map(dict(zetas)), axis="index")
-    scaled = scaled[scaled[names[0]].notna()].join(predicted["theta_deg"])
+    scaled = scaled.dropna(subset=names[0]).join(predicted["theta_deg"])
     if scaled.empty:
         return []
-    by_theta = scaled.groupby("theta_deg", sort=True)[names].agg(["mean", "min", "max"])
-    ends = zip(names, ("mean", "min", "max"), strict=True)
-    force, low, high = (by_theta[end].to_numpy(float) for end in ends)
+    aggregates = dict(zip(names, ("mean", "min", "max"), strict=True))
+    by_theta = scaled.groupby("theta_deg").agg(aggregates)
+    force, low, high = by_theta.to_numpy(float).T
     if not np.isfinite((high - low)[np.abs(force).argmax()]):
         low, high = np.full((2, len(force)), np.nan)
     return [by_theta.index.to_numpy(float), force, low, high]
@@ -484,9 +473,12 @@ def _draw_scaled(
     component: str,
     zetas: Mapping[str, float],
 ) -> None:
-    """Draw one component of measured force over zeta of each medium on one leg, and the generic curve with its band."""
+    """Draw one component of measured force over zeta of each medium on one leg, and the generic curve with its band.
+
+    `generic`: As `_generic_curve` returns it. `measured`: Forces on this leg. `zetas`: zeta by medium, NaN for none.
+    """
     drawn_forces: list[FloatArray] = []
-    missing = []
+    unmeasured = []
     if generic:
         theta, force, low, high = generic
         axes.fill_between(theta, low, high, color="#bdbdbd", linewidth=0)
@@ -500,12 +492,12 @@ def _draw_scaled(
             axes.plot(theta, force / zeta, linewidth=0.9, **line_look)
             drawn_forces.append(force / zeta)
         else:
-            missing.append(style.medium_label(results, medium))
+            unmeasured.append(style.medium_label(results, medium))
     notes = [] if generic else ["no generic prediction"]
-    if len(missing) == len(zetas):
+    if len(unmeasured) == len(zetas):
         notes.append("not measured in any medium")
-    elif missing:
-        notes.append(f"no curve: {'; '.join(missing)}")
+    elif unmeasured:
+        notes.append(f"no curve: {'; '.join(unmeasured)}")
     leg_panels.force_range(axes, drawn_forces, notes)
 
 
@@ -538,28 +530,23 @@ def _without_peaks(results: Results, _: str) -> Sequence[str]:
 def plot_peak_errors(results: Results) -> Figure:
     """Draw predicted over measured peak lift, one panel per leg, one row per medium."""
     table = results.table("leg_errors.csv")
-    rows = table[table["component"] == "z"]
-    media_in_table = set(rows["medium"])
-    media = [medium for medium in results.config.media if medium in media_in_table]
-    names = leg_panels.leg_order([rows])
-    profiles = [profile for profile in PROFILE_LOOKS if profile in set(rows["profile"])]
-    ratios = _ratios(rows)
-    ratio_values = ratios[["ratio", "ratio_lo", "ratio_hi"]].to_numpy(float)
-    shown_ratios = [0.6, 1.6, *ratio_values[np.isfinite(ratio_values)].tolist()]
-    span = min(shown_ratios) / 1.15, max(shown_ratios) * 1.15
+    ratios = _ratios(table[table["component"] == "z"])
+    media = [medium for medium in results.config.media if medium in {*ratios["medium"]}]
+    names = leg_panels.leg_order([ratios])
+    profiles = [profile for profile in PROFILE_LOOKS if profile in {*ratios["profile"]}]
+    shown_ratios = np.append(ratios[_RATIO_NAMES].to_numpy(float), [0.6, 1.6])
+    span = float(np.nanmin(shown_ratios)) / 1.15, float(np.nanmax(shown_ratios)) * 1.15
     page, panels = style.panels([0.95 * len(media) + 1.9], len(names))
     for leg, axes in zip(names, panels[0], strict=True):
         _prepare_panel(axes, span, [style.medium_label(results, name) for name in media])
         axes.tick_params(labelleft=leg == names[0])
         axes.set_xlabel("error of the predicted peak lift (%)")
         axes.set_title(leg_panels.leg_title(leg), weight="bold", loc="left")
-        for place, medium in enumerate(media):
-            ratios_of_leg = ratios[(ratios["medium"] == medium) & (ratios["leg"] == leg)]
+        for row, medium in enumerate(media):
+            rows = ratios[(ratios["medium"] == medium) & (ratios["leg"] == leg)]
+            by_profile = rows.set_index("profile").to_dict("index")
             _draw_row(
-                axes,
-                place,
-                {str(r["profile"]): r for r in ratios_of_leg.to_dict("records")},
-                profiles,
+                axes, row, {name: by_profile[name] for name in profiles if name in by_profile}
             )
     entries: dict[str, Any] = {}
     for profile in profiles:
@@ -582,6 +569,10 @@ def plot_peak_errors(results: Results) -> Figure:
     return page
 
 
+_RATIO_NAMES = ["ratio", "ratio_lo", "ratio_hi"]
+"""Columns of `_ratios` beside those of ``results/leg_errors.csv``."""
+
+
 def _ratios(rows: pd.DataFrame) -> pd.DataFrame:
     """Divide the predicted peak and its interval by the measured peak; NaN where the ratio is no positive number."""
     measured = rows["peak_measured_N"].to_numpy(float)
@@ -589,12 +580,10 @@ def _ratios(rows: pd.DataFrame) -> pd.DataFrame:
     with np.errstate(divide="ignore", invalid="ignore"):
         peak, *ends = rows[names].to_numpy(float).T / measured
     # a negative measured peak exchanges the ends of the interval
-    low, high = np.sort(ends, axis=0)
+    ratios = np.array([peak, *np.sort(ends, axis=0)])
     # the axis is logarithmic
-    ratio, ratio_lo, ratio_hi = (
-        np.where(np.isfinite(number) & (number > 0), number, np.nan) for number in (peak, low, high)
-    )
-    return rows.assign(ratio=ratio, ratio_lo=ratio_lo, ratio_hi=ratio_hi)
+    ratios[~(np.isfinite(ratios) & (ratios > 0))] = np.nan
+    return rows.assign(**dict(zip(_RATIO_NAMES, ratios, strict=True)))
 
 
 def _set_error_axis(axes: Axes, span: tuple[float, float]) -> None:
@@ -638,24 +627,19 @@ _CONTINUES |= {"markeredgewidth": 0.6}
 """Look of the mark at the end of an axis where an interval continues beyond it."""
 
 
-def _draw_row(
-    axes: Axes, place: int, rows_by_profile: Mapping[str, Row], profiles: Sequence[str]
-) -> None:
+def _draw_row(axes: Axes, row: int, ratios: Mapping[str, Row]) -> None:
     """Draw the errors of one medium by all profiles in its row, and say which profile has no number.
 
-    `place`: Number of the row. `rows_by_profile`: Rows of `_ratios`.
+    `row`: Number of the row. `ratios`: Rows of `_ratios` by profile, in the order of drawing.
     """
     missing, points = [], []
-    drawn_profiles = [profile for profile in profiles if profile in rows_by_profile]
-    for i, profile in enumerate(drawn_profiles):
-        ratio, low, high = (
-            float(rows_by_profile[profile][name]) for name in ("ratio", "ratio_lo", "ratio_hi")
-        )
+    for i, (profile, ratios_of_profile) in enumerate(ratios.items()):
+        ratio, low, high = (float(ratios_of_profile[name]) for name in _RATIO_NAMES)
         if not np.isfinite(ratio):
             missing.append(PROFILE_TITLES[profile])
             continue
         colour, _, marker = PROFILE_LOOKS[profile]
-        y = place + 0.84 * ((i + 0.5) / len(drawn_profiles) - 0.5)
+        y = row + 0.84 * ((i + 0.5) / len(ratios) - 0.5)
         if np.isfinite(high) and not np.isfinite(low):
             # an interval that includes zero has no end on this axis
             low = axes.get_xlim()[0] * 1.04
@@ -663,21 +647,18 @@ def _draw_row(
         points += [ratio, low, high]
         axes.hlines(y, low, high, color=colour, linewidth=1.0)
         axes.plot(ratio, y, marker, color=colour, markersize=3.4, markeredgewidth=0)
-    if not missing and drawn_profiles:
+    if ratios and not missing:
         return
     message = "nothing predicted"
-    if drawn_profiles:
-        reason = rows_by_profile[drawn_profiles[0]].get("reason")
-        reason_text = style.plain(reason) if isinstance(reason, str) else ""
-        message = f"no value: {', '.join(missing) if points else reason_text}".removesuffix(": ")
+    if ratios:
+        reason = next(iter(ratios.values())).get("reason")
+        explanation = style.plain(reason) if isinstance(reason, str) else ""
+        message = f"no value: {', '.join(missing) if points else explanation}".removesuffix(": ")
     # the message stands on the side with more free room
     axis_start, axis_end = axes.get_xlim()
     finite_points = [point for point in points if np.isfinite(point)] or [axis_start]
     at_right = axis_end / max(finite_points) >= min(finite_points) / axis_start
     x, alignment = (0.985, "right") if at_right else (0.015, "left")
-    note_look: style.Look = {
-        "ha": alignment,
-        "va": "center",
-        "transform": axes.get_yaxis_transform(),
-    }
-    style.write_note(axes, "\n".join(textwrap.wrap(message, 52)), x, place, **note_look)
+    note_look: style.Look = {"ha": alignment, "transform": axes.get_yaxis_transform()}
+    lines = "\n".join(textwrap.wrap(message, 52))
+    style.write_note(axes, lines, x, row, va="center", **note_look)

@@ -41,12 +41,12 @@ def thinned(blocks: Iterable[Log], rows: int) -> Log:
     most_rows = 200_000
     row_step = max(1, math.ceil(rows / most_rows))
     note = (f"every {row_step}. row is drawn",) if row_step > 1 else ()
-    parts = []
+    thin_blocks = []
     for log in blocks:
         columns = {name: values[::row_step].copy() for name, values in log.columns.items()}
         size = next(iter(columns.values())).size
-        parts.append(Log(log.path, columns, log.units, size, notes=note))
-    return join_blocks(parts)
+        thin_blocks.append(Log(log.path, columns, log.units, size, notes=note))
+    return join_blocks(thin_blocks)
 
 
 @style.styled()

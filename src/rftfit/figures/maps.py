@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -89,8 +90,8 @@ def plot_alpha_maps_of_one(results: Results, medium: str) -> Figure:
     if shown_runs:
         entries["run of the stress figure"] = style.dots("black", 6, markerfacecolor="none")
     page = _draw_maps(results, results[medium].alpha, "measured", entries)
-    # axes of the page in order: map, bar, half width, bar of alpha_z, then the same of alpha_x
-    for axes in page.axes[::4]:
+    # the first axes of the page are its maps: alpha_z, its half width, alpha_x, its half width
+    for axes in page.axes[:4:2]:
         _add_plates(axes)
         for run in shown_runs:
             beta, gamma = run.beta_deg, run.gamma_deg
@@ -110,16 +111,18 @@ def _shown_runs(results: Results, medium: str) -> list[Run]:
 
 def _media_with_few_pushes(campaign: Campaign) -> tuple[str, ...]:
     """List the media that were pushed in few directions, such as natural sands."""
-    pushed: dict[str, set[object]] = {name: set() for name in campaign.media_with_runs}
-    for run in campaign.runs:
-        if run.kind == "plate":
-            pushed[run.medium].add((run.beta_deg, run.gamma_deg, run.direction))
+    pushes = {
+        (run.medium, run.beta_deg, run.gamma_deg, run.direction)
+        for run in campaign.runs
+        if run.kind == "plate"
+    }
+    direction_counts = Counter(medium for medium, *_ in pushes)
     # a map of measured alpha in fewer directions shows little
     enough = 20
-    return tuple(name for name, directions in pushed.items() if 0 < len(directions) < enough)
+    return tuple(name for name in campaign.media_with_runs if 0 < direction_counts[name] < enough)
 
 
-def _why_no_map(results: Results, _: str) -> tuple[str, ...]:
+def _without_map(results: Results, _: str) -> Sequence[str]:
     """Say why no medium with few pushes has a map; empty where one has."""
     if _media_with_estimated_map(results):
         return ()
@@ -143,7 +146,7 @@ def _media_with_estimated_map(results: Results) -> list[str]:
         "alpha in all directions of media with few pushes (circles), estimated by the shape that known media share, "
         "and the half width of the interval of alpha. Good: narrow where elements of a body move."
     ),
-    lacking=_why_no_map,
+    lacking=_without_map,
 )
 def plot_estimated_maps(results: Results) -> Figure:
     """Draw maps of the estimated alpha of media with few pushes."""
@@ -152,9 +155,9 @@ def plot_estimated_maps(results: Results) -> Figure:
     page = _draw_maps(
         results, tables, "estimated", {"pushed": style.line(marker="o", linestyle="", **_PUSHED)}
     )
-    # a row has eight axes: map, bar, half width, bar of alpha_z, then the same of alpha_x
+    # the first axes of the page are its maps, in each row: alpha_z, its half width, alpha_x, its half width
     for row, name in enumerate(media):
-        for axes in page.axes[8 * row : 8 * row + 8 : 4]:
+        for axes in page.axes[4 * row : 4 * row + 4 : 2]:
             add_pushes(axes, results[name].alpha)
     widen_for_marks(page)
     return page
@@ -181,38 +184,39 @@ def _draw_maps(
     `tables`: Alpha of all media. `origin`: ``measured`` or ``estimated``. `entries`: Entries of the legend for marks that
     the caller adds.
     """
-    heads, level = [], style.level(results)
+    heads = []
     # half widths below 0.05 are in thousandths: four digits after the point would run into the next map
     scales = {c: 1e3 if labels.alpha_half_width(tables, c).max() < 0.05 else 1 for c in "zx"}
     for c in "zx":
         unit = f"{'10$^{-3}$ ' * (scales[c] > 1)}{style.PER_CM3}"
-        half_width_head = f"half width of the {level} interval\nof $\\alpha_{c}$ ({unit})"
+        half_width_head = (
+            f"half width of the {style.level(results)} interval\nof $\\alpha_{c}$ ({unit})"
+        )
         heads += [f"{origin}\n{style.alpha_label(c)}", half_width_head]
     media = [str(medium) for medium in tables["medium"].unique()]
-    page = _new_page(results, media, heads)
-    missing = False
-    for row, medium in enumerate(media):
+    page, axes_of_maps = _new_page(results, media, heads)
+    any_missing = False
+    for medium, row_of_axes in zip(media, axes_of_maps, strict=True):
         table = tables[tables["medium"] == medium]
-        is_last_row = row == len(media) - 1
-        scattered = not lies_on_grid(table)
-        interpolated = TableProfile.from_table(table).alpha(*middles()) if scattered else None
+        interpolated = None
+        if not lies_on_grid(table):
+            interpolated = TableProfile.from_table(table).alpha(*middles())
         for index, c in enumerate("zx"):
             name = f"alpha_{c}_N_per_cm3"
-            axes = empty_map(page, row, 2 * index, (index == 0, is_last_row))
-            if interpolated is not None:
-                add_surface(
-                    axes, interpolated[index], colours(table[name].to_numpy(float), signed=True)
-                )
-            add_bar(page, axes, add_table(axes, table, table[name], signed=True), c)
-            surface = (
-                (_FINE, _FINE, interpolated[index]) if interpolated else cells_of_map(table, name)
-            )
-            add_signs(axes, c, *surface)
+            alpha_axes, half_width_axes = row_of_axes[2 * index : 2 * index + 2]
+            if interpolated is None:
+                surface = cells_of_map(table, name)
+            else:
+                surface = _FINE, _FINE, interpolated[index]
+                limits = colours(table[name].to_numpy(float), signed=True)
+                add_surface(alpha_axes, interpolated[index], limits)
+            add_bar(page, alpha_axes, add_table(alpha_axes, table, table[name], signed=True), c)
+            add_signs(alpha_axes, c, *surface)
             half_width = scales[c] * labels.alpha_half_width(table, c)
-            axes = empty_map(page, row, 2 * index + 1, (False, is_last_row))
-            add_bar(page, axes, add_table(axes, table, half_width, signed=False))
-            missing |= has_holes(table, name)
-    add_legend(page, missing, entries)
+            cells = add_table(half_width_axes, table, half_width, signed=False)
+            add_bar(page, half_width_axes, cells)
+            any_missing |= has_holes(table, name)
+    add_legend(page, any_missing, entries)
     return page
 
 
@@ -221,30 +225,18 @@ def _add_plates(axes: Axes) -> None:
     gamma, beta = np.reshape(np.meshgrid([-67.5, -22.5, 22.5, 67.5], [-60.0, 0.0, 60.0]), (2, -1))
     b, g = np.radians(beta), np.radians(gamma)
     half_plate = 0.17 * style.CM
-    quiver_style: dict[str, Any] = {
-        "units": "inches",
-        "scale_units": "inches",
-        "scale": 1,
-        "angles": "uv",
-    }
+    # lengths in inches
+    arrow: style.Look = {"units": "inches", "scale_units": "inches", "scale": 1, "angles": "uv"}
     plate = 2 * half_plate * np.cos(b), -2 * half_plate * np.sin(b)
     no_head: style.Look = dict.fromkeys(("headwidth", "headlength", "headaxislength"), 0)
-    axes.quiver(gamma, beta, *plate, pivot="mid", width=0.016, **no_head, **quiver_style)
+    axes.quiver(gamma, beta, *plate, pivot="mid", width=0.016, **no_head, **arrow)
     moved = np.stack(conventions.direction(g)) * 1.6 * half_plate
-    axes.quiver(
-        gamma,
-        beta,
-        *moved,
-        width=0.006,
-        headwidth=7,
-        headlength=7,
-        headaxislength=6,
-        **quiver_style,
-    )
+    head: style.Look = {"headwidth": 7, "headlength": 7, "headaxislength": 6}
+    axes.quiver(gamma, beta, *moved, width=0.006, **head, **arrow)
 
 
 def has_holes(table: pd.DataFrame, column: str) -> bool:
-    """Tell whether any cell of a table has no number in a column."""
+    """Tell whether any direction of an alpha table has no number in a column."""
     return bool(table[column].isna().any())
 
 
@@ -316,21 +308,19 @@ def _draw_models(
     `models`: Model by medium. `name`, `residual_name`: Heads of the two sorts of maps.
     """
     heads = [f"{head}\n{style.alpha_label(c)}" for c in "zx" for head in (name, residual_name)]
-    page = _new_page(results, list(models), heads)
-    missing = False
-    for row, (medium, model) in enumerate(models.items()):
+    page, axes_of_maps = _new_page(results, list(models), heads)
+    any_missing = False
+    for (medium, model), row_of_axes in zip(models.items(), axes_of_maps, strict=True):
         surfaces, table = model(*middles()), results[medium].alpha
-        is_last_row = row == len(models) - 1
         for index, c in enumerate("zx"):
-            axes = empty_map(page, row, 2 * index, (index == 0, is_last_row))
-            add_bar(page, axes, add_surface(axes, surfaces[index]), c)
-            add_signs(axes, c, _FINE, _FINE, surfaces[index])
+            model_axes, residual_axes = row_of_axes[2 * index : 2 * index + 2]
+            add_bar(page, model_axes, add_surface(model_axes, surfaces[index]), c)
+            add_signs(model_axes, c, _FINE, _FINE, surfaces[index])
             column = f"alpha_{c}_N_per_cm3"
-            axes = empty_map(page, row, 2 * index + 1, (False, is_last_row))
             residual = table[column] - model(*directions(table))[index]
-            add_bar(page, axes, add_table(axes, table, residual, signed=True))
-            missing |= has_holes(table, column)
-    add_legend(page, missing)
+            add_bar(page, residual_axes, add_table(residual_axes, table, residual, signed=True))
+            any_missing |= has_holes(table, column)
+    add_legend(page, any_missing)
     return page
 
 
@@ -361,16 +351,25 @@ def middles() -> tuple[FloatArray, FloatArray]:
     return beta, gamma
 
 
-def _new_page(results: Results, media: Sequence[str], heads: list[str]) -> Figure:
-    """Make a figure for rows of maps, with the heads of its columns and the names of the media."""
+def _new_page(
+    results: Results, media: Sequence[str], heads: Sequence[str]
+) -> tuple[Figure, list[list[Axes]]]:
+    """Make a page of empty maps, a row a medium and a column a head. Returns the page, and the axes of its maps by row."""
     page = style.new_figure(style.DOUBLE_CM, TOP_CM + len(media) * ROW_CM + BOTTOM_CM)
     for column, head in enumerate(heads):
         middle = LEFT_CM + column * PITCH_CM + SIDE_CM / 2
         style.text_cm(page, middle, 0.2, head, ha="center", va="top", fontsize=7)
+    axes_of_maps = []
     for row, medium in enumerate(media):
-        top, name = TOP_CM + 0.34 + row * ROW_CM, style.medium_label(results, medium)
-        style.text_cm(page, LEFT_CM, top, name, va="bottom", fontsize=7, weight="bold")
-    return page
+        name, name_cm = style.medium_label(results, medium), TOP_CM + 0.34 + row * ROW_CM
+        style.text_cm(page, LEFT_CM, name_cm, name, va="bottom", fontsize=7, weight="bold")
+        row_of_axes = []
+        for column in range(len(heads)):
+            left, top = LEFT_CM + column * PITCH_CM, TOP_CM + 0.4 + row * ROW_CM
+            row_of_axes.append(style.axes_cm(page, left, top, SIDE_CM, SIDE_CM))
+            angle_axes(row_of_axes[-1], column == 0, row == len(media) - 1)
+        axes_of_maps.append(row_of_axes)
+    return page, axes_of_maps
 
 
 # Tables of alpha as grids: cells, their edges, and a finer grid between them
@@ -381,37 +380,39 @@ LIMIT_DEG = 90.0
 
 
 def pivot(table: pd.DataFrame, column: str) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Arrange one column of a medium's alpha table as a grid: ascending beta and gamma (degrees), values (beta, gamma)."""
+    """Arrange one column of a medium's alpha table as a grid.
+
+    Returns ascending beta and gamma, degrees, and the numbers of the column, shape (beta, gamma), NaN where the table has no
+    such direction.
+    """
     # rounded: a printed 18.43 and the exact angle are the same cell
-    beta = table["beta_deg"].to_numpy(float).round(2)
-    gamma = table["gamma_deg"].to_numpy(float).round(2)
-    rows, row = np.unique(beta, return_inverse=True)
-    columns, column_index = np.unique(gamma, return_inverse=True)
-    if np.unique(row * columns.size + column_index).size < row.size:
+    rounded = table.assign(beta=table["beta_deg"].round(2), gamma=table["gamma_deg"].round(2))
+    if rounded.duplicated(["beta", "gamma"]).any():
         raise ValueError(f"{column}: a cell (beta, gamma) appears twice in the table of one medium")
-    values = np.full((rows.size, columns.size), np.nan)
-    values[row, column_index] = table[column].to_numpy(float)
-    if rows[-1] == LIMIT_DEG and -LIMIT_DEG not in rows:
+    # pivot_table would drop directions without a number
+    grid = rounded.pivot(index="beta", columns="gamma", values=column)  # noqa: PD010
+    beta, gamma, numbers = (part.to_numpy(float) for part in (grid.index, grid.columns, grid))
+    if beta[-1] == LIMIT_DEG and -LIMIT_DEG not in beta:
         # a plate at beta = -90 degrees is the same plate as at 90
-        return np.append(-LIMIT_DEG, rows), columns, np.concatenate([values[-1:], values])
-    return rows, columns, values
+        return np.append(-LIMIT_DEG, beta), gamma, np.concatenate([numbers[-1:], numbers])
+    return beta, gamma, numbers
 
 
 def cells_of_map(table: pd.DataFrame, column: str) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Arrange one column as `pivot` does, with rows and columns of NaN in gaps too wide to interpolate, so that no cell covers them."""
-    beta, gamma, values = pivot(table, column)
-    for axis, lines in enumerate((beta, gamma)):
-        new_lines = [np.zeros(0)]
+    *angles, numbers = pivot(table, column)
+    for axis, lines in enumerate(angles):
+        inserted = [np.zeros(0)]
         for low, high in pairwise(lines):
             if high - low > WIDEST_DEG:
                 steps = int(np.ceil((high - low) / (WIDEST_DEG / 2)))
-                new_lines.append(np.linspace(low, high, steps + 1)[1:-1])
-        inserted = np.concatenate(new_lines)
-        places = np.searchsorted(lines, inserted)
-        values = np.insert(values, places, np.nan, axis=axis)
-        lines_with_gaps = np.insert(lines, places, inserted)
-        beta, gamma = (lines_with_gaps, gamma) if axis == 0 else (beta, lines_with_gaps)
-    return beta, gamma, values
+                inserted.append(np.linspace(low, high, steps + 1)[1:-1])
+        new_lines = np.concatenate(inserted)
+        places = np.searchsorted(lines, new_lines)
+        angles[axis] = np.insert(lines, places, new_lines)
+        numbers = np.insert(numbers, places, np.nan, axis=axis)
+    beta, gamma = angles
+    return beta, gamma, numbers
 
 
 def lies_on_grid(table: pd.DataFrame) -> bool:
@@ -425,9 +426,10 @@ def edges(centres: npt.ArrayLike) -> FloatArray:
     centres = np.asarray(centres, dtype=float)
     if centres.size == 1:
         return np.array([centres[0] - 5.0, centres[0] + 5.0])
-    middle = (centres[1:] + centres[:-1]) / 2
-    lower_edge, upper_edge = 2 * centres[0] - middle[0], 2 * centres[-1] - middle[-1]
-    return np.concatenate([[max(lower_edge, -LIMIT_DEG)], middle, [min(upper_edge, LIMIT_DEG)]])
+    middles = (centres[1:] + centres[:-1]) / 2
+    ends = 2 * centres[[0, -1]] - middles[[0, -1]]
+    borders = np.array([ends[0], *middles, ends[1]], dtype=float)
+    return borders.clip(-LIMIT_DEG, LIMIT_DEG)
 
 
 def _refine_angles(centres: FloatArray) -> FloatArray:
@@ -443,7 +445,10 @@ def _refine_angles(centres: FloatArray) -> FloatArray:
 def refine(
     beta_deg: FloatArray, gamma_deg: FloatArray, values: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Interpolate bilinearly onto a finer grid through the measured angles; NaN beside a missing cell."""
+    """Interpolate `values`, shape (beta, gamma), bilinearly onto a finer grid through the measured angles.
+
+    Returns beta, gamma and values of the finer grid; values are NaN beside a missing cell.
+    """
     beta, gamma = _refine_angles(beta_deg), _refine_angles(gamma_deg)
     along_gamma = np.array([np.interp(gamma, gamma_deg, row) for row in values])
     return beta, gamma, np.array([np.interp(beta, beta_deg, column) for column in along_gamma.T]).T
@@ -465,18 +470,16 @@ def along_motion(component: str, gamma_deg: FloatArray, alpha: FloatArray) -> Fl
 
 
 _SHADING = "////"
+"""Hatching where alpha does not oppose the motion."""
+
 _MISSING: dict[str, Any] = {"facecolor": "#d0d0d0", "edgecolor": "#808080", "hatch": "xxxxxx"}
+"""Look of a cell whose runs gave no number."""
+
 _FINE_DEG = 2.5
+"""Widest step of a grid on which the zero contour is drawn, degrees."""
+
 _FINE = np.arange(-89.5, 90, 1.0)
 """Angles of `middles`, degrees."""
-
-
-def empty_map(figure: Figure, row: int, column: int, outer: tuple[bool, bool]) -> Axes:
-    """Add the axes of one map to a page; `outer`: write labels of beta at its left, and of gamma below it."""
-    left, top = LEFT_CM + column * PITCH_CM, TOP_CM + 0.4 + row * ROW_CM
-    axes = style.axes_cm(figure, left, top, SIDE_CM, SIDE_CM)
-    angle_axes(axes, *outer)
-    return axes
 
 
 def angle_axes(axes: Axes, name_beta: bool = True, name_gamma: bool = True) -> None:
@@ -487,7 +490,7 @@ def angle_axes(axes: Axes, name_beta: bool = True, name_gamma: bool = True) -> N
         (axes.yaxis, r"$\beta$ (degrees)", name_beta),
     )
     for axis, name, is_labelled in labelled_axes:
-        axis.set_major_formatter(lambda value, _: f"{value:.0f}".replace("-", "\N{MINUS SIGN}"))
+        axis.set_major_formatter("{x:.0f}")
         axis.set_tick_params(labelleft=is_labelled, labelbottom=is_labelled)
         if is_labelled:
             axis.set_label_text(name)
@@ -509,7 +512,7 @@ def widen_for_marks(page: Figure) -> None:
 
 
 def _add_cells(axes: Axes, table: pd.DataFrame, column: str, signed: bool) -> ScalarMappable:
-    """Draw measured cells, in diverging colours where signed; those whose runs gave no number are grey and hatched."""
+    """Draw the cells of a column; those whose runs gave no number are grey and hatched. `signed`: as for `colours`."""
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
 
@@ -530,21 +533,24 @@ def _add_cells(axes: Axes, table: pd.DataFrame, column: str, signed: bool) -> Sc
 def add_table(
     axes: Axes, table: pd.DataFrame, values: pd.Series[float], signed: bool
 ) -> ScalarMappable:
-    """Draw one number of each row of an alpha table: as cells where they lie on a grid, else as dots; a cross for no number."""
+    """Draw a number of each row of an alpha table: as cells where the directions lie on a grid, else as dots; a cross for NaN.
+
+    `values`: The numbers, with the index of `table`. `signed`: as for `colours`.
+    """
     if lies_on_grid(table):
         return _add_cells(axes, table.assign(shown=values), "shown", signed)
     measured_cells, empty_cells = table[values.notna()], table[values.isna()]
     axes.plot(empty_cells["gamma_deg"], empty_cells["beta_deg"], "x", color="#606060", markersize=3)
-    marker_style: style.Look = {
-        "s": 16,
-        "edgecolors": "black",
-        "linewidths": 0.4,
-        "zorder": 3,
-        "clip_on": False,
-    }
-    marker_style |= colours(np.asarray(values, dtype=float), signed)
     return axes.scatter(
-        measured_cells["gamma_deg"], measured_cells["beta_deg"], c=values.dropna(), **marker_style
+        measured_cells["gamma_deg"],
+        measured_cells["beta_deg"],
+        c=values.dropna(),
+        s=16,
+        edgecolors="black",
+        linewidths=0.4,
+        zorder=3,
+        clip_on=False,
+        **colours(np.asarray(values, dtype=float), signed),
     )
 
 
@@ -552,13 +558,18 @@ def add_surface(
     axes: Axes, values: FloatArray, limits: dict[str, Any] | None = None
 ) -> ScalarMappable:
     """Draw a continuous signed function, given at `middles`; `limits`: as of `colours`."""
-    image_style: dict[str, Any] = {"origin": "lower", "interpolation": "nearest", "aspect": "auto"}
-    image_style |= limits or colours(values, signed=True)
-    return axes.imshow(values, extent=(-90, 90, -90, 90), **image_style)
+    return axes.imshow(
+        values,
+        extent=(-90, 90, -90, 90),
+        origin="lower",
+        interpolation="nearest",
+        aspect="auto",
+        **limits or colours(values, signed=True),
+    )
 
 
 def colours(values: FloatArray, signed: bool) -> dict[str, Any]:
-    """Choose colour map and its limits: symmetric about zero for signed values, else from zero."""
+    """Choose a colour map and its limits: diverging and symmetric about zero for `signed` values, else from zero."""
     finite = np.abs(values[np.isfinite(values)])
     top = float(finite.max(initial=0.0)) or 1.0
     if signed:
@@ -569,7 +580,10 @@ def colours(values: FloatArray, signed: bool) -> dict[str, Any]:
 def add_signs(
     axes: Axes, component: str, beta_deg: FloatArray, gamma_deg: FloatArray, alpha: FloatArray
 ) -> None:
-    """Draw the zero contour, and shade where alpha, interpolated, does not oppose the motion."""
+    """Draw the zero contour, and shade where alpha, interpolated, does not oppose the motion.
+
+    `alpha`: Component `component` of alpha, shape (beta, gamma).
+    """
     if min(alpha.shape) < 2:
         return
     if np.diff(beta_deg).max() > _FINE_DEG or np.diff(gamma_deg).max() > _FINE_DEG:
@@ -590,10 +604,8 @@ def add_signs(
             hatches=[_SHADING],
         )
     if finite.min() < 0 < finite.max():
-        masked_alpha = np.ma.masked_invalid(alpha)
-        axes.contour(
-            gamma_deg, beta_deg, masked_alpha, levels=[0.0], colors="black", linewidths=0.9
-        )
+        alpha = np.ma.masked_invalid(alpha)
+        axes.contour(gamma_deg, beta_deg, alpha, levels=[0.0], colors="black", linewidths=0.9)
 
 
 _ARROWS = {
@@ -604,7 +616,7 @@ _ARROWS = {
 
 
 def add_bar(figure: Figure, axes: Axes, mappable: ScalarMappable, component: str = "") -> None:
-    """Add a colour bar at the right of a map; `component`: draw arrows of its directions at the ends of the bar."""
+    """Add a colour bar at the right of a map; `component`: ``z`` or ``x`` draws arrows of the force at the ends of the bar."""
     from matplotlib.ticker import MaxNLocator
 
     box = axes.get_position()
@@ -649,16 +661,13 @@ def add_legend(figure: Figure, missing: bool, more: Mapping[str, Any] | None = N
     """Add the legend below the maps: contour and shading, hatching where cells are missing, and the entries `more`."""
     from matplotlib.contour import ContourSet
 
-    contours: list[Any] = [
-        artist
-        for axes in figure.axes
-        for artist in axes.collections
-        if isinstance(artist, ContourSet)
-    ]
+    artists = [artist for axes in figure.axes for artist in axes.collections]
+    contours = [artist for artist in artists if isinstance(artist, ContourSet)]
     entries: dict[str, Any] = {}
-    if any(not contour.filled for contour in contours):
+    is_filled = {contour.filled for contour in contours}
+    if False in is_filled:
         entries["zero contour (interpolated)"] = style.line("black", linewidth=0.9)
-    if any(contour.filled for contour in contours):
+    if True in is_filled:
         entries["does not oppose the motion"] = style.patch(
             linewidth=0.3, facecolor="white", edgecolor="#222222", hatch=_SHADING * 2
         )

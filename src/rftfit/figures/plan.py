@@ -23,20 +23,15 @@ def draw_plan(plan: Plan, medium_map: Map) -> Figure:
     widths = [100 * step.typical for step in plan.steps]
     left_axes.plot(range(len(widths)), widths, "o-", color=style.OKABE_ITO["blue"], markersize=3)
     left_axes.set(xlabel="further pushes", ylabel="half width (%)", yscale="log")
-    round_numbers = (1, 2, 5, 10, 20, 50, 100, 200)
-    left_axes.set_yticks(
-        [number for number in round_numbers if min(widths) / 2 < number < 2 * max(widths)]
-    )
+    round_numbers = np.array([1, 2, 5, 10, 20, 50, 100, 200])
+    is_near = (round_numbers > min(widths) / 2) & (round_numbers < 2 * max(widths))
+    left_axes.set_yticks(round_numbers[is_near])
     left_axes.yaxis.set_major_formatter("{x:g}")
     left_axes.minorticks_off()
     style.name_column(left_axes, plan.target)
     angle_axes(right_axes)
-    if medium_map.measured.any():
-        pushed_angles = (
-            np.degrees(medium_map.gamma[medium_map.measured]),
-            np.degrees(medium_map.beta[medium_map.measured]),
-        )
-        right_axes.plot(*pushed_angles, "s", color="#888888", markersize=4, clip_on=False)
+    pushed_deg = np.degrees([medium_map.gamma, medium_map.beta])[:, medium_map.measured]
+    right_axes.plot(*pushed_deg, "s", color="#888888", markersize=4, clip_on=False)
     for number, step in enumerate(plan.steps[1:], start=1):
         for is_way_back, (beta, gamma) in enumerate(step.directions):
             right_axes.plot(

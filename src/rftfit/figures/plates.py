@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit import conventions
 from rftfit.errors import InputError
 from rftfit.figures import style
 from rftfit.figures.registry import figure, when
@@ -24,13 +25,12 @@ from rftfit.figures.traces import (
 from rftfit.measure.alpha import cell_at
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Mapping
 
     import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from rftfit.campaign.config import Leg
     from rftfit.campaign.load import Campaign
     from rftfit.figures.traces import Row, Trace
     from rftfit.results import Results
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 
 
 _LEGS_COLOUR = style.OKABE_ITO["bluish green"]
+"""Colour of the depths that legs reach."""
 
 PUSH = (30.0, 45.0)
 """Beta and gamma, degrees, of the push in the paper's figure; its pull is filed under the negative angles."""
@@ -46,22 +47,26 @@ PUSH = (30.0, 45.0)
 
 def stress_runs(campaign: Campaign) -> list[str]:
     """Choose the runs that are shown, by run_id: those the config names, or a push and its pull near `PUSH`."""
-    configured_runs = campaign.config.figures.stress_runs
-    message_head = "config, figures.stress_runs: found"
-    if unknown := [name for name in configured_runs if name not in campaign.by_id]:
-        raise InputError(f"{message_head} {', '.join(unknown)}; allowed: run_id of the run sheet")
-    if flat := [name for name in configured_runs if campaign.by_id[name].direction == "horizontal"]:
-        allowed = "horizontal runs at one depth; allowed: intrusions and extractions"
-        raise InputError(f"{message_head} {', '.join(flat)}, {allowed}")
-    if configured_runs:
-        return list(configured_runs)
+    chosen = campaign.config.figures.stress_runs
+    if chosen:
+        message_head = "config, figures.stress_runs: found"
+        if unknown := ", ".join(name for name in chosen if name not in campaign.by_id):
+            raise InputError(f"{message_head} {unknown}; allowed: run_id of the run sheet")
+        horizontal = [name for name in chosen if campaign.by_id[name].direction == "horizontal"]
+        if horizontal:
+            allowed = "horizontal runs at one depth; allowed: intrusions and extractions"
+            raise InputError(f"{message_head} {', '.join(horizontal)}, {allowed}")
+        return list(chosen)
+    # run_id of the first run in each direction of the first medium with slanted pushes, by angles
     runs_by_angles: dict[tuple[float, float], dict[str, str]] = {}
     for medium in campaign.config.media:
-        for run in campaign.runs_of(medium) if not runs_by_angles else ():
+        for run in campaign.runs_of(medium):
             if run.kind == "plate" and run.direction != "horizontal":
                 runs = runs_by_angles.setdefault((run.beta_deg, run.gamma_deg), {})
                 runs.setdefault(run.direction, run.run_id)
-    if not runs_by_angles:
+        if runs_by_angles:
+            break
+    else:
         return []
 
     def rank(angles: tuple[float, float]) -> tuple[int, float]:
@@ -71,11 +76,6 @@ def stress_runs(campaign: Campaign) -> list[str]:
     nearest = runs_by_angles[min(runs_by_angles, key=rank)]
     # intrusion before extraction
     return [nearest[direction] for direction in sorted(nearest, reverse=True)]
-
-
-def _reach(legs: Iterable[Leg]) -> float:
-    """Return the greatest depth that the tip of a leg reaches, cm; 0 without legs."""
-    return max((leg.max_length_cm - leg.hip_height_cm for leg in legs), default=0.0)
 
 
 @figure(
@@ -99,10 +99,9 @@ def plot_stress_of_runs(results: Results) -> Figure:
     """Draw stress against depth of chosen intrusions and extractions, one panel per run."""
     campaign = results.campaign
     chosen = stress_runs(campaign)
-    media = dict.fromkeys(campaign.by_id[run].medium for run in chosen)
     samples: dict[str, Trace] = {}
     fits: dict[str, Row] = {}
-    for medium in media:
+    for medium in {campaign.by_id[run].medium for run in chosen}:
         samples |= by_run(stress_of(results, medium))
         fits |= {row["run_id"]: row for row in results[medium].fits.to_dict("records")}
     fitted_runs = sorted(fits.keys() & samples.keys())
@@ -114,7 +113,8 @@ def plot_stress_of_runs(results: Results) -> Figure:
         return style.missing("no run has a tared stroke to draw against depth", reasons)
     most_in_row = 4
     page, panels = style.panels_in_rows(len(drawn_runs), most_in_row, 5.4, 4.5)
-    deepest = _reach(campaign.config.legs.values())
+    tips_cm = [leg.max_length_cm - leg.hip_height_cm for leg in campaign.config.legs.values()]
+    deepest = max(tips_cm, default=0.0)
     for i, (run, axes) in enumerate(zip(drawn_runs, panels, strict=True)):
         fit = fits[run]
         draw_run(axes, samples[run], fit)
@@ -131,14 +131,11 @@ def plot_stress_of_runs(results: Results) -> Figure:
             axes.set_xlabel("depth (cm)")
         if i % most_in_row == 0:
             axes.set_ylabel(f"stress ({style.PER_CM2})")
-    z, x = (style.COMPONENT_COLOURS[c] for c in "zx")
-    entries = {r"vertical $\sigma_z$": style.line(z)}
     any_x = any(measures_x(samples[run]) for run in drawn_runs)
-    if any_x:
-        entries[r"horizontal $\sigma_x$"] = style.line(x)
-    entries[r"fit of $\sigma_z$ through zero"] = style.line("black")
-    if any_x:
-        entries[r"fit of $\sigma_x$ through zero"] = style.line("black", linestyle="--")
+    names = {"z": r"vertical $\sigma_z$"} | ({"x": r"horizontal $\sigma_x$"} if any_x else {})
+    entries = {name: style.line(style.COMPONENT_COLOURS[c]) for c, name in names.items()}
+    for c, dashes in zip(names, ("-", "--"), strict=False):
+        entries[rf"fit of $\sigma_{c}$ through zero"] = style.line("black", linestyle=dashes)
     entries["fit window"] = style.patch(facecolor=style.WINDOW)
     if deepest:
         entries["depths of legs"] = style.patch(facecolor=_LEGS_COLOUR)
@@ -153,6 +150,7 @@ CELLS = ((0.0, 90.0), (30.0, 45.0), (90.0, 0.0), (-30.0, -45.0), (0.0, -90.0))
 """Directions in the paper's figure: beta and gamma as filed, degrees; gamma 0 is a horizontal run."""
 
 _FIT_LOOK: style.Look = {"color": "black", "linestyle": style.DASHES["dashed"], "linewidth": 0.6}
+_POINT: style.Look = {"markeredgecolor": "white", "markersize": 4, "markeredgewidth": 0.3}
 _STRESS_LABELS = {"z": "vertical stress\n$\\sigma_z$", "x": "horizontal stress\n$\\sigma_x$"}
 
 
@@ -178,7 +176,10 @@ def plot_linearity(results: Results) -> Figure:
     alpha = results.joined("alpha/{medium}.csv", media)
     cells = nearest_cells(alpha)
     tolerance_deg = results.config.grid.angle_tolerance_deg
-    run_ids = runs_of_cells(alpha, cells, tolerance_deg)
+    rows_of_cells = [_rows_by_medium(alpha, *cell, tolerance_deg) for cell in cells]
+    run_ids = {
+        run for rows in rows_of_cells for row in rows.values() for run in row["run_ids"].split()
+    }
     samples: dict[str, Trace] = {}
     for medium in media:
         stress = stress_of(results, medium)
@@ -192,12 +193,11 @@ def plot_linearity(results: Results) -> Figure:
     for c, axes in zip("zx", panels[1:, 0], strict=True):
         axes.set_ylabel(f"{_STRESS_LABELS[c]} ({style.PER_CM2})")
     page.align_ylabels(panels[1:, 0])
-    for i, (beta, gamma) in enumerate(cells):
+    for i, ((beta, gamma), rows_by_medium) in enumerate(zip(cells, rows_of_cells, strict=True)):
         sketch, *stress_axes = panels[:, i]
         _draw_sketch(sketch, beta, gamma, i == 0)
         head = rf"$\beta$ = {style.degrees(beta)}, $\gamma$ = {style.degrees(gamma)}"
         sketch.set_title(f"{'ABCDE'[i]}  {head}", loc="left", fontsize=6.5)
-        rows_by_medium = _rows_by_medium(alpha, beta, gamma, tolerance_deg)
         for c, axes in zip("zx", stress_axes, strict=True):
             style.zero_line(axes)
             media_without_run = []
@@ -210,18 +210,16 @@ def plot_linearity(results: Results) -> Figure:
                     media_without_run.append(style.medium_label(results, medium))
             _finish_axes(axes, media_without_run, len(media_without_run) < len(media))
             style.name_below(axes, "depth (cm)", c == "x")
-    entries: dict[str, Any] = {}
     drawn_looks = {medium: look for medium, look in looks.items() if medium in drawn_media}
-    for medium, (colour, marker) in drawn_looks.items():
-        entries[style.medium_label(results, medium)] = style.line(
-            colour, marker=marker, markersize=4, markeredgecolor="white", markeredgewidth=0.3
-        )
     if not drawn_looks:
         return page
+    entries = {
+        style.medium_label(results, medium): style.line(colour, marker=marker, **_POINT)
+        for medium, (colour, marker) in drawn_looks.items()
+    }
     entries["fit through zero"] = style.line(**_FIT_LOOK)
     name = f"{style.level(results)} interval of alpha"
-    entries[name] = style.bands(colour for colour, _ in drawn_looks.values())
-    style.legend(page, entries)
+    style.legend(page, entries | {name: style.bands(colour for colour, _ in drawn_looks.values())})
     return page
 
 
@@ -233,14 +231,6 @@ def nearest_cells(alpha: pd.DataFrame) -> list[tuple[float, float]]:
     distances = np.array([np.hypot(*(angles - cell).T) for cell in CELLS])
     cells = [(float(beta), float(gamma)) for beta, gamma in angles[distances.argmin(axis=1)]]
     return list(dict.fromkeys(cells))
-
-
-def runs_of_cells(
-    alpha: pd.DataFrame, cells: Iterable[tuple[float, float]], tolerance_deg: float
-) -> set[str]:
-    """Collect the run_id of all runs behind cells of alpha tables; `cells`: beta and gamma as filed, degrees."""
-    rows = [row for cell in cells for row in _rows_by_medium(alpha, *cell, tolerance_deg).values()]
-    return {run for row in rows for run in row["run_ids"].split()}
 
 
 def _rows_by_medium(
@@ -258,7 +248,7 @@ def _draw_sketch(axes: Axes, beta_deg: float, gamma_deg: float, frame: bool) -> 
     """Draw a plate and its direction of motion below the free surface, from the side; `frame`: draw the axes of the lab, too."""
     beta, gamma = np.radians([beta_deg, gamma_deg])
     half_plate = 0.5 * np.array([np.cos(beta), -np.sin(beta)])
-    velocity = 0.85 * np.array([-np.cos(gamma), -np.sin(gamma)])
+    velocity = 0.85 * np.stack(conventions.direction(gamma))
     style.draw_sand(axes, -1, 0.8)
     axes.plot(*np.stack([-half_plate, half_plate], axis=1), color="black", linewidth=1.8)
     half_width = 2.1
@@ -284,18 +274,16 @@ def _draw_cell(
     """
     alpha, low, high = alpha_with_interval(row, c)
     colour, marker = look
-    point: dict[str, Any] = {"markeredgecolor": "white", "markersize": 4, "markeredgewidth": 0.3}
-    point["color"] = colour
-    flat = row["gamma_deg"] == 0
+    is_horizontal = row["gamma_deg"] == 0
     ends = []
     for run in row["run_ids"].split():
         fit, trace = fits[run], samples.get(run)
         ends.append(float(fit["depth_to_cm"]))
-        if flat:
+        if is_horizontal:
             depth = (float(fit["depth_from_cm"]) + float(fit["depth_to_cm"])) / 2
             mean, stress_low, stress_high = (value * depth for value in alpha_with_interval(fit, c))
             axes.vlines(depth, stress_low, stress_high, color=colour, linewidth=1.0)
-            axes.plot(depth, mean, marker, **point)
+            axes.plot(depth, mean, marker, color=colour, **_POINT)
         elif trace is not None:
             inside = trace["in_window"] > 0
             for shown, opacity in ((~inside, 0.3), (inside, 0.9)):
@@ -306,8 +294,8 @@ def _draw_cell(
     end = np.nanmax(ends) if np.isfinite(ends).any() else 1.0
     style.draw_band(axes, [0, end], [0, low * end], [0, high * end], colour)
     axes.plot([0, end], [0, alpha * end], **_FIT_LOOK)
-    if not flat:
-        axes.plot(end, alpha * end, marker, zorder=4, **point)
+    if not is_horizontal:
+        axes.plot(end, alpha * end, marker, zorder=4, color=colour, **_POINT)
 
 
 def _finish_axes(axes: Axes, media_without_run: list[str], any_drawn: bool) -> None:

@@ -1,4 +1,4 @@
-"""From recording to result: one run of each kind, its tare, its clocks and its surface."""
+"""Figures of single runs from recording to result: one run of each kind, a tare, the clocks and the surface."""
 
 from __future__ import annotations
 
@@ -47,6 +47,8 @@ if TYPE_CHECKING:
 
 _RECORDED = ("time_s", "depth_cm", "x_cm", "angle_deg", "force_z_N", "force_x_N")
 _CURVE = ("theta_deg", "force_z_N", "force_x_N")
+"""Columns of a recording, and of the result of a run of a leg, that the figure shows."""
+
 _PHASES: dict[str, style.Look] = {
     "pause": {"facecolor": "#f3e3b3", "edgecolor": "#a08c4a", "hatch": "//////", "linewidth": 0},
     "stroke": {"facecolor": style.WINDOW, "linewidth": 0},
@@ -81,18 +83,18 @@ class PanelColumn:
 def columns_of(results: Results, medium: str) -> list[PanelColumn]:
     """Choose one run of each kind that gave a result, and collect what its column of the figure shows."""
     samples = results.table(f"traces/{medium}.parquet")
-    names = samples["run_id"].astype(str)
-    fits, curves = results[medium].fits, results[medium].legs
+    run_ids = samples["run_id"].astype(str)
+    fits, leg_curves = results[medium].fits, results[medium].legs
     stress = by_run(stress_of(results, medium))
     columns = []
     plates = _choose_plate_runs(results.campaign, fits, set(stress))
-    for run in (*plates, *_choose_leg_run(results.campaign, medium, curves)):
-        trace, phases = _read_recording(samples[names == run.run_id])
+    for run in (*plates, *_choose_leg_run(results.campaign, medium, leg_curves)):
+        trace, phases = _read_recording(samples[run_ids == run.run_id])
         if not trace:
             continue
-        tare, _ = _read_recording(samples[names == run.tare_run])
-        leg_curve = curves[curves["run_id"] == run.run_id]
-        result = stress.get(run.run_id, {name: leg_curve[name].to_numpy(float) for name in _CURVE})
+        tare, _ = _read_recording(samples[run_ids == run.tare_run])
+        curve = leg_curves[leg_curves["run_id"] == run.run_id]
+        result = stress.get(run.run_id, {name: curve[name].to_numpy(float) for name in _CURVE})
         fit = next(iter(fits[fits["run_id"] == run.run_id].to_dict("records")), {})
         cell = cell_of_run(results[medium].alpha, run.run_id)
         columns.append(
@@ -104,7 +106,7 @@ def columns_of(results: Results, medium: str) -> list[PanelColumn]:
 def _choose_plate_runs(
     campaign: Campaign, fits: pd.DataFrame, runs_with_stress: set[str]
 ) -> Iterator[Run]:
-    """Choose for each direction, among the runs with alpha, the one nearest to the angles of the paper's push."""
+    """Choose for each direction, among the runs with stress and alpha, the one nearest to the angles of `PUSH` and its pull."""
     beta, gamma = PUSH
     target_angles = {
         "intrusion": (beta, gamma),
@@ -113,31 +115,24 @@ def _choose_plate_runs(
     }
     finite = fits[["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]].notna().all(axis=1)
     usable = fits[finite & fits["run_id"].isin(runs_with_stress)]
-    for direction, (b, g) in target_angles.items():
-        rows_of_direction = usable[usable["direction"] == direction]
-        if rows_of_direction.empty:
-            continue
-        distance = (rows_of_direction["beta_deg"] - b).abs() + (
-            rows_of_direction["gamma_deg"] - g
-        ).abs()
+    for direction, angles_deg in target_angles.items():
+        fits_of_direction = usable[usable["direction"] == direction]
+        differences = fits_of_direction[["beta_deg", "gamma_deg"]] - angles_deg
         # among equally near runs the deepest: its forces are largest
-        order = rows_of_direction.assign(
-            away=distance.round(1), up=-rows_of_direction["depth_to_cm"].round(1)
-        )
-        yield campaign.by_id[str(order.sort_values(["away", "up", "run_id"])["run_id"].iloc[0])]
+        order = fits_of_direction.assign(
+            distance_deg=differences.abs().sum(axis=1).round(1),
+            depth=fits_of_direction["depth_to_cm"].round(1),
+        ).sort_values(["distance_deg", "depth", "run_id"], ascending=[True, False, True])
+        for run_id in order["run_id"].head(1):
+            yield campaign.by_id[str(run_id)]
 
 
 def _choose_leg_run(campaign: Campaign, medium: str, curves: pd.DataFrame) -> Iterator[Run]:
     """Choose a run of the measured leg that the configuration names first; none where no leg was measured."""
-    runs_with_force = set(curves.loc[curves["force_z_N"].notna(), "run_id"])
-    runs = [
-        run
-        for run in campaign.runs_of(medium)
-        if run.kind == "leg" and run.run_id in runs_with_force
-    ]
+    run_ids = set(curves.loc[curves["force_z_N"].notna(), "run_id"])
+    runs = [run for run in campaign.runs_of(medium) if run.kind == "leg" and run.run_id in run_ids]
     order = list(campaign.config.intruders)
-    if runs:
-        yield min(runs, key=lambda run: (order.index(run.intruder), run.run_id))
+    yield from sorted(runs, key=lambda run: (order.index(run.intruder), run.run_id))[:1]
 
 
 def _read_recording(samples: pd.DataFrame) -> tuple[Trace, dict[str, tuple[float, float]]]:
@@ -149,11 +144,10 @@ def _read_recording(samples: pd.DataFrame) -> tuple[Trace, dict[str, tuple[float
     # without a stroke, time is counted from the first sample
     begin = int(np.argmax(phase == "stroke"))
     trace["time_s"] = trace["time_s"] - trace["time_s"][begin]
-    phases = {}
-    for name in _PHASES:
-        if (phase == name).any():
-            time = trace["time_s"][phase == name]
-            phases[name] = (float(time.min()), float(time.max()))
+    times = {name: trace["time_s"][phase == name] for name in _PHASES}
+    phases = {
+        name: (float(time.min()), float(time.max())) for name, time in times.items() if time.size
+    }
     return trace, phases
 
 
@@ -161,16 +155,13 @@ def _describe_run(run: Run) -> str:
     """Describe the body and the motion of a run, for the heading."""
     if run.kind == "leg":
         return f"{leg_panels.leg_title(run.intruder)}, swept through the medium"
-    beta, gamma = style.degrees(run.beta_deg), style.degrees(run.gamma_deg)
-    beta_text = rf"$\beta$ = {beta}"
+    beta = rf"$\beta$ = {style.degrees(run.beta_deg)}"
     if run.direction == "horizontal":
-        return f"{beta_text}, {style.format_number(run.depth_cm, 2)} cm deep"
+        return f"{beta}, {style.format_number(run.depth_cm, 2)} cm deep"
     if run.direction == "intrusion":
-        return rf"{beta_text}, $\gamma$ = {gamma}"
-    filed_beta, filed_gamma, _ = conventions.file_extraction(run.beta_deg, run.gamma_deg)
-    return (
-        f"{beta_text}, in the maps at ({style.degrees(filed_beta)}, {style.degrees(filed_gamma)})"
-    )
+        return rf"{beta}, $\gamma$ = {style.degrees(run.gamma_deg)}"
+    filed_angles = conventions.file_extraction(run.beta_deg, run.gamma_deg)[:2]
+    return f"{beta}, in the maps at ({', '.join(map(style.degrees, filed_angles))})"
 
 
 @figure(
@@ -213,14 +204,11 @@ def plot_protocol(results: Results, medium: str) -> Figure:
         if i == 0:
             force_axes.set_ylabel("force on intruder (N)")
         if column.kind == "rotation":
-            note, label = _draw_leg(result_axes, column), "force, tare taken off (N)"
+            result_axes.set_title(_draw_leg(result_axes, column), **small)
+            result_axes.set_ylabel("force, tare taken off (N)")
         else:
-            note, label = (
-                _draw_plate(result_axes, column),
-                f"stress ({style.PER_CM2})" if i == 0 else "",
-            )
-        result_axes.set_ylabel(label)
-        result_axes.set_title(note, **small)
+            result_axes.set_title(_draw_plate(result_axes, column), **small)
+            result_axes.set_ylabel(f"stress ({style.PER_CM2})" if i == 0 else "")
     colours, tares = style.COMPONENT_COLOURS, style.PALE_COLOURS
     entries: dict[str, Any] = {}
     if any(column.kind != "rotation" for column in columns):
@@ -241,8 +229,8 @@ def plot_protocol(results: Results, medium: str) -> Figure:
 
 def _shade_phases(axes: Axes, column: PanelColumn) -> None:
     """Shade the times of pause and stroke, and draw the line of zero."""
-    for name, (start, end) in column.phases.items():
-        axes.axvspan(start, end, **_PHASES[name])
+    for name, times in column.phases.items():
+        axes.axvspan(*times, **_PHASES[name])
     style.zero_line(axes)
 
 
@@ -287,7 +275,7 @@ def _draw_forces(axes: Axes, column: PanelColumn) -> None:
 
 
 def _draw_plate(axes: Axes, column: PanelColumn) -> str:
-    """Draw the stress of a plate with its fit. Returns alpha as text."""
+    """Draw the stress of a plate with its fit. Returns alpha in words, for the heading."""
     trace = column.result
     draw_run(axes, trace, column.fit)
     axes.set_xlabel("distance travelled (cm)" if column.kind == "horizontal" else "depth (cm)")
@@ -296,24 +284,22 @@ def _draw_plate(axes: Axes, column: PanelColumn) -> str:
 
 
 def _draw_leg(axes: Axes, column: PanelColumn) -> str:
-    """Draw the force on a leg against its angle. Returns the peaks as text, for the heading."""
+    """Draw the force on a leg against its angle. Returns the peaks in words, for the heading."""
     style.zero_line(axes)
     notes = []
     theta = column.result["theta_deg"]
     for c in "zx":
         force = column.result[f"force_{c}_N"]
         axes.plot(theta, force, ".", color=style.COMPONENT_COLOURS[c], markersize=1.4)
+        note = f"no force $F_{c}$"
         is_finite = np.isfinite(force)
         if is_finite.any():
             peak = measured_peak(theta[is_finite], force[is_finite], c)
-            angle_text = rf"$\theta$ = {style.degrees(round(peak.theta_deg))}"
-            notes.append(
-                rf"peak $F_{c}$ = {style.format_number(peak.force_N, 2)} N at {angle_text}"
-            )
-        else:
-            notes.append(f"no force $F_{c}$")
+            peak_N, theta_peak = style.format_number(peak.force_N, 2), round(peak.theta_deg)
+            note = rf"peak $F_{c}$ = {peak_N} N at $\theta$ = {style.degrees(theta_peak)}"
+        notes.append(note)
     axes.set(xlim=leg_panels.THETA_DEG, xticks=range(-90, 91, 45), xlabel=leg_panels.THETA_LABEL)
-    axes.xaxis.set_major_formatter(lambda angle, _: f"{angle:.0f}".replace("-", "\N{MINUS SIGN}"))
+    axes.xaxis.set_major_formatter("{x:.0f}")
     return "\n".join(notes)
 
 
@@ -328,17 +314,14 @@ def _runs_with_tare(results: Results, medium: str) -> pd.DataFrame:
 
 def _without_tare(results: Results, medium: str) -> Sequence[str]:
     """Say why no plate run of a medium has a tare; empty where one has."""
-    tare_not_needed = results.config.fit.missing_tare == "none"
-    nothing = (
-        "nothing to subtract (fit.missing_tare: none)"
-        if tare_not_needed
-        else str(remark("no-tare"))
-    )
     if len(_runs_with_tare(results, medium)):
         return ()
+    without_reason = str(remark("no-tare"))
+    if results.config.fit.missing_tare == "none":
+        without_reason = "nothing to subtract (fit.missing_tare: none)"
     reasons = dict.fromkeys(results.table(f"tares/{medium}.csv")["reason"])
-    messages = [reason or nothing for reason in reasons]
-    return f"{results.titles[medium]}: no plate run has a tare to draw", *messages
+    sentences = [reason or without_reason for reason in reasons]
+    return f"{results.titles[medium]}: no plate run has a tare to draw", *sentences
 
 
 @figure(
@@ -436,17 +419,17 @@ def plot_clocks(results: Results, medium: str) -> Figure:
 
 
 @style.styled()
-def draw_clocks(rows: Sequence[tuple[Ingested, Alignment]]) -> Figure:
+def draw_clocks(pushes: Sequence[tuple[Ingested, Alignment]]) -> Figure:
     """Draw the clock offset of each push relative to its session, and below the alignment of the push that differs most.
 
     First panel below: the share of the force's variance that no smooth function of depth explains, against the lag that was
     tried; dots are the offsets that were fitted, a line is the offset of the session. Second: force over depth at the
     estimated offset, and the smooth function. Third, where a surface was estimated: force beside the surface, and its model.
     """
-    differences = np.array([_difference_s(trace, alignment) for trace, alignment in rows])
-    half_widths = np.array([NORMAL_95 * (alignment.clock.se_s or 0.0) for _, alignment in rows])
+    differences = np.array([_difference_s(trace, alignment) for trace, alignment in pushes])
+    half_widths = np.array([NORMAL_95 * (alignment.clock.se_s or 0.0) for _, alignment in pushes])
     worst = int(np.argmax(np.abs(differences) / np.where(half_widths > 0, half_widths, 1.0)))
-    trace, alignment = rows[worst]
+    trace, alignment = pushes[worst]
     page, panels = style.panels((4.6, 4.9), 3 if trace.surface else 2, 6.1)
     grid = panels[0, 0].get_gridspec()
     for axes in panels[0]:
@@ -480,7 +463,7 @@ def _difference_s(trace: Ingested, alignment: Alignment) -> float:
 
 
 def _draw_offsets(axes: Axes, differences: FloatArray, half_widths: FloatArray, worst: int) -> None:
-    """Draw the offset of each push from its session, s; mark the push that differs most, of index `worst`."""
+    """Draw the offset of each push from its session with its interval, s; mark the push that differs most, of index `worst`."""
     numbers = np.arange(1, len(differences) + 1)
     axes.axhline(0, color="black", linewidth=0.8, linestyle=":")
     low, high = differences - half_widths, differences + half_widths
@@ -529,10 +512,17 @@ def _draw_lift(axes: Axes, alignment: Alignment) -> None:
     is_deep = alignment.depth > alignment.depth.max() - 6
     curves = alignment.depth, alignment.force, alignment.fitted
     depth, force, fitted = (values[is_deep] for values in curves)
-    order = np.argsort(depth)
-    axes.plot(depth, force - start, "o", color=_BLUE, markersize=1, markeredgewidth=0)
-    axes.plot(depth[order], fitted[order] - start, color=_RED, linewidth=0.8)
+    _draw_lift_and_model(axes, depth, force - start, fitted - start)
     axes.set(xlabel="depth from the arm's zero (cm)", ylabel="lift (N)")
+
+
+def _draw_lift_and_model(
+    axes: Axes, depth: FloatArray, lift: FloatArray, fitted: FloatArray
+) -> None:
+    """Draw lift over depth as dots, and the function fitted to it as a line."""
+    order = np.argsort(depth)
+    axes.plot(depth, lift, "o", color=_BLUE, markersize=1, markeredgewidth=0)
+    axes.plot(depth[order], fitted[order], color=_RED, linewidth=0.8)
 
 
 def _draw_contact(axes: Axes, surface: Surface) -> None:
@@ -540,11 +530,8 @@ def _draw_contact(axes: Axes, surface: Surface) -> None:
     depth = surface.depth - surface.depth_cm
     limit_cm = 0.6
     is_near = np.abs(depth) < limit_cm
-    depth, force = depth[is_near], (surface.force - surface.air_N)[is_near]
-    fitted = (surface.fitted - surface.air_N)[is_near]
-    order = np.argsort(depth)
-    axes.plot(depth, force, "o", color=_BLUE, markersize=1, markeredgewidth=0)
-    axes.plot(depth[order], fitted[order], color=_RED, linewidth=0.8)
+    force, fitted = (curve[is_near] - surface.air_N for curve in (surface.force, surface.fitted))
+    _draw_lift_and_model(axes, depth[is_near], force, fitted)
     lo, hi = surface.interval()
     ends = np.clip([lo - surface.depth_cm, hi - surface.depth_cm], -limit_cm, limit_cm)
     axes.axvspan(*ends, color=_RED, alpha=style.INTERVAL_OPACITY, linewidth=0)

@@ -30,8 +30,6 @@ from rftfit.measure.verdict_words import MAP, PAIR, REPEATS
 from rftfit.store.text import count
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -91,40 +89,39 @@ def plot_quality(results: Results, medium: str) -> list[Figure]:
 
 @style.styled()
 def draw_quality(
-    traces: pd.DataFrame, fits: pd.DataFrame, flags: Flags, medium_title: str
+    stress: pd.DataFrame, fits: pd.DataFrame, flags: Flags, medium_title: str
 ) -> list[Figure]:
     """Draw a panel for each plate run of a medium, in rows of beta and columns of gamma; repeats on pages of their own.
 
-    `traces`: Table of `stress_of`; a run of `fits` without samples has an empty panel.
+    `stress`: Table of `stress_samples`; a run of `fits` without samples has an empty panel.
     """
     fits = fits.assign(run_id=fits["run_id"].astype(str))
-    samples = by_run(traces)
-    rows = fits.set_index("run_id", drop=False)
-    flat = set(rows.index[rows["direction"] == "horizontal"])
-    depth = rows["depth_from_cm"].astype(float)
-    for run in flat & set(samples):
-        finite = samples[run]["depth_cm"][np.isfinite(samples[run]["depth_cm"])]
-        if np.isnan(depth[run]) and finite.size:
-            depth[run] = float(np.median(finite))
+    samples = by_run(stress)
+    horizontal = set(fits.loc[fits["direction"] == "horizontal", "run_id"])
+    depth_cm = fits.set_index("run_id")["depth_from_cm"].astype(float)
     # at least 1 cm; no path where the medium has no horizontal run
-    depths, paths = [1.0], [float(bool(flat))]
+    depths, paths = [1.0], [float(bool(horizontal))]
     for run, trace in samples.items():
-        along = trace["path_cm" if run in flat else "depth_cm"]
-        ends = paths if run in flat else depths
+        along = trace["path_cm" if run in horizontal else "depth_cm"]
+        ends = paths if run in horizontal else depths
         ends.append(float(along[np.isfinite(along)].max(initial=0.0)))
+        # a horizontal run without a fit is placed by the depth of its samples
+        finite = trace["depth_cm"][np.isfinite(trace["depth_cm"])]
+        if run in horizontal and np.isnan(depth_cm[run]) and finite.size:
+            depth_cm[run] = float(np.median(finite))
     reach = float(np.ceil(max(depths))), float(np.ceil(max(paths)))
-    pages = runs_on_pages(rows.reset_index(drop=True), depth)
-    fit_of = {str(fit["run_id"]): fit for fit in rows.to_dict("records")}
+    pages = runs_on_pages(fits, depth_cm)
+    fit_by_run = {fit["run_id"]: fit for fit in fits.to_dict("records")}
     shared = flags.shared(fits)
     title = _describe_counts(fits, flags, medium_title, "plate run")
     figures = []
     for i, page in enumerate(pages):
         sheet = Sheet(page, reach, flags, shared)
         for run, place in page.places.items():
-            sheet.add_panel(place, samples.get(run, {}), fit_of[run])
+            sheet.add_panel(place, samples.get(run, {}), fit_by_run[run])
         sheet.mark_empty_places()
         number = f" (page {i + 1} of {len(pages)})" if pages[1:] else ""
-        figures.append(sheet.finish(title + number, _describe_notes(rows, shared)))
+        figures.append(sheet.finish(title + number, _describe_notes(fits, shared)))
     return figures
 
 
@@ -145,10 +142,11 @@ MAX_ROWS = 7
 
 
 @dataclass(frozen=True)
-class QualitySheet:
-    """The layout of one sheet of paper.
+class SheetLayout:
+    """Layout of one sheet of paper: a grid of places for runs.
 
-    `places`: Row and column of each run.
+    `row_labels`, `column_labels`: Text beside each row and above each column.
+    `places`: Row and column of each run, by run_id.
     `is_first`: True for a sheet of first runs, where an empty place means that nothing was measured there. On sheets of
         repeated runs it means nothing.
     """
@@ -160,81 +158,75 @@ class QualitySheet:
 
 
 def depth_levels(depth_cm: pd.Series[float]) -> pd.Series[float]:
-    """Replace the depths of horizontal runs, cm, by the mean of the level to which each belongs; NaN where unknown."""
-    known = depth_cm.dropna()
-    means = known.groupby(number_depths(np.asarray(known, dtype=np.float64))).transform("mean")
+    """Replace the depths of horizontal runs, cm, by the mean of the level to which each belongs; NaN stays."""
+    finite = depth_cm.dropna()
+    means = finite.groupby(number_depths(np.asarray(finite, dtype=np.float64))).transform("mean")
     return means.reindex(depth_cm.index)
 
 
-def _format_column_label(gamma: float, direction: str, level: float) -> str:
-    """Write gamma, direction and, for horizontal runs, the depth above a column."""
-    head = f"\N{GREEK SMALL LETTER GAMMA} = {style.degrees(gamma)}\n{direction}"
+def _format_column_label(gamma_deg: float, direction: str, level_cm: float) -> str:
+    """Write gamma, direction and, for horizontal runs, their depth (below 0: unknown) for the head of a column."""
+    head = f"\N{GREEK SMALL LETTER GAMMA} = {style.degrees(gamma_deg)}\n{direction}"
     if direction == "horizontal":
-        return head + (f"\n{level:.1f} cm deep" if level >= 0 else "\ndepth not known")
+        return head + (f"\n{level_cm:.1f} cm deep" if level_cm >= 0 else "\ndepth not known")
     return head
 
 
-def _split_into_chunks(count: int, max_size: int) -> Iterator[range]:
-    """Split the numbers from 0 to count - 1 into ranges of at most `max_size`."""
-    for start in range(0, count, max_size):
-        yield range(start, min(start + max_size, count))
-
-
-def runs_on_pages(fits: pd.DataFrame, depth_cm: pd.Series[float]) -> list[QualitySheet]:
+def runs_on_pages(fits: pd.DataFrame, depth_cm: pd.Series[float]) -> list[SheetLayout]:
     """Place the runs of one medium on sheets; the k-th repeats of all directions have sheets of their own.
 
     `depth_cm`: Depth of horizontal runs by run_id.
     """
-    runs = fits[["run_id", "beta_deg", "gamma_deg", "direction"]].copy()
-    runs["beta_deg"] = runs["beta_deg"].astype(float).round(2) + 0.0
-    runs["gamma_deg"] = runs["gamma_deg"].astype(float).round(2) + 0.0
-    flat = runs["direction"] == "horizontal"
-    depth = runs["run_id"].map(depth_cm).astype(float).where(flat)
+    runs = fits[["run_id", "direction"]].copy()
+    for name in ("beta_deg", "gamma_deg"):
+        # + 0.0: a negative zero becomes positive
+        runs[name] = fits[name].astype(float).round(2) + 0.0
+    is_horizontal = runs["direction"] == "horizontal"
+    depth = runs["run_id"].map(depth_cm).astype(float).where(is_horizontal)
     # -1 stands for a horizontal run of unknown depth
-    runs["level"] = np.where(flat, depth_levels(depth).fillna(-1.0), 0.0)
-    runs["order"] = runs["direction"].map({name: i for i, name in enumerate(DIRECTIONS)})
+    runs["level"] = np.where(is_horizontal, depth_levels(depth).fillna(-1.0), 0.0)
+    runs["order"] = runs["direction"].map(DIRECTIONS.index)
     keys = ["gamma_deg", "order", "level", "direction"]
     runs = runs.sort_values(["beta_deg", *keys, "run_id"], kind="stable")
     runs["repeat"] = runs.groupby(["beta_deg", *keys]).cumcount()
     pages = []
     for repeat, runs_of_repeat in runs.groupby("repeat"):
-        columns = runs_of_repeat[keys].drop_duplicates().sort_values(keys[:3])
-        column_of = {key: i for i, key in enumerate(columns.itertuples(index=False, name=None))}
-        betas = sorted(runs_of_repeat["beta_deg"].unique())
-        rows = runs_of_repeat[["run_id", "beta_deg", *keys]].itertuples(index=False, name=None)
-        place = {str(run): (betas.index(beta), column_of[tuple(key)]) for run, beta, *key in rows}
+        betas, row = np.unique(runs_of_repeat["beta_deg"], return_inverse=True)
+        columns = runs_of_repeat.groupby(keys)
+        keys_of_columns: Any = [key for key, _ in columns]
+        heads = [
+            _format_column_label(gamma, name, level) for gamma, _, level, name in keys_of_columns
+        ]
+        grid = zip(runs_of_repeat["run_id"].map(str), row, columns.ngroup(), strict=True)
+        places = {run: (int(i), int(j)) for run, i, j in grid}
         # a grid with runs in less than a quarter of its places would be mostly empty
-        if 4 * len(place) < len(betas) * len(column_of):
-            pages += _place_in_turn(list(place))
+        if 4 * len(places) < len(betas) * len(heads):
+            pages += _place_in_turn(list(places))
             continue
-        heads = [_format_column_label(gamma, name, level) for gamma, _, level, name in column_of]
-        for row_range in _split_into_chunks(len(betas), MAX_ROWS):
-            for column_range in _split_into_chunks(len(heads), MAX_COLUMNS):
-                runs_on_page = [
-                    run for run, (i, j) in place.items() if i in row_range and j in column_range
-                ]
-                places_on_page = {
-                    run: (place[run][0] - row_range[0], place[run][1] - column_range[0])
-                    for run in runs_on_page
-                }
-                if places_on_page:
-                    names = [f"β = {style.degrees(betas[i])}" for i in row_range]
-                    pages.append(
-                        QualitySheet(
-                            names, [heads[j] for j in column_range], places_on_page, repeat == 0
-                        )
-                    )
+        sides = [f"β = {style.degrees(beta)}" for beta in betas]
+        first_places = product(range(0, len(sides), MAX_ROWS), range(0, len(heads), MAX_COLUMNS))
+        for top, left in first_places:
+            places_on_page = {
+                run: (i - top, j - left)
+                for run, (i, j) in places.items()
+                if 0 <= i - top < MAX_ROWS and 0 <= j - left < MAX_COLUMNS
+            }
+            if places_on_page:
+                labels = sides[top : top + MAX_ROWS], heads[left : left + MAX_COLUMNS]
+                pages.append(SheetLayout(*labels, places_on_page, repeat == 0))
     return pages
 
 
-def _place_in_turn(runs: list[str]) -> list[QualitySheet]:
+def _place_in_turn(runs: list[str]) -> list[SheetLayout]:
     """Place runs in scattered directions one after the other, on sheets without labels of rows and columns."""
     pages = []
-    for run_range in _split_into_chunks(len(runs), MAX_ROWS * MAX_COLUMNS):
-        columns = min(MAX_COLUMNS, len(run_range))
-        places = {runs[run_index]: divmod(i, columns) for i, run_index in enumerate(run_range)}
-        rows = -(-len(run_range) // columns)
-        pages.append(QualitySheet([""] * rows, [""] * columns, places, is_first=False))
+    most_runs = MAX_ROWS * MAX_COLUMNS
+    for start in range(0, len(runs), most_runs):
+        runs_on_page = runs[start : start + most_runs]
+        columns = min(MAX_COLUMNS, len(runs_on_page))
+        places = {run: divmod(i, columns) for i, run in enumerate(runs_on_page)}
+        rows = -(-len(runs_on_page) // columns)
+        pages.append(SheetLayout([""] * rows, [""] * columns, places, is_first=False))
     return pages
 
 
@@ -242,9 +234,16 @@ def _place_in_turn(runs: list[str]) -> list[QualitySheet]:
 
 
 WIDTH_CM, HEIGHT_CM = 42.0, 29.7
+"""Size of A3, the largest sheet."""
+
 LEFT, _RIGHT, _TOP, _BOTTOM, _GAP = 1.5, 0.4, 2.5, 1.5, 0.12
-_HEAD = 1.05  # text above the trace in a panel, cm
+"""Margins of a sheet, and the gap between panels, cm."""
+
+_HEAD = 1.05
+"""Height of the text above the curves in a panel, cm."""
+
 _LARGEST, _NARROWEST = 5.0, 27.5
+"""Largest width and height of a panel, and least width of a sheet, cm."""
 
 Pen = tuple[str, float, Any]
 """Colour, width and dashes of a line."""
@@ -263,28 +262,29 @@ STRESS: dict[tuple[str, str], tuple[Pen, str]] = {
 }
 """Pen and name of each curve of stress, by quantity and component, in the order of drawing."""
 
-# dashed, so that the fit does not hide the samples
 FIT: Pen = ("black", 0.6, (0, (5, 4)))
+"""Pen of the line of a fit; dashed, so that it does not hide the samples."""
+
 _WINDOW = "#e4e4e4"
+"""Colour of the window of a fit."""
 
 
 class Sheet:
     """Collects the lines of all panels of a page by pen, then draws all lines of a pen at once, which is fast.
 
-    Coordinates are in cm from the upper left corner of the paper, up is positive. `page`: Layout of the sheet. `reach`:
-    Depth and, for horizontal runs, path that the width of a panel spans, cm. `flags`: Flags of the runs. `shared`: Flags
-    that all runs have.
+    Coordinates are in cm from the upper left corner of the paper, up is positive. `reach`: Depth and, for horizontal runs,
+    path that the width of a panel spans, cm. `flags`: Flags of the runs. `shared`: Flags that all runs have.
     """
 
     def __init__(
         self,
-        page: QualitySheet,
+        layout: SheetLayout,
         reach: tuple[float, float],
         flags: Flags,
         shared: tuple[Remark, ...],
     ) -> None:
-        rows, columns = len(page.row_labels), len(page.column_labels)
-        self.page = page
+        rows, columns = len(layout.row_labels), len(layout.column_labels)
+        self.layout = layout
         self.flags = flags
         self.shared = shared
         self.reach = reach
@@ -308,8 +308,7 @@ class Sheet:
     def add_frame(self, left: float, top: float, colour: str) -> None:
         """Collect the frame of a panel."""
         right, bottom = left + self.width - _GAP, top - self.height + _GAP
-        corners = [(left, top), (right, top), (right, bottom), (left, bottom)]
-        self.frames[colour].append(np.array(corners))
+        self.frames[colour].append(_corners(left, right, bottom, top))
 
     def add_panel(self, place: tuple[int, int], trace: Trace, fit: Row) -> None:
         """Collect lines and text of one run; `trace` is empty if the run has no samples."""
@@ -322,31 +321,31 @@ class Sheet:
 
     def _add_curves(self, left: float, top: float, trace: Trace, fit: Row) -> None:
         """Collect stress, tare, fit and window of a run; the panel begins at `left` and `top`, cm."""
-        flat = fit["direction"] == "horizontal"
-        name = "path_cm" if flat else "depth_cm"
+        is_horizontal = fit["direction"] == "horizontal"
         inner, tall = self.width - _GAP, self.height - _GAP - _HEAD
         lowest, highest = panel_limits(trace)
         scale = tall / (highest - lowest)
         zero = top - _HEAD - scale * highest
-        across = inner / (self.reach[1] if flat else self.reach[0])
+        depth_reach, path_reach = self.reach
+        # cm on paper for a cm of depth or path
+        across = inner / (path_reach if is_horizontal else depth_reach)
+        along = trace["path_cm" if is_horizontal else "depth_cm"]
         # samples above the surface would lie in the next panel
-        along = np.where(trace[name] >= 0, trace[name], np.nan)
+        along = np.where(along >= 0, along, np.nan)
         x = left + across * along
         window = x[(trace["in_window"] > 0) & np.isfinite(x)]
         if window.size:
-            low, high = window.min(), window.max()
             bottom, head = top - _HEAD - tall, top - _HEAD
-            corners = [(low, bottom), (high, bottom), (high, head), (low, head)]
-            self.windows.append(np.array(corners))
+            self.windows.append(_corners(window.min(), window.max(), bottom, head))
         self.lines["#b0b0b0", 0.4, "-"].append(np.array([(left, zero), (left + inner, zero)]))
-        for (kind, c), (pen, _) in STRESS.items():
-            column = f"{kind}_{c}_N_per_cm2"
-            if (c == "z" or measures_x(trace)) and (kind == "stress" or np.any(trace[column])):
-                self.lines[pen] += thin(x, zero + scale * trace[column])
+        for (quantity, c), (pen, _) in STRESS.items():
+            stress = trace[f"{quantity}_{c}_N_per_cm2"]
+            if (c == "z" or measures_x(trace)) and (quantity == "stress" or np.any(stress)):
+                self.lines[pen] += thin(x, zero + scale * stress)
         if not np.isfinite(x).any():
             return
-        ends = np.array([0.0 if flat else np.nanmin(along), np.nanmax(along)])
-        depths = np.full(2, np.nanmedian(trace["depth_cm"])) if flat else ends
+        ends = np.array([0.0 if is_horizontal else np.nanmin(along), np.nanmax(along)])
+        depths = np.full(2, np.nanmedian(trace["depth_cm"])) if is_horizontal else ends
         for c in "zx":
             y = zero + scale * float(fit[f"alpha_{c}_N_per_cm3"]) * depths
             if np.isfinite(y).all() and (c == "z" or measures_x(trace)):
@@ -391,36 +390,35 @@ class Sheet:
 
     def mark_empty_places(self) -> None:
         """Write "not measured" into each empty place of a sheet of first runs."""
-        taken_places = set(self.page.places.values())
-        rows, columns = range(len(self.page.row_labels)), range(len(self.page.column_labels))
-        for place in product(rows, columns) if self.page.is_first else ():
-            if place not in taken_places:
-                left, top = self.corner(*place)
-                self.add_frame(left, top, "#dddddd")
-                middle = left + (self.width - _GAP) / 2, top - (self.height - _GAP) / 2
-                self.axes.text(
-                    *middle, "not measured", fontsize=5.5, color="#888888", ha="center", va="center"
-                )
+        if not self.layout.is_first:
+            return
+        rows, columns = range(len(self.layout.row_labels)), range(len(self.layout.column_labels))
+        for place in sorted({*product(rows, columns)} - {*self.layout.places.values()}):
+            left, top = self.corner(*place)
+            self.add_frame(left, top, "#dddddd")
+            middle = left + (self.width - _GAP) / 2, top - (self.height - _GAP) / 2
+            self.axes.text(
+                *middle, "not measured", fontsize=5.5, color="#888888", ha="center", va="center"
+            )
 
     def finish(self, title: str, notes: str) -> Figure:
         """Draw everything that was collected; `notes` stand below the title."""
         from matplotlib.collections import LineCollection, PolyCollection
 
         self.axes.add_collection(PolyCollection(self.windows, facecolors=_WINDOW, linewidths=0))
-        for pen, lines in self.lines.items():
-            colour, width, dashes = pen
-            collection_style: dict[str, Any] = {"colors": colour, "linewidths": width}
-            self.axes.add_collection(LineCollection(lines, linestyles=[dashes], **collection_style))
+        for (colour, width, dashes), lines in self.lines.items():
+            self.axes.add_collection(
+                LineCollection(lines, colors=colour, linewidths=width, linestyles=[dashes])
+            )
         for colour, boxes in self.frames.items():
-            collection_style = {
-                "edgecolors": colour,
-                "linewidths": 1.4 if colour == style.MARK else 0.4,
-            }
-            self.axes.add_collection(PolyCollection(boxes, facecolors="none", **collection_style))
-        for i, label in enumerate(self.page.row_labels):
+            width = 1.4 if colour == style.MARK else 0.4
+            self.axes.add_collection(
+                PolyCollection(boxes, facecolors="none", edgecolors=colour, linewidths=width)
+            )
+        for i, label in enumerate(self.layout.row_labels):
             y = self.corner(i, 0)[1] - (self.height - _GAP) / 2
             self.axes.text(LEFT - 0.2, y, label, fontsize=8, ha="right", va="center", rotation=90)
-        for i, label in enumerate(self.page.column_labels):
+        for i, label in enumerate(self.layout.column_labels):
             x = self.corner(0, i)[0] + (self.width - _GAP) / 2
             self.axes.text(x, -_TOP + 0.12, label, fontsize=7, ha="center", va="bottom")
         self.axes.text(LEFT, -0.35, style.plain(title), fontsize=14, va="top")
@@ -433,36 +431,44 @@ class Sheet:
 
     def _add_legend(self) -> None:
         """Add the legend, and a sentence on what the panels span."""
-        names = [STRESS[kind, c] for kind in ("stress", "tare") for c in "zx"]
-        names = [(pen, name) for pen, name in names if pen in self.lines]
-        entries = {name: style.line(pen[0], linewidth=1.2, linestyle=pen[2]) for pen, name in names}
+        curves = [STRESS[quantity, c] for quantity in ("stress", "tare") for c in "zx"]
+        entries = {
+            name: style.line(pen[0], linewidth=1.2, linestyle=pen[2])
+            for pen, name in curves
+            if pen in self.lines
+        }
         entries["fit through zero"] = style.line(FIT[0], linewidth=0.8, linestyle=FIT[2])
         entries["fit window"] = style.patch(facecolor=_WINDOW)
         if style.MARK in self.frames:
             frame = style.patch(facecolor="none", edgecolor=style.MARK, linewidth=1.4)
             entries["flagged or without alpha"] = frame
-        place = LEFT / self.paper[0], 0.12 / self.paper[1]
         style.legend(
             self.figure,
             entries,
-            bbox_to_anchor=place,
+            bbox_to_anchor=(LEFT / self.paper[0], 0.12 / self.paper[1]),
             loc="lower left",
             fontsize=7.5,
             borderaxespad=0,
             columnspacing=1.3,
         )
-        level = f" (horizontal runs: path from 0 to {self.reach[1]:g} cm)" * (self.reach[1] > 0)
-        text = (
-            f"Across each panel: depth from 0 to {self.reach[0]:g} cm{level}. Up: stress, from the panel's bottom to its top as written in "
+        depth_cm, path_cm = self.reach
+        horizontal = f" (horizontal runs: path from 0 to {path_cm:g} cm)" * (path_cm > 0)
+        explanation = (
+            f"Across each panel: depth from 0 to {depth_cm:g} cm{horizontal}. Up: stress, from the panel's bottom to its top as written in "
             "it. α in N/cm³. Extractions stand at their angles in the maps."
         )
-        self.axes.text(LEFT, -self.paper[1] + 1.05, text, fontsize=7.5, va="center")
+        self.axes.text(LEFT, -self.paper[1] + 1.05, explanation, fontsize=7.5, va="center")
+
+
+def _corners(left: float, right: float, bottom: float, top: float) -> FloatArray:
+    """Return the corners of a rectangle, shape (4, 2)."""
+    return np.array([(left, top), (right, top), (right, bottom), (left, bottom)])
 
 
 # Runs compared with others of their medium
 
 
-_NAMED, _NAME = 6, 30
+_MOST_NAMED, _LONGEST_NAME = 6, 30
 """Most outliers that are named, and most letters of their names."""
 
 _COMPARED_WITH = {
@@ -470,7 +476,7 @@ _COMPARED_WITH = {
     PAIR: ("map", "the map by all other runs; judged by the other of two", "s", False),
     MAP: ("map", "the map by all other runs", "o", False),
 }
-"""For each sort of comparison: its short and its full name, its marker, and whether the marker is filled."""
+"""For each content of column ``beside`` of ``results/peers``: short and full name, marker, and whether the marker is filled."""
 
 
 def _read_comparisons(results: Results) -> dict[str, pd.DataFrame]:
@@ -503,6 +509,7 @@ def plot_runs_side_by_side(results: Results) -> Figure:
     comparisons = {
         key: comparison for key, comparison in _COMPARED_WITH.items() if key in compared_with
     }
+    # what the axes name: repeats or map, where all runs are compared with the same
     others = next(iter(comparisons.values()))[0] if len(comparisons) == 1 else "others"
     page, panels = style.panels([3.5] * len(tables), 2, 9.0)
     for (medium, table), row_of_axes in zip(tables.items(), panels, strict=True):
@@ -550,16 +557,9 @@ def _draw_differences(axes: Axes, table: pd.DataFrame, runs_apart: pd.DataFrame,
     size = 1.8 if is_crowded else 3
     for comparison, (_, _, marker, is_filled) in _COMPARED_WITH.items():
         rows = table["beside"] == comparison
-        if rows.any():
-            look = _comparison_look(colour, marker, is_filled)
-            axes.plot(
-                alpha_of_others[rows],
-                difference[rows],
-                color=colour,
-                markersize=size,
-                alpha=0.7,
-                **look,
-            )
+        look: style.Look = {"color": colour, "markersize": size, "alpha": 0.7}
+        look |= _comparison_look(colour, marker, is_filled)
+        axes.plot(alpha_of_others[rows], difference[rows], **look)
     points = zip(
         alpha_of_others[runs_apart.index],
         difference[runs_apart.index],
@@ -568,7 +568,7 @@ def _draw_differences(axes: Axes, table: pd.DataFrame, runs_apart: pd.DataFrame,
     )
     for number, (x, y, run) in enumerate(points, 1):
         axes.plot(x, y, "o", markersize=4, color=style.MARK)
-        if number <= _NAMED and _component_apart(run) == c:
+        if number <= _MOST_NAMED and _component_apart(run) == c:
             axes.annotate(
                 f"{number}",
                 (x, y),
@@ -593,32 +593,36 @@ def _describe_differences(table: pd.DataFrame) -> str:
     medians = [style.format_number(difference.abs().median(), 4) for difference in differences]
     largest = float(np.nanmax(np.abs(table[["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]])))
     farthest = style.format_number(float(times.max()), 1)
-    explained = style.format_number(float(table["seen_from_ratio"].median()) * largest, 3)
+    least_seen = style.format_number(float(table["seen_from_ratio"].median()) * largest, 3)
     limit = min(APART_FROM[beside] for beside in table.loc[times.notna(), "beside"])
     return (
         f"{len(table)} runs, {int(table['apart'].sum())} of {times.notna().sum()} apart, the farthest by {farthest} times the spread "
         f"(limit: {limit:g})\n"
-        f"differences below {explained} {style.PER_CM3} are not told from chance (median of runs)\n"
+        f"differences below {least_seen} {style.PER_CM3} are not told from chance (median of runs)\n"
         f"half of the differences within {medians[0]} (z) and {medians[1]} (x) {style.PER_CM3}"
     )
 
 
 def _component_apart(run: Row) -> str:
-    """Return the component in which a run differs most from the others."""
-    return "zx"[abs(run["off_x_ratio"]) > abs(run["off_z_ratio"])]
+    """Return the component in which a run, a row of the table of compared runs, differs most from the others."""
+    return "x" if abs(run["off_x_ratio"]) > abs(run["off_z_ratio"]) else "z"
 
 
 def _describe_outliers(runs_apart: pd.DataFrame) -> list[str]:
     """Write a line for each outlier: its name, its alpha and that of the others, in the component that differs most."""
     lines = []
-    for number, run in enumerate(runs_apart.to_dict("records")[:_NAMED], 1):
+    for number, run in enumerate(runs_apart.to_dict("records")[:_MOST_NAMED], 1):
         c = _component_apart(run)
         alpha_of_run, alpha_of_others = (
             style.format_number(run[f"{name}_{c}_N_per_cm3"]) for name in ("alpha", "others")
         )
         name = str(run["run_id"])
-        name = name if len(name) <= _NAME else "\N{HORIZONTAL ELLIPSIS}" + name[1 - _NAME :]
+        name = (
+            name
+            if len(name) <= _LONGEST_NAME
+            else "\N{HORIZONTAL ELLIPSIS}" + name[1 - _LONGEST_NAME :]
+        )
         lines.append(
             rf"{number}  {style.plain(name)}: $\alpha_{c}$ {alpha_of_run} beside {alpha_of_others}"
         )
-    return lines + [f"and {len(runs_apart) - _NAMED} more"] * (len(runs_apart) > _NAMED)
+    return lines + [f"and {len(runs_apart) - _MOST_NAMED} more"] * (len(runs_apart) > _MOST_NAMED)

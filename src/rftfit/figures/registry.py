@@ -12,7 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, wraps
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, cast
+from typing import TYPE_CHECKING, Any
 
 from rftfit.errors import InputError
 from rftfit.figures.labels import usable_media
@@ -25,20 +25,28 @@ if TYPE_CHECKING:
     from rftfit.campaign.load import Campaign
     from rftfit.results import Results
 
-P = ParamSpec("P")
-R = TypeVar("R")
-
 MODULES = ("first", "protocol", "plates", "quality", "maps", "generic", "legs", "sands", "robot")
 """Modules of this package with figures, in the order in which the figures are shown."""
 
 
+def single(campaign: Campaign) -> tuple[str, ...]:  # noqa: ARG001
+    """List the media of a figure that is drawn once in every campaign: one empty name."""
+    return ("",)
+
+
+def when(condition: Callable[[Campaign], object]) -> Callable[[Campaign], tuple[str, ...]]:
+    """Make the function `media` of a figure that is drawn once, and only in campaigns where the condition holds."""
+    return lambda campaign: ("",) if condition(campaign) else ()
+
+
 @dataclass(frozen=True)
-class Declared:
-    """One figure.
+class DeclaredFigure:
+    """Declaration of one figure.
 
     `name`: Name of its files, by what it shows; the medium is appended where the figure is drawn for one, unless
         ``{medium}`` stands in the name.
-    `draw`: Function that draws it.
+    `draw`: Function of results and, where the figure is drawn for a medium, of its name, that draws the figure in the
+        common style, with marks and stamp, or says what is lacking.
     `reads`: Paths of the files it reads, below ``results/``. ``{medium}`` is the medium of the figure; ``{media}``,
         ``{laboratory}`` and ``{sands}`` stand for one file of each such medium.
     `caption`: What the figure shows and what good data look like, at most 40 words: numbers stand in tables.
@@ -60,7 +68,7 @@ class Declared:
     reads: tuple[str, ...]
     caption: str | Callable[[Results, str], str]
     section: str
-    media: Callable[[Campaign], tuple[str, ...]]
+    media: Callable[[Campaign], tuple[str, ...]] = single
     paper: str = ""
     lacking: Callable[[Results, str], Sequence[str]] = lambda results, medium: ()  # noqa: ARG005
     stamped: Callable[[Results], str] = lambda results: "simulated logs"  # noqa: ARG005
@@ -83,16 +91,15 @@ class Declared:
         """Return the path of its files below ``results/``, without the ending."""
         if "{medium}" in self.name:
             return f"{self.folder}/{self.name.format(medium=medium)}"
-        name = "_".join(word for word in (self.name, medium) if word)
-        return f"{self.folder}/{name}"
+        return f"{self.folder}/{'_'.join(filter(None, (self.name, medium)))}"
 
     def title_of(self, results: Results, medium: str = "") -> str:
-        """Write its name in words, with the title of the medium it is drawn for."""
-        words = self.name.replace("{medium}", "").replace("_", " ").strip()
-        return ", ".join(filter(None, (words, results.campaign.titles.get(medium, medium))))
+        """Write its name with spaces, and the title of the medium it is drawn for."""
+        spaced_name = self.name.replace("{medium}", "").replace("_", " ").strip()
+        return ", ".join(filter(None, (spaced_name, results.campaign.titles.get(medium, medium))))
 
     def caption_of(self, results: Results, medium: str = "") -> str:
-        """Write the caption for a run, as plain text; empty where there is nothing to see."""
+        """Write the caption of the figure of these results, as plain text; empty where there is nothing to draw."""
         paper = f" After {self.paper} of the paper." if self.paper else ""
         # where a table is missing or damaged, the caption stays as it is declared
         with suppress(InputError, LookupError, ValueError, TypeError):
@@ -100,12 +107,13 @@ class Declared:
                 return ""
             if callable(self.caption):
                 return self.caption(results, medium) + paper
-        words = {
+        replacements = {
             "{medium}": results.campaign.titles.get(medium, medium),
             "{method}": results.config.fourier.method,
         }
         # a title may have braces of its own
-        return re.sub(r"\{\w+\}", lambda match: words[match[0]], greek(str(self.caption)) + paper)
+        caption = greek(str(self.caption)) + paper
+        return re.sub(r"\{\w+\}", lambda match: replacements[match[0]], caption)
 
 
 _GREEK = {
@@ -133,71 +141,63 @@ def greek(text: str) -> str:
     return _QUANTITY.sub(lambda match: _GREEK[match[1]], text)
 
 
-_DECLARED: list[Declared] = []
+_DECLARED: list[DeclaredFigure] = []
 
 
-def single(campaign: Campaign) -> tuple[str, ...]:  # noqa: ARG001
-    """List the media of a figure that is drawn once in every campaign: one empty name."""
-    return ("",)
-
-
-def when(condition: Callable[[Campaign], object]) -> Callable[[Campaign], tuple[str, ...]]:
-    """Return `media` of a figure that is drawn once in a campaign, where the condition holds, and else not."""
-    return lambda campaign: ("",) if condition(campaign) else ()
-
-
-def figure(name: str, **facts: Any) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Declare the decorated function as a figure; `facts` are fields of `Declared`.
+def figure(
+    name: str, *, settings: Sequence[str] = (), **fields: Any
+) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Declare the decorated function as a figure; `name`, `settings`, `fields`: fields of `DeclaredFigure`.
 
     The function then draws in the common style, adds marks and stamps, and says what is lacking instead of drawing.
     """
-    lacking = facts.get("lacking", Declared.lacking)
-    stamped = facts.get("stamped", Declared.stamped)
 
-    def declare(draw: Callable[P, R]) -> Callable[P, R]:
+    def declare(draw: Callable[..., Any]) -> Callable[..., Any]:
         @styled()
         @wraps(draw)
-        def draw_in_style(*args: P.args, **kwargs: P.kwargs) -> R:
-            arguments: Any = args
-            results, *medium = arguments
-            if sentences := lacking(results, *(medium or [""])):
-                drawn_figures = cast("R", missing(sentences[0], sentences[1:]))
+        def draw_in_style(results: Results, *medium: str) -> Any:
+            if sentences := declared.lacking(results, *(medium or ("",))):
+                pages = missing(sentences[0], sentences[1:])
             else:
-                drawn_figures = draw(*args, **kwargs)
-            if marks := _describe_marks(results, facts["section"], *medium):
-                mark(drawn_figures, marks)
+                pages = draw(results, *medium)
+            if marks := _describe_marks(results, declared.section, *medium):
+                mark(pages, marks)
             if results.campaign.reenacted:
-                stamp(drawn_figures, stamped(results))
-            return drawn_figures
+                stamp(pages, declared.stamped(results))
+            return pages
 
         # every figure names the media that fail a check, which depends on section media
-        settings = {"settings": tuple(dict.fromkeys([*facts.get("settings", ()), "media"]))}
-        fields = {"media": single} | facts | settings
-        _DECLARED.append(Declared(name=name, draw=draw_in_style, **fields))
+        all_settings = tuple(dict.fromkeys([*settings, "media"]))
+        declared = DeclaredFigure(name, draw_in_style, settings=all_settings, **fields)
+        _DECLARED.append(declared)
         return draw_in_style
 
     return declare
 
 
 def _describe_marks(results: Results, section: str, medium: str = "") -> list[str]:
-    """Write a sentence about each medium that a figure may show and that fails a check."""
+    """Write a sentence about each medium that a figure may show and that fails a check.
+
+    `section`: Section of the page with the figure. `medium`: Medium of the figure; default: a figure of the whole campaign.
+    """
     campaign, marks = results.campaign, results.marks
-    titles, shown_media = campaign.titles, list(marks)
+    titles, shown_media = campaign.titles, [*marks]
     if medium in titles:
         shown_media = [medium]
-    elif section in ("Robot", "Natural sands"):
-        robot = (campaign.robot_medium,)
-        shown_media = [*(robot if section == "Robot" else campaign.of_role("natural_sand"))]
-    elif section == "summary" and usable_media(results, campaign.titles):
+    elif section == "Robot":
+        shown_media = [campaign.robot_medium]
+    elif section == "Natural sands":
+        shown_media = [*campaign.of_role("natural_sand")]
+    elif section == "summary" and usable_media(results, titles):
         # the first screen shows unusable media only where no medium is usable
-        shown_media = usable_media(results, shown_media)
+        shown_media = usable_media(results, marks)
     return [
         f"{titles[name]}: {format_remarks(marks[name])}" for name in shown_media if name in marks
     ]
 
 
 @cache
-def figures() -> tuple[Declared, ...]:
+def figures() -> tuple[DeclaredFigure, ...]:
     """Return all declared figures, in the order in which they are shown."""
     for module in MODULES:
         import_module(f"rftfit.figures.{module}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import re
+import itertools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -54,15 +54,16 @@ def _has_tracks(results: Results) -> bool:
     return robot is not None and robot.runs is not None
 
 
-def sweep_figure(name: str, reads: Sequence[str], **facts: Any) -> Callable[[_Draw], _Draw]:
+def sweep_figure(name: str, reads: Sequence[str], **fields: Any) -> Callable[[_Draw], _Draw]:
     """Declare a figure that is drawn for each of `SWEEPS`.
 
-    `reads`: Names of tables in the folder of the sweep. `facts`: Further fields of `Declared`.
+    `reads`: Names of tables in the folder of the sweep. `fields`: Further fields of `DeclaredFigure`.
     """
 
     def declare(draw: _Draw) -> _Draw:
         for sweep in SWEEPS:
-            declared_draw = figure(
+            # the figure is named and drawn for its sweep, as others are for a medium
+            draw_sweep = figure(
                 f"{{medium}}_{name}",
                 reads=tuple(f"{{medium}}/{table}" for table in reads),
                 media=lambda campaign, sweep=sweep: (sweep,) if campaign.robot_medium else (),
@@ -70,41 +71,37 @@ def sweep_figure(name: str, reads: Sequence[str], **facts: Any) -> Callable[[_Dr
                 section="Robot",
                 settings=("robot",),
                 stamped=_describe_simulated_in_speeds,
-                **facts,
+                **fields,
             )(draw)
-        return declared_draw
+        return draw_sweep
 
     return declare
 
 
 def beside_points(caption: str, good: str) -> Callable[[Results, str], str]:
-    """Return a caption that ends with the sentence `good` where the figure shows measured speeds."""
+    """Make a function that writes the caption, with the sentence `good` where the figure shows measured speeds."""
 
     def caption_of(results: Results, sweep: str) -> str:
-        any_measured = (
-            results.table(f"{sweep or 'robot'}/errors.csv")["measured_cm_per_s"].notna().any()
-        )
-        return f"{caption} {good}" if any_measured else caption
+        measured = results.table(f"{sweep}/errors.csv")["measured_cm_per_s"]
+        return f"{caption} {good}" if measured.notna().any() else caption
 
     return caption_of
-
-
-def leg_name(curvature: float) -> str:
-    """Name a leg by its curvature, R'/r."""
-    names = {1.0: "c-leg", 0.0: "flat leg", -1.0: "reversed c-leg"}
-    return names.get(curvature, f"R'/r = {style.format_number(curvature, 2)}")
 
 
 # Speed against stride frequency and against curvature
 
 
 _MARKERS = "osD^vP*X<>"
+"""Markers of curvatures, in ascending order."""
+
 _BACK, _FLAT, _AHEAD = ("#0B3C6F", "#9CC9EA"), "#444444", ("#F2B27A", "#9E2A00")
+"""Colours of reversed legs, from the strongest curvature to the weakest, of flat legs, and of c-legs, from the weakest."""
 
 READ_HZ = (1.0, 2.0, 3.0, 4.0, 5.0)
 """Frequencies at which speed is drawn against curvature."""
 
 _HZ_MARKERS = "osD^v"
+"""Markers of `READ_HZ`."""
 
 _NO_SPEED = ("there is no simulated speed to draw",)
 
@@ -152,9 +149,7 @@ def _read_on_measured_table(results: Results, sweep: str, *names: str) -> list[p
         "(right).",
         "Good: lines through the points.",
     ),
-    lacking=lambda results, sweep: (
-        () if len(results.table(f"{sweep or 'robot'}/speed.csv")) else _NO_SPEED
-    ),
+    lacking=lambda results, sweep: () if len(results.table(f"{sweep}/speed.csv")) else _NO_SPEED,
 )
 def plot_profiles(results: Results, sweep: str) -> Figure:
     """Draw speed against stride frequency (left) and against curvature (right), one row a profile."""
@@ -183,22 +178,14 @@ def curvature_looks(curvatures: Sequence[float]) -> dict[float, tuple[str, str]]
     from matplotlib.colors import LinearSegmentedColormap, to_hex
 
     ordered = sorted(set(curvatures))
-    backward = [curvature for curvature in ordered if curvature < 0]
-    forward = [curvature for curvature in ordered if curvature > 0]
-    colours: dict[float, str] = dict.fromkeys(
-        [curvature for curvature in ordered if curvature == 0], _FLAT
-    )
-    for same_sign, ends in ((backward, _BACK), (forward, _AHEAD)):
+    colours = {0.0: _FLAT}
+    for sign, ends in ((-1, _BACK), (1, _AHEAD)):
+        same_sign = [curvature for curvature in ordered if curvature * sign > 0]
         ramp = LinearSegmentedColormap.from_list("", ends)
-        places = np.linspace(0, 1, len(same_sign)) if len(same_sign) > 1 else [0.5]
-        colours |= {
-            curvature: to_hex(ramp(place))
-            for curvature, place in zip(same_sign, places, strict=True)
-        }
-    return {
-        curvature: (colours[curvature], _MARKERS[i % len(_MARKERS)])
-        for i, curvature in enumerate(ordered)
-    }
+        shares = np.linspace(0, 1, len(same_sign)) if len(same_sign) > 1 else [0.5]
+        colours |= dict(zip(same_sign, map(to_hex, ramp(shares)), strict=True))
+    markers = itertools.cycle(_MARKERS)
+    return {curvature: (colours[curvature], next(markers)) for curvature in ordered}
 
 
 def _choose_looks(speed: pd.DataFrame, errors: pd.DataFrame) -> dict[float, tuple[str, str]]:
@@ -211,26 +198,21 @@ def _choose_looks(speed: pd.DataFrame, errors: pd.DataFrame) -> dict[float, tupl
 
 def _speed_range(speed: pd.DataFrame, errors: pd.DataFrame) -> tuple[float, float]:
     """Return the range of the axis of speed, cm/s, that holds all simulated and measured speeds."""
+    simulated, measured = speed["speed_cm_per_s"], errors["measured_cm_per_s"]
     # where no run was steady, zero stands in for the speeds
-    highest = [speed["speed_cm_per_s"].max(), errors["measured_cm_per_s"].max()]
-    lowest = float(np.nan_to_num(speed["speed_cm_per_s"].min()))
-    return min(-1.0, lowest * 1.05), float(np.nan_to_num(highest).max() * 1.06) or 1.0
+    lowest, *highest = np.nan_to_num([simulated.min(), simulated.max(), measured.max()])
+    return float(min(-1.0, lowest * 1.05)), float(max(highest) * 1.06) or 1.0
 
 
 def _draw_frequency_panel(
     axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame, looks: Mapping[float, tuple[str, str]]
 ) -> None:
     """Draw speed against stride frequency, a curve a curvature, with measured points, their errors and shares within limits."""
-    curves = _average_speeds(speed, "speed_cm_per_s")
     for curvature, (colour, marker) in looks.items():
         rows = speed[np.isclose(speed["curvature_times_R"], curvature)]
-        curve_of_leg = [
-            curve
-            for curve_curvature, curve in curves.items()
-            if np.isclose(curve_curvature, curvature)
-        ][:1]
+        curves = [*_average_speeds(rows, "speed_cm_per_s").values()][:1]
         # each curve begins at zero: while its legs rest, the robot rests
-        x, y = np.vstack([np.zeros((1, 2)), *curve_of_leg]).T
+        x, y = np.vstack([np.zeros((1, 2)), *curves]).T
         axes.plot(x, y, color=colour, linestyle=_dashes_of(curvature), linewidth=1.0, zorder=2)
         _mark_tipped(axes, rows, "frequency_Hz", colour)
         error_rows = errors[np.isclose(errors["curvature_times_R"], curvature)]
@@ -241,11 +223,10 @@ def _draw_frequency_panel(
             points = error_rows[error_rows["calibrated"] == calibrated]
             if points.empty:
                 continue
-            positions = points["frequency_Hz"], points["measured_cm_per_s"]
-            bars = points["measured_sd_cm_per_s"].fillna(0)
             axes.errorbar(
-                *positions,
-                yerr=bars,
+                points["frequency_Hz"],
+                points["measured_cm_per_s"],
+                yerr=points["measured_sd_cm_per_s"].fillna(0),
                 fmt=marker,
                 color=colour,
                 markersize=3.4,
@@ -279,12 +260,10 @@ _RING |= {"markerfacecolor": "none", "markeredgewidth": 0.9}
 
 def _average_speeds(table: pd.DataFrame, column: str) -> dict[float, FloatArray]:
     """Average a column of speeds over starting phases: rows (frequency, mean) by curvature; NaN where no run is steady."""
-    moving = table[table["frequency_Hz"] > 0]
-    mean = moving.groupby(["curvature_times_R", "frequency_Hz"])[column].mean()
-    rows = np.column_stack([*(mean.index.get_level_values(i) for i in (0, 1)), mean]).astype(float)
-    return {
-        float(curvature): rows[rows[:, 0] == curvature, 1:] for curvature in np.unique(rows[:, 0])
-    }
+    phases = table[table["frequency_Hz"] > 0].groupby(["curvature_times_R", "frequency_Hz"])
+    mean = phases[column].mean().reset_index("frequency_Hz")
+    by_curvature: Any = mean.groupby("curvature_times_R")
+    return {float(curvature): rows.to_numpy(float) for curvature, rows in by_curvature}
 
 
 def _mark_tipped(axes: Axes, speed: pd.DataFrame, along: str, colour: Any) -> None:
@@ -336,8 +315,8 @@ def _draw_curvature_panel(axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame)
     )
     tipped = speed[speed["outcome"] == "tipped"]
     for colour, marker, hz in zip(colours, _HZ_MARKERS, READ_HZ, strict=True):
-        line = _interpolate_speeds(simulated, hz)
-        axes.plot(*line.T, color=colour, linewidth=1.0)
+        curve = _interpolate_speeds(simulated, hz)
+        axes.plot(*curve.T, color=colour, linewidth=1.0)
         tipped_at_hz = tipped[np.isclose(tipped["frequency_Hz"], hz)]
         _mark_tipped(axes, tipped_at_hz, "curvature_times_R", colour)
         # hollow: speeds of two frequencies can be alike
@@ -350,9 +329,9 @@ def _draw_curvature_panel(axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame)
             markerfacecolor="none",
             markeredgewidth=0.9,
         )
-        line = line[np.isfinite(line[:, 1])]
-        if len(line):
-            axes.text(1.08, line[-1, 1], f"{hz:g} Hz", va="center", fontsize=6, color=colour)
+        finite_speeds = curve[np.isfinite(curve[:, 1]), 1]
+        if len(finite_speeds):
+            axes.text(1.08, finite_speeds[-1], f"{hz:g} Hz", va="center", fontsize=6, color=colour)
     axes.set_xlim(-1.06, 1.42)
     axes.set_xticks(np.arange(-1, 1.01, 0.5))
 
@@ -369,12 +348,12 @@ def _describe_shares(errors: pd.DataFrame) -> str:
 
 def _legend_title(results: Results, errors: pd.DataFrame) -> style.Look:
     """Return the title of the legend, which says what lines and points are, as options of the legend."""
-    words = ["lines: simulated"]
+    explanations = ["lines: simulated"]
     if not errors.empty:
-        words.append(f"points: {_describe_origin_of_points(results)}")
+        explanations.append(f"points: {_describe_origin_of_points(results)}")
     if (errors["calibrated"] == "yes").any():
-        words.append("hollow: the model was calibrated on it")
-    return {"title": "; ".join(words), "handlelength": 1.8}
+        explanations.append("hollow: the model was calibrated on it")
+    return {"title": "; ".join(explanations), "handlelength": 1.8}
 
 
 def _describe_origin_of_points(results: Results) -> str:
@@ -415,14 +394,19 @@ def _make_speed_entries(
     return entries
 
 
+def _select_conditions(
+    table: pd.DataFrame, conditions: Sequence[tuple[float, float]]
+) -> pd.DataFrame:
+    """Select the rows at the curvature (R'/r) and near the frequency (Hz) of any of some conditions."""
+    pairs = zip(table["curvature_times_R"], table["frequency_Hz"], strict=True)
+    is_selected = [is_at_condition(conditions, *pair) for pair in pairs]
+    selected: pd.DataFrame = table[np.array(is_selected, dtype=bool)]
+    return selected
+
+
 def _select_drawn_over_time(errors: pd.DataFrame) -> pd.DataFrame:
     """Select rows with a measured speed whose condition has a figure of the motion over time."""
-    conditions = zip(errors["curvature_times_R"], errors["frequency_Hz"], strict=True)
-    is_drawn = np.array(
-        [is_at_condition(MOTION, *condition) for condition in conditions], dtype=bool
-    )
-    drawn: pd.DataFrame = errors[is_drawn & errors["measured_cm_per_s"].notna().to_numpy(bool)]
-    return drawn
+    return _select_conditions(errors.dropna(subset="measured_cm_per_s"), MOTION)
 
 
 def _tabulate_speeds(results: Results, sweep: str) -> pd.DataFrame:
@@ -436,7 +420,6 @@ def _tabulate_speeds(results: Results, sweep: str) -> pd.DataFrame:
 
 def _without_steady_run(results: Results, sweep: str) -> Sequence[str]:
     """Say why there is no speed over curvature; empty where there is one."""
-    sweep = sweep or "robot"
     if not _tabulate_speeds(results, sweep).empty:
         return ()
     speeds = _read_on_measured_table(results, sweep, "speed")[0]
@@ -461,7 +444,6 @@ def plot_curvature(results: Results, sweep: str) -> Figure:
         results, sweep, "speed", "optimum", "errors"
     )
     best = best.sort_values("frequency_Hz")
-    frequencies = best["frequency_Hz"].to_numpy(float)
     table = _tabulate_speeds(results, sweep)
     page, ((curvature_axes, map_axes),) = style.panels([8.0], 2, style.DOUBLE_CM)
     _draw_curvature_panel(curvature_axes, speed_rows, error_rows)
@@ -469,21 +451,21 @@ def plot_curvature(results: Results, sweep: str) -> Figure:
     curvature_axes.set(xlabel=CURVATURE_LABEL, ylabel=SPEED_LABEL)
     points = "; points: measured, read between frequencies" * bool(len(error_rows))
     curvature_axes.set_title(f"lines: simulated{points}", loc="left", fontsize=6.5)
-    complete_columns = table.dropna(axis="columns")
-    cells = (
-        values.to_numpy(float)
-        for values in (complete_columns.columns, complete_columns.index, complete_columns)
+    complete = table.dropna(axis="columns")
+    image = map_axes.pcolormesh(
+        complete.columns.to_numpy(float),
+        complete.index.to_numpy(float),
+        complete.to_numpy(float),
+        cmap=style.SEQUENTIAL,
+        shading="nearest",
+        vmin=0,
     )
-    image = map_axes.pcolormesh(*cells, cmap=style.SEQUENTIAL, shading="nearest", vmin=0)
     best_curvature = best["best_curvature_times_R"]
-    lengths = (
-        (best_curvature - best["reading_lo"]).clip(lower=0),
-        (best["reading_hi"] - best_curvature).clip(lower=0),
-    )
+    lengths = best_curvature - best["reading_lo"], best["reading_hi"] - best_curvature
     map_axes.errorbar(
         best_curvature,
-        frequencies,
-        xerr=lengths,
+        best["frequency_Hz"],
+        xerr=[length.clip(lower=0) for length in lengths],
         fmt="o-",
         color="white",
         markersize=3,
@@ -509,8 +491,10 @@ def _split_by_run(table: pd.DataFrame) -> list[tuple[tuple[float, float], pd.Dat
 
 
 def _run_name(curvature: float, frequency: float) -> str:
-    """Name a run by its leg and its stride frequency."""
-    return f"{leg_name(curvature)}, {frequency:g} Hz"
+    """Name a run by its leg, of curvature R'/r, and its stride frequency, Hz."""
+    names = {1.0: "c-leg", 0.0: "flat leg", -1.0: "reversed c-leg"}
+    leg = names.get(curvature, f"R'/r = {style.format_number(curvature, 2)}")
+    return f"{leg}, {frequency:g} Hz"
 
 
 @figure(
@@ -539,7 +523,8 @@ def plot_robot_stance(results: Results) -> Figure:
     page, (panels,) = style.panels([5.9], len(runs), 9.2)
     pushes = stances.loc[stances["group"] == "tripod_1", ["force_x_N", "force_z_N"]]
     strongest = float(np.hypot(*pushes.to_numpy(float).T).max())
-    scale = 3.0 / strongest if strongest > 0 else 0.0
+    longest_cm = 3.0
+    cm_per_N = longest_cm / strongest if strongest > 0 else 0.0
     for axes, (run, elements) in zip(panels, runs, strict=True):
         axes.set(xlim=(-12.9, 12.9), ylim=(-5.5, 9.5), aspect="equal")
         style.draw_sand(axes, -5.5)
@@ -555,12 +540,12 @@ def plot_robot_stance(results: Results) -> Figure:
                     capstyle="round",
                 )
             )
-        foot = elements.loc[standing, ["at_x_cm", "at_z_cm"]].to_numpy(float)
-        push = elements.loc[standing, ["force_x_N", "force_z_N"]].to_numpy(float)
-        is_loaded = np.hypot(*push.T) > 0.01 * strongest
+        positions = elements.loc[standing, ["at_x_cm", "at_z_cm"]].to_numpy(float)
+        forces = elements.loc[standing, ["force_x_N", "force_z_N"]].to_numpy(float)
+        is_loaded = np.hypot(*forces.T) > 0.01 * strongest
         axes.quiver(
-            *foot[is_loaded].T,
-            *(scale * push[is_loaded]).T,
+            *positions[is_loaded].T,
+            *(cm_per_N * forces[is_loaded]).T,
             zorder=3,
             angles="xy",
             scale_units="xy",
@@ -607,12 +592,13 @@ _GROUPS: tuple[tuple[str, Any], ...] = (
 )
 """Colours and lines of the groups of elements."""
 
-_MOTION: dict[str, Any] = {
+_MOTION_FIELDS: dict[str, Any] = {
     "reads": ("robot/motion.csv", "robot/strides.csv"),
     "media": when(lambda campaign: campaign.robot_medium),
     "section": "Robot",
     "stamped": _describe_simulated_in_motion,
 }
+"""Fields of the declarations of both figures over two strides."""
 
 
 @figure(
@@ -623,7 +609,7 @@ _MOTION: dict[str, Any] = {
         "Forces are means over 10 ms; where the belly stands still, its friction jumps. "
         "Good: the second stride repeats the first."
     ),
-    **_MOTION,
+    **_MOTION_FIELDS,
 )
 def plot_robot_motion(results: Results) -> Figure:
     """Draw motion and forces over two strides."""
@@ -637,7 +623,7 @@ def plot_robot_motion(results: Results) -> Figure:
         "Ground reaction on both tripods of legs without the body's plates, as means over 10 ms. "
         "Good: the tripods take turns, and each brakes first, if at all, and then pushes forward."
     ),
-    **_MOTION,
+    **_MOTION_FIELDS,
 )
 def plot_robot_reaction(results: Results) -> Figure:
     """Draw vertical and horizontal ground reaction of both tripods."""
@@ -662,13 +648,13 @@ def draw_motion(motion: pd.DataFrame, measured: pd.DataFrame | None = None) -> F
     page, columns = _new_panels(motion, len(_KINEMATICS) + 2)
     looks = dict(zip(group_names(motion), _GROUPS, strict=False))
     unseen = [group for group in looks if not _is_visible(motion, group)]
-    looks = {group: look for group, look in looks.items() if group not in unseen}
+    looks = {group: looks[group] for group in looks if group not in unseen}
     any_measured = False
     for motion_of_run, panels in columns:
         run: Any = motion_of_run[["curvature_times_R", "frequency_Hz"]].iloc[0].tolist()
         time, mean = motion_of_run["time_s"].to_numpy(float), _mean_speed(motion_of_run)
         if measured is not None:
-            for curve in _align_strides(motion_of_run, _strides_of_run(measured, run), run[1]):
+            for curve in _align_strides(motion_of_run, _select_conditions(measured, [run]), run[1]):
                 panels[0].plot(time, curve, color="#9a9a9a", linewidth=0.9)
                 any_measured = True
         for axes, (name, _) in zip(panels, _KINEMATICS, strict=False):
@@ -679,42 +665,34 @@ def draw_motion(motion: pd.DataFrame, measured: pd.DataFrame | None = None) -> F
     labels = [*(label for _, label in _KINEMATICS), "lift by group\n(N)", "thrust by group\n(N)"]
     _finish_axes([panels for _, panels in columns], labels)
     curves = {"simulated": style.line("black"), "measured": style.line("#9a9a9a")}
-    names = labels_of_groups(unseen)
-    limit = f"force below {100 * _VISIBLE:g} % of the largest"
-    title = f"not drawn, {limit}: {', '.join(names)}" if names else ""
+    title = ""
+    if unseen:
+        names = ", ".join(map(_spaced_name, unseen))
+        title = f"not drawn, force below {100 * _VISIBLE:g} % of the largest: {names}"
     _add_legend(page, looks, title, **curves if any_measured else {})
     return page
-
-
-def _strides_of_run(strides: pd.DataFrame, run: tuple[float, float]) -> pd.DataFrame:
-    """Select the measured mean strides at the curvature of a run and near its frequency."""
-    conditions = zip(strides["curvature_times_R"], strides["frequency_Hz"], strict=True)
-    is_of_run = np.array(
-        [is_at_condition([run], *condition) for condition in conditions], dtype=bool
-    )
-    strides_of_run: pd.DataFrame = strides[is_of_run]
-    return strides_of_run
 
 
 def _align_strides(
     motion_of_run: pd.DataFrame, strides: pd.DataFrame, frequency: float
 ) -> list[FloatArray]:
-    """Interpolate the measured speed of each track at the simulated moments, in the phase that fits the simulated speed best."""
+    """Interpolate the measured speed of each track at the simulated moments, in the phase that fits the simulated speed best.
+
+    `frequency`: Stride frequency, Hz. `strides`: Mean stride of each track: speed against the share ``stride`` of its period.
+    """
     phase = motion_of_run["time_s"].to_numpy(float) * frequency
-    simulated, curves = motion_of_run["velocity_x_cm_per_s"].to_numpy(float), []
+    simulated, best_curves = motion_of_run["velocity_x_cm_per_s"].to_numpy(float), []
     for _, track in strides.groupby("run_id"):
         stride, speeds = (track[name].to_numpy(float) for name in ("stride", "velocity_x_cm_per_s"))
-        moved = [np.interp(phase + shift, stride, speeds, period=1.0) for shift in stride]
-        curves.append(
-            moved[int(np.argmin([np.square(curve - simulated).sum() for curve in moved]))]
-        )
-    return curves
+        curves = [np.interp(phase + shift, stride, speeds, period=1.0) for shift in stride]
+        best_curves.append(min(curves, key=lambda curve: np.square(curve - simulated).sum()))
+    return best_curves
 
 
 def _draw_forces(
     panels: Sequence[Axes], motion_of_run: pd.DataFrame, looks: Mapping[str, tuple[str, Any]]
 ) -> None:
-    """Draw the forces of groups in two panels: vertical and horizontal."""
+    """Draw the forces on groups of elements in two panels: vertical and horizontal; `looks`: colour and dashes by group."""
     for axes, component in zip(panels, "zx", strict=True):
         for group, (colour, dash) in looks.items():
             force = _average_force(motion_of_run, f"force_{component}_{group}_N")
@@ -728,30 +706,29 @@ _VISIBLE = 0.02
 
 def _is_visible(motion: pd.DataFrame, group: str) -> bool:
     """Tell whether the force on a group can be told from zero on the scale of all groups."""
-    forces = motion[[name for name in motion.columns if re.fullmatch(r"force_[xz]_\w+_N", name)]]
-    forces_on_group = forces[[f"force_{component}_{group}_N" for component in "xz"]].abs()
-    return bool(forces_on_group.to_numpy().max() > _VISIBLE * forces.abs().to_numpy().max())
+    forces = motion.filter(regex=r"^force_[xz]_\w+_N$").abs()
+    forces_on_group = forces[[f"force_{component}_{group}_N" for component in "xz"]]
+    return bool(forces_on_group.to_numpy().max() > _VISIBLE * forces.to_numpy().max())
 
 
 def _average_force(motion_of_run: pd.DataFrame, name: str) -> pd.Series[float]:
     """Average a force over 10 ms about each sample: at zero speed it jumps from step to step."""
     time = motion_of_run["time_s"].to_numpy(float)
     half_window = int(0.01 / 2 / float(np.diff(time).mean())) if len(time) > 1 else 0
-    about_sample = motion_of_run[name].rolling(2 * half_window + 1, center=True, min_periods=1)
-    return about_sample.mean()
+    return motion_of_run[name].rolling(2 * half_window + 1, center=True, min_periods=1).mean()
 
 
 def group_names(motion: pd.DataFrame) -> list[str]:
-    """Find the groups of elements in a table of motion: tripods first, then plates."""
-    forces = [name for name in motion.columns if name.startswith("force_z_")]
-    names = [name.removeprefix("force_z_").removesuffix("_N") for name in forces]
+    """List the groups of elements whose forces a table of motion holds: tripods first, then plates."""
+    names = motion.filter(regex="^force_z_").columns.str[len("force_z_") : -len("_N")]
     return sorted(names, key=lambda name: not name.startswith("tripod"))
 
 
 def _mean_speed(motion_of_run: pd.DataFrame) -> float:
     """Return the mean forward speed over a run, cm/s."""
-    time, x = motion_of_run["time_s"].to_numpy(float), motion_of_run["x_cm"].to_numpy(float)
-    return float((x[-1] - x[0]) / (time[-1] - time[0]))
+    first, last = motion_of_run[["x_cm", "time_s"]].to_numpy(float)[[0, -1]]
+    travelled_cm, duration_s = last - first
+    return float(travelled_cm / duration_s)
 
 
 def _new_panels(
@@ -782,15 +759,15 @@ def _finish_axes(columns: list[list[Axes]], labels: Sequence[str]) -> None:
         panels[-1].set_xlabel("time (s)")
 
 
-def labels_of_groups(groups: Sequence[str]) -> list[str]:
-    """Return the names of groups of elements as people read them."""
-    return [group.replace("_", " ") for group in groups]
+def _spaced_name(group: str) -> str:
+    """Return the name of a group of elements as people read it."""
+    return group.replace("_", " ")
 
 
 def _add_legend(
     figure: Figure, looks: Mapping[str, tuple[str, Any]], title: str = "", **entries: Artist
 ) -> None:
-    """Add the legend of groups of elements, after further `entries`."""
-    for name, (colour, dash) in zip(labels_of_groups([*looks]), looks.values(), strict=True):
-        entries[name] = style.line(colour, linestyle=dash)
+    """Add the legend of groups of elements, after further `entries`; `looks`: colour and dashes by group."""
+    for group, (colour, dash) in looks.items():
+        entries[_spaced_name(group)] = style.line(colour, linestyle=dash)
     style.legend(figure, entries, columnspacing=1.6, title=title)

@@ -21,8 +21,9 @@ if TYPE_CHECKING:
     from rftfit.figures.traces import Row, Trace
     from rftfit.results import Results
 
-_ALPHA = with_end_names("alpha_z_N_per_cm3")
-_END_OF_WINDOW = "linear_to_cm"
+_FIT_COLUMNS = [*with_end_names("alpha_z_N_per_cm3"), "linear_to_cm"]
+"""Columns of ``results/sands.csv``: alpha, the ends of its interval, and the end of the window of the fit."""
+
 _FITS: dict[str, tuple[str, Any]] = {
     "stated": (style.OKABE_ITO["vermillion"], style.DASHES["dash-dotted"]),
     "detected": (style.OKABE_ITO["bluish green"], style.DASHES["dashed"]),
@@ -56,12 +57,12 @@ def plot_penetration(results: Results) -> Figure:
     most_in_row = 3
     page, panels = style.panels_in_rows(len(media), most_in_row, 7.3, 6.1)
     for i, (medium, axes) in enumerate(zip(media, panels, strict=True)):
-        fits: dict[str, dict[str, Row]] = {}
+        fits_by_run: dict[str, dict[str, Row]] = {}
         for fit in table[table["medium"] == medium].to_dict("records"):
-            fits.setdefault(str(fit["run_id"]), {})[str(fit["window"])] = fit
+            fits_by_run.setdefault(str(fit["run_id"]), {})[str(fit["window"])] = fit
         runs = by_run(stress_of(results, medium))
-        tests = list(fits.values()) or [{}]
-        _draw_panel(axes, [trace for run, trace in runs.items() if run in fits], tests)
+        tests = list(fits_by_run.values()) or [{}]
+        _draw_panel(axes, [trace for run, trace in runs.items() if run in fits_by_run], tests)
         axes.set_xlabel("depth (cm)")
         if i % most_in_row == 0:
             axes.set_ylabel(f"vertical stress $\\sigma_z$ ({style.PER_CM2})")
@@ -71,17 +72,17 @@ def plot_penetration(results: Results) -> Figure:
     entries: dict[str, Any] = {"measured": style.line(style.COMPONENT_COLOURS["z"])}
     if table["window"].eq("stated").any():
         entries["stated window"] = style.patch(facecolor=style.WINDOW)
-    for name, (colour, line) in _FITS.items():
-        if not table["window"].eq(name).any():
-            continue
-        entries[f"fit through zero, {name}"] = style.line(colour, linestyle=line)
-    ends = [axes for axes in panels if any(line.get_linestyle() == ":" for line in axes.lines)]
-    if ends:
+    colours_of_bands = []
+    for name, (colour, dashes) in _FITS.items():
+        fits_over_window = table[table["window"] == name]
+        if len(fits_over_window):
+            entries[f"fit through zero, {name}"] = style.line(colour, linestyle=dashes)
+        if fits_over_window[_FIT_COLUMNS[1]].notna().any():
+            colours_of_bands.append(colour)
+    if any(line.get_linestyle() == ":" for axes in panels for line in axes.lines):
         entries["detected end"] = style.line(_FITS["detected"][0], linestyle=":")
-    shown = [name for name in _FITS if table.loc[table["window"] == name, _ALPHA[1]].notna().any()]
-    if shown:
-        colours = (_FITS[name][0] for name in shown)
-        entries[f"{style.level(results)} interval of alpha"] = style.bands(colours)
+    if colours_of_bands:
+        entries[f"{style.level(results)} interval of alpha"] = style.bands(colours_of_bands)
     style.legend(page, entries, handlelength=2.2, borderaxespad=0.25)
     return page
 
@@ -91,50 +92,43 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, 
 
     `runs`: Samples of the tests. `tests`: For each test its fits by window, ``stated`` or ``detected``.
     """
-    lines, inside = [], []
+    lines, depths_in_window = [], []
     for trace in runs:
         points = np.column_stack([trace["depth_cm"], trace["stress_z_N_per_cm2"]])
         is_drawn = np.isfinite(points).all(axis=1) & (points[:, 0] >= 0)
         lines.append(points[is_drawn])
-        inside.append(points[is_drawn & (trace["in_window"] > 0), 0])
+        depths_in_window += [*points[is_drawn & (trace["in_window"] > 0), 0]]
+        axes.plot(*lines[-1].T, color=style.COMPONENT_COLOURS["z"], linewidth=0.9)
     depth, stress = np.concatenate([np.empty((0, 2)), *lines]).T
-    fitted = np.concatenate([np.empty(0), *inside])
     nothing = "no stress in this test" if runs else "no penetration test"
     missing = [] if depth.size else [nothing]
-    stated = max((_value(fits.get("stated"), "linear_to_cm") for fits in tests), default=np.nan)
-    fit_ends = [_value(fit, "linear_to_cm") for fits in tests for fit in fits.values()]
+    stated_cm = max(_number_of(fits.get("stated"), "linear_to_cm") for fits in tests)
+    fit_ends = [_number_of(fit, "linear_to_cm") for fits in tests for fit in fits.values()]
     ends = [end for end in (*depth, *fit_ends) if np.isfinite(end)]
     max_depth = max(ends) if depth.size else 1.2 * max([*ends, 1.0])
-    if fitted.size and np.isfinite(stated):
-        axes.axvspan(fitted.min(), fitted.max(), color=style.WINDOW, linewidth=0)
-    elif np.isfinite(stated):
-        axes.axvspan(0, stated, color=style.WINDOW, linewidth=0)
-    for line in lines:
-        axes.plot(*line.T, color=style.COMPONENT_COLOURS["z"], linewidth=0.9)
+    if np.isfinite(stated_cm):
+        window = depths_in_window or [0, stated_cm]
+        axes.axvspan(min(window), max(window), color=style.WINDOW, linewidth=0)
     highest_stresses = [float(stress.max())] if stress.size else []
     drawn_fits: set[str] = set()
     for fits, (name, (colour, dashes)) in itertools.product(tests, _FITS.items()):
-        alpha, low, high, window = (
-            _value(fits.get(name), key) for key in (*_ALPHA, _END_OF_WINDOW)
-        )
+        alpha, low, high, to_cm = (_number_of(fits.get(name), key) for key in _FIT_COLUMNS)
         if not np.isfinite(alpha):
             continue
         drawn_fits.add(name)
-        end = window if np.isfinite(window) else max_depth
+        end = to_cm if np.isfinite(to_cm) else max_depth
         style.draw_band(axes, [0, end], [0, low * end], [0, high * end], colour)
         # beyond its window the line of the fit is thin
         for depths, width in (([0, end], 1.1), ([end, max_depth], 0.5)):
             stresses = alpha * np.array(depths)
             axes.plot(depths, stresses, color=colour, linestyle=dashes, linewidth=width)
         highest_stresses += [alpha * end, *([high * end] if np.isfinite(high) else [])]
-        if name == "detected" and np.isfinite(window) and not _is_linear_to_its_end(fits[name]):
-            axes.axvline(window, color=colour, linestyle=":", linewidth=0.9)
+        if name == "detected" and np.isfinite(to_cm) and not _is_linear_to_its_end(fits[name]):
+            axes.axvline(to_cm, color=colour, linestyle=":", linewidth=0.9)
     fit_names = [name for name in _FITS if any(name in fits for fits in tests)]
     missing += [f"no fit over the {name} window" for name in fit_names if name not in drawn_fits]
-    axes.set(
-        xlim=(0, max_depth),
-        ylim=(min(0.0, *stress, 0.0), 1.06 * max(highest_stresses) if highest_stresses else 1.0),
-    )
+    highest = 1.06 * max(highest_stresses) if highest_stresses else 1.0
+    axes.set(xlim=(0, max_depth), ylim=(stress.min(initial=0.0), highest))
     style.ticks(axes.xaxis, 6, steps=[1, 2, 5, 10])
     if not highest_stresses:
         axes.set_yticks([])
@@ -142,14 +136,14 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, 
         style.write_note(axes, "\n".join(missing))
 
 
-def _is_linear_to_its_end(row: Row | None) -> bool:
+def _is_linear_to_its_end(fit: Row) -> bool:
     """Tell whether the test ended before its linear regime did, so that no end of the regime was detected."""
-    return row is not None and has(row, "no-linear-end")
+    return has(fit, "no-linear-end")
 
 
-def _value(row: Row | None, name: str) -> float:
+def _number_of(fit: Row | None, name: str) -> float:
     """Return a number of a fit; NaN where there is no fit over the window."""
-    return float("nan") if row is None else float(row[name])
+    return float("nan") if fit is None else float(fit[name])
 
 
 def _describe_alphas(tests: Sequence[Mapping[str, Row]]) -> str:
@@ -157,22 +151,21 @@ def _describe_alphas(tests: Sequence[Mapping[str, Row]]) -> str:
     lines = []
     for name in _FITS:
         if len(tests) > 1:
-            values = [_value(fits.get(name), _ALPHA[0]) for fits in tests]
-            alphas = [alpha for alpha in values if np.isfinite(alpha)]
+            numbers = [_number_of(fits.get(name), _FIT_COLUMNS[0]) for fits in tests]
+            alphas = [alpha for alpha in numbers if np.isfinite(alpha)]
             if alphas:
                 ends = f"{style.format_number(min(alphas))} to {style.format_number(max(alphas))}"
                 head = rf"{len(alphas)} tests, {name}: $\alpha_z$"
                 lines.append(f"{head} = {ends} {style.PER_CM3}")
             continue
         (fits,) = tests
-        alpha, low, high, end = (_value(fits.get(name), key) for key in (*_ALPHA, _END_OF_WINDOW))
+        alpha, low, high, to_cm = (_number_of(fits.get(name), key) for key in _FIT_COLUMNS)
         if np.isfinite(alpha):
             ends = f"{style.format_number(low)}\N{EN DASH}{style.format_number(high)}"
-            span = ends if np.isfinite(low) else "no interval"
-            place = f"{name}, {style.format_number(end, 2)} cm"
-            if _is_linear_to_its_end(fits.get(name)):
-                place = f"no end in {style.format_number(end, 2)} cm"
+            interval = ends if np.isfinite(low) else "no interval"
+            window = "no end in" if _is_linear_to_its_end(fits[name]) else f"{name},"
             lines.append(
-                rf"{place}: $\alpha_z$ = {style.format_number(alpha)} ({span}) {style.PER_CM3}"
+                rf"{window} {style.format_number(to_cm, 2)} cm: $\alpha_z$ = "
+                rf"{style.format_number(alpha)} ({interval}) {style.PER_CM3}"
             )
     return "\n".join(lines)

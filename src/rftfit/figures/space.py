@@ -1,4 +1,4 @@
-"""Forces on a mesh along its path with their intervals and the error of the law; the mesh in its pose of largest force."""
+"""Forces on a mesh along its path with their intervals and the error of the law in space; the mesh at the largest force."""
 
 from __future__ import annotations
 
@@ -79,11 +79,7 @@ def choose_bands(answer: ForceAnswer) -> list[Band]:
 def _has_width(forces: pd.DataFrame, band: Band) -> bool:
     """Tell whether an interval is wider than zero for any component in any pose."""
     ends = [band.name_ends(f"force_{axis}_N") for axis in "xyz"]
-    return any(
-        bool((forces[high] > forces[low]).any())
-        for low, high in ends
-        if low in forces and high in forces
-    )
+    return any((forces[high] > forces[low]).any() for low, high in ends if {low, high} <= {*forces})
 
 
 def _has_closure(forces: pd.DataFrame) -> bool:
@@ -94,16 +90,15 @@ def _has_closure(forces: pd.DataFrame) -> bool:
 def _draw_component(
     axes: Axes, forces: pd.DataFrame, abscissa: np.ndarray, axis: str, bands: Sequence[Band]
 ) -> None:
-    """Draw one component of the force against `abscissa`, its intervals shaded, the error of the law dashed."""
+    """Draw one component of the force against `abscissa`, its intervals shaded, the error of the law in space dashed."""
     colour, column = style.OKABE_ITO[_COLOURS[axis]], f"force_{axis}_N"
     value = forces[column]
     for band in bands:
         low, high = band.name_ends(column)
         style.draw_band(axes, abscissa, forces[low], forces[high], colour, band.opacity)
     if _has_closure(forces):
-        for sign in (-1, 1):
-            error = sign * forces["closure_N"]
-            axes.plot(abscissa, value + error, "--", color=colour, linewidth=0.6)
+        for edge in (value - forces["closure_N"], value + forces["closure_N"]):
+            axes.plot(abscissa, edge, "--", color=colour, linewidth=0.6)
     axes.plot(abscissa, value, color=colour)
     style.zero_line(axes)
     style.ticks(axes.yaxis, 4)
@@ -126,22 +121,25 @@ def _draw_body(page: Figure, profile: Profile, mesh: Mesh, motion: Motion3D, pos
     stress[faces.numbers] = np.linalg.norm(alpha.reshape(-1, 3), axis=-1) * depth
     shade = Normalize(0, float(np.nanmax(stress, initial=0)) or 1)
     colours = colormaps[style.SEQUENTIAL](shade(stress))
-    colours[~np.isin(np.arange(stress.size), faces.numbers)] = (0.88, 0.88, 0.88, 1)
+    colours[np.delete(np.arange(stress.size), faces.numbers)] = (0.88, 0.88, 0.88, 1)
     corners = mesh.triangles @ rotation.T + position
     # of a large mesh only every second or further face
     drawn = slice(None, None, 1 + len(corners) // 20_000)
     axes: Any = page.add_axes((0.535, 0.14, 0.35, 0.76), projection="3d", computed_zorder=False)
-    face_style = {"facecolors": colours[drawn], "edgecolors": "none", "rasterized": True}
-    axes.add_collection3d(Poly3DCollection(corners[drawn], **face_style))
+    faces = Poly3DCollection(
+        corners[drawn], facecolors=colours[drawn], edgecolors="none", rasterized=True
+    )
+    axes.add_collection3d(faces)
     middle = (corners.min(axis=(0, 1)) + corners.max(axis=(0, 1))) / 2
     half_width = 0.55 * float(np.ptp(corners, axis=(0, 1)).max())
     x, y, z = middle[:, None] + half_width * np.array([-1, 1])
     surface = [[(x[0], y[0], 0), (x[1], y[0], 0), (x[1], y[1], 0), (x[0], y[1], 0)]]
     if abs(middle[2]) < half_width:
-        face_style = {"facecolor": style.SURFACE, "edgecolor": style.SURFACE, "alpha": 0.2}
-        axes.add_collection3d(Poly3DCollection(surface, **face_style))
+        look = {"facecolor": style.SURFACE, "edgecolor": style.SURFACE, "alpha": 0.2}
+        axes.add_collection3d(Poly3DCollection(surface, **look))
     axes.set(xlim=x, ylim=y, zlim=z, box_aspect=(1, 1, 1))
     axes.set(xlabel="x (cm)", ylabel="y (cm)", zlabel="z (cm)")
+    # a body that moves down is seen from below
     goes_down = faces.velocity.size and faces.velocity[:, 2].mean() < 0
     axes.view_init(elev=-12 if goes_down else 18, azim=-60)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):

@@ -13,13 +13,14 @@ import textwrap
 from functools import cache
 from importlib.resources import as_file, files
 from io import BytesIO
-from pathlib import Path
+from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
 from rftfit.store import write_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from pathlib import Path
 
     import numpy.typing as npt
     from matplotlib.artist import Artist
@@ -143,7 +144,7 @@ PER_CM2 = r"N/cm$^2$"
 
 
 def plain(text: str) -> str:
-    """Escape a user's text so that a dollar sign in it does not start mathematics."""
+    """Escape dollar signs in a user's text, which would start mathematics."""
     return text.replace("$", r"\$")
 
 
@@ -166,10 +167,10 @@ def format_number(value: float | None, digits: int = 3) -> str:
     """Write a number with a true minus sign; "no value" where there is none."""
     if value is None or math.isnan(value):
         return "no value"
-    text = f"{value:.{digits}f}"
-    if float(text) == 0:
-        text = text.lstrip("-")
-    return text.replace("-", "\N{MINUS SIGN}")
+    rounded = f"{value:.{digits}f}"
+    if float(rounded) == 0:
+        rounded = rounded.lstrip("-")
+    return rounded.replace("-", "\N{MINUS SIGN}")
 
 
 def degrees(value: float) -> str:
@@ -186,9 +187,8 @@ def medium_looks(media: Iterable[str]) -> dict[str, tuple[str, str]]:
         for colour_marker in MEDIUM_LOOKS.values()
         if colour_marker not in taken_looks.values()
     ]
-    free_looks = free_looks or list(MEDIUM_LOOKS.values())
-    unknown = [name for name in names if name not in taken_looks]
-    return taken_looks | {name: free_looks[i % len(free_looks)] for i, name in enumerate(unknown)}
+    other_media = [name for name in names if name not in taken_looks]
+    return taken_looks | dict(zip(other_media, cycle(free_looks or MEDIUM_LOOKS.values())))
 
 
 # Positions in centimetres, ticks and legends
@@ -380,8 +380,8 @@ def legend(figure: Figure, entries: Mapping[str, Any], **options: Any) -> None:
         letters = letters_in(72 * figure.get_figwidth(), 6)
         options["title"] = "\n".join(textwrap.wrap(title, letters))
     for rows in range(1, len(entries) + 1):
-        columns = {"ncols": -(-len(entries) // rows)}
-        legend = figure.legend([*entries.values()], [*entries], **defaults | columns | options)
+        defaults["ncols"] = -(-len(entries) // rows)
+        legend = figure.legend([*entries.values()], [*entries], **defaults | options)
         box = legend.get_window_extent()
         if box.width <= figure.bbox.width or rows == len(entries):
             break
@@ -393,7 +393,7 @@ def legend(figure: Figure, entries: Mapping[str, Any], **options: Any) -> None:
 @styled()
 def missing(message: str, reasons: Sequence[str] = ()) -> Figure:
     """Make a figure that only says what is missing and why."""
-    lines = [line for text in (message, *reasons) for line in textwrap.wrap(text, 110)]
+    lines = [line for sentence in (message, *reasons) for line in textwrap.wrap(sentence, 110)]
     margin_cm, line_cm = 0.4, 0.38
     # the stamp along the right edge needs 1.6 cm
     figure = new_figure(DOUBLE_CM, max(1.6, 2 * margin_cm + len(lines) * line_cm))
@@ -407,7 +407,7 @@ _ABOVE = 1.01
 """Height at which warnings are written, relative to the height of the figure."""
 
 
-def mark(figures: Any, sentences: Sequence[str]) -> None:
+def mark(figures: Figure | Sequence[Figure], sentences: Sequence[str]) -> None:
     """Write sentences about the media above a figure, or above each of its pages."""
     for page in _pages(figures):
         letters = int(15 * page.get_size_inches()[0])  # letters of 7 pt in a line
@@ -423,15 +423,19 @@ def mark(figures: Any, sentences: Sequence[str]) -> None:
         )
 
 
-def stamp(figures: Any, word: str) -> None:
-    """Write a word into the right edge of a figure, or of each of its pages: figures are copied without their captions."""
+def stamp(figures: Figure | Sequence[Figure], stamped: str) -> None:
+    """Write what is simulated into the right edge of each page of a figure: figures are copied without their captions."""
     for page in _pages(figures):
-        page.text(0.999, 0.5, word, rotation=90, va="center", ha="right", fontsize=5.5, color=GREY)
+        page.text(
+            0.999, 0.5, stamped, rotation=90, va="center", ha="right", fontsize=5.5, color=GREY
+        )
 
 
-def _pages(figures: Any) -> Any:
-    """Return the pages of a figure as a list, also where it is a single page."""
-    return figures if isinstance(figures, (list, tuple)) else [figures]
+def _pages(figures: Figure | Sequence[Figure]) -> Sequence[Figure]:
+    """Return the pages of a figure, also where it is a single page."""
+    from matplotlib.figure import Figure
+
+    return [figures] if isinstance(figures, Figure) else figures
 
 
 # Files: atomic, and the same figure always gives the same bytes
@@ -537,27 +541,6 @@ def size_of_preview(content: bytes) -> tuple[int, int]:
         return 1, 1
 
 
-def save(
-    figure: Figure, base: str | Path, about: str = "", endings: Sequence[str] = SCREEN
-) -> list[Path]:
-    """Write the files of a figure, one for each ending; webp is made from png, which must stand before it.
-
-    `base`: Path without ending. `about`: Remark in the metadata.
-    """
-    base = Path(base)
-    content_by_ending: dict[str, bytes] = {}
-    for ending in endings:
-        if ending == "webp":
-            content_by_ending[ending] = shrink_png(content_by_ending["png"])
-        else:
-            content_by_ending[ending] = content(figure, ending, about)
-    # with_suffix would cut a name such as glass0.3mm_LP at its point
-    targets = {ending: base.with_name(f"{base.name}.{ending}") for ending in endings}
-    for ending, target in targets.items():
-        write_bytes(target, content_by_ending[ending])
-    return list(targets.values())
-
-
 def save_pages(
     figures: Figure | Sequence[Figure],
     root: Path,
@@ -565,11 +548,21 @@ def save_pages(
     about: str = "",
     endings: Sequence[str] = SCREEN,
 ) -> list[str]:
-    """Write a figure, its further pages as ``<base>_page2`` and so on; return the paths from `root`."""
-    from matplotlib.figure import Figure
+    """Write the files of a figure, its further pages as ``<base>_page2`` and so on; return the paths from `root`.
 
-    pages = [figures] if isinstance(figures, Figure) else figures
-    names = [base if number == 1 else f"{base}_page{number}" for number in range(1, len(pages) + 1)]
-    for page, name in zip(pages, names, strict=True):
-        save(page, root / name, about, endings)
-    return [f"{name}.{ending}" for name in names for ending in endings]
+    `base`: Path from `root`, without ending. `about`: Remark in the metadata. `endings`: Endings of the files; webp is made
+    from png, which must stand before it.
+    """
+    paths = []
+    for number, page in enumerate(_pages(figures), start=1):
+        contents: dict[str, bytes] = {}
+        for ending in endings:
+            is_preview = ending == "webp"
+            contents[ending] = (
+                shrink_png(contents["png"]) if is_preview else content(page, ending, about)
+            )
+        name = base if number == 1 else f"{base}_page{number}"
+        for ending, file_content in contents.items():
+            paths.append(f"{name}.{ending}")
+            write_bytes(root / paths[-1], file_content)
+    return paths

@@ -46,83 +46,62 @@ STRESS_SETTINGS = ("intruders", "force_log", "transducer")
 """Sections of the configuration that `stress_of` reads."""
 
 
-def stress_samples(
-    campaign: Campaign, tared: pd.DataFrame, windows: pd.DataFrame, fits: pd.DataFrame
-) -> pd.DataFrame:
-    """Compute the stress of every plate run of a medium, a row a sample, with the sign in which alpha is filed in `fits`.
-
-    Column ``in_window`` tells which samples were fitted. Stress along x is NaN where no sensor measured it.
-    """
-    import pandas as pd
-
-    ids = _run_ids(tared)
-    intruders = [campaign.by_id[run].intruder for run in ids.cat.categories]
-    # legs have no area and are not drawn here
-    areas = [getattr(campaign.config.intruders[name], "area_cm2", np.nan) for name in intruders]
-    area = np.array(areas, dtype=float)[ids.cat.codes.to_numpy()]
-    # extractions are filed with their horizontal stress turned, as alpha_x is
-    turned = fits.loc[fits["mirrored"].astype(bool), "run_id"].astype(str)
-    unmeasured = [
-        run
-        for run in ids.cat.categories
-        if not measures_force_x(campaign.config, campaign.by_id[run])
-    ]
-    # a channel that the config states as a constant shows no force
-    measured_x = np.where(ids.isin(unmeasured), np.nan, 1.0)
-    signs = {"z": 1.0, "x": np.where(ids.isin(turned), -1.0, 1.0) * measured_x}
-    samples = pd.DataFrame(
-        {
-            "run_id": ids,
-            "depth_cm": tared["depth_cm"],
-            "path_cm": tared["path_cm"],
-            **{
-                f"{quantity}_{c}_N_per_cm2": tared[f"{column}_{c}_N"] / area * sign
-                for quantity, column in (("stress", "force"), ("tare", "tare"))
-                for c, sign in signs.items()
-            },
-            "in_window": windows["why"].to_numpy() == RowStatus.GOOD,
-        }
-    )
-    plates: pd.DataFrame = samples[np.isfinite(area)]
-    return plates
-
-
 def stress_of(results: Results, medium: str) -> pd.DataFrame:
     """Compute `stress_samples` from the results of a medium."""
     tared, windows = (results.table(f"{name}/{medium}.parquet") for name in ("tared", "windows"))
     return stress_samples(results.campaign, tared, windows, results[medium].fits)
 
 
-def _run_ids(traces: pd.DataFrame) -> pd.Series[Any]:
-    """Return the column ``run_id`` as categories of text, also where a lab names its runs by numbers."""
-    ids = traces["run_id"].astype("category")
-    return ids.cat.rename_categories([str(name) for name in ids.cat.categories])
+def stress_samples(
+    campaign: Campaign, tared: pd.DataFrame, windows: pd.DataFrame, fits: pd.DataFrame
+) -> pd.DataFrame:
+    """Compute the stress of every plate run of a medium, a row a sample, with the sign in which alpha is filed in `fits`.
+
+    `tared`, `windows`: Tables of samples after the tare and after the fit, with the same rows. Column ``in_window`` tells
+    which samples were fitted. Stress along x is NaN where no sensor measured it.
+    """
+    import pandas as pd
+
+    ids = tared["run_id"].astype("category")
+    # text, also where a lab names its runs by numbers
+    ids = ids.cat.rename_categories([str(name) for name in ids.cat.categories])
+    runs = [campaign.by_id[run_id] for run_id in ids.cat.categories]
+    # legs have no area and are not drawn here
+    areas = [getattr(campaign.config.intruders[run.intruder], "area_cm2", np.nan) for run in runs]
+    # a channel that the config states as a constant shows no force
+    signs_x = [1.0 if measures_force_x(campaign.config, run) else np.nan for run in runs]
+    area, sign_x = np.array([areas, signs_x], dtype=float)[:, ids.cat.codes.to_numpy()]
+    # extractions are filed with their horizontal stress turned, as alpha_x is
+    turned = fits.loc[fits["mirrored"].astype(bool), "run_id"].astype(str)
+    signs = {"z": 1.0, "x": np.where(ids.isin(turned), -sign_x, sign_x)}
+    samples = pd.DataFrame({"run_id": ids} | {name: tared[name] for name in SAMPLES[:2]})
+    for quantity, force in (("stress", "force"), ("tare", "tare")):
+        for c, sign in signs.items():
+            samples[f"{quantity}_{c}_N_per_cm2"] = tared[f"{force}_{c}_N"] / area * sign
+    samples["in_window"] = windows["why"].to_numpy() == RowStatus.GOOD
+    plates: pd.DataFrame = samples[np.isfinite(area)]
+    return plates
 
 
-def by_run(traces: pd.DataFrame) -> dict[str, Trace]:
-    """Split a table of samples by run: the columns `SAMPLES` of each run as arrays."""
-    if traces.empty:
-        return {}
-    ids = _run_ids(traces).cat.remove_unused_categories()
-    code = ids.cat.codes.to_numpy()
-    order = np.argsort(code, kind="stable")
-    cuts = np.flatnonzero(np.diff(code[order])) + 1
-    parts = [np.split(traces[name].to_numpy(float)[order], cuts) for name in SAMPLES]
-    runs = zip(ids.cat.categories, *parts, strict=True)
-    return {run: dict(zip(SAMPLES, samples, strict=True)) for run, *samples in runs}
+def by_run(samples: pd.DataFrame) -> dict[str, Trace]:
+    """Split `stress_samples` by run: the columns `SAMPLES` of each run as arrays, by run_id."""
+    return {
+        str(run_id): {name: rows[name].to_numpy(float) for name in SAMPLES}
+        for run_id, rows in samples.groupby("run_id", observed=True)
+    }
 
 
 def thin(x: FloatArray, y: FloatArray, points: int = 80) -> list[FloatArray]:
-    """Thin a curve to about `points` points at most: the smallest and the largest sample of each short stretch.
+    """Thin a curve to about `points` points at most: the smallest and the largest y of each bin of successive samples.
 
     Extremes, unlike every n-th sample, keep spikes and the width of the noise. Returns polylines, shape (m, 2), one for
     each part of the curve between missing samples.
     """
-    is_finite = np.isfinite(x) & np.isfinite(y)
-    if not is_finite.any():
+    finite = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
+    if not finite.size:
         return []
-    finite = np.flatnonzero(is_finite)
     lines = []
+    # indices of the samples of each part of the curve
     for samples in np.split(finite, np.flatnonzero(np.diff(finite) > 1) + 1):
         bins = max(1, points * samples.size // (2 * finite.size))
         kept = samples
@@ -131,10 +110,9 @@ def thin(x: FloatArray, y: FloatArray, points: int = 80) -> list[FloatArray]:
             bins = samples.size // width  # so that fewer samples than a bin are left over
             by_bin = samples[: bins * width].reshape(bins, width)
             rows = np.arange(bins)
-            low = by_bin[rows, y[by_bin].argmin(axis=1)]
-            high = by_bin[rows, y[by_bin].argmax(axis=1)]
-            remainder = samples[bins * width :]
-            kept = np.unique(np.concatenate([samples[:1], low, high, remainder, samples[-1:]]))
+            extremes = (by_bin[rows, of(y[by_bin], axis=1)] for of in (np.argmin, np.argmax))
+            ends = samples[:1], samples[-1:]
+            kept = np.unique(np.concatenate([*extremes, samples[bins * width :], *ends]))
         lines.append(np.column_stack([x[kept], y[kept]]))
     return lines
 
@@ -171,7 +149,7 @@ def with_end_names(quantity: str) -> list[str]:
 
 
 def alpha_with_interval(row: Row, component: str) -> tuple[float, float, float]:
-    """Return alpha in a row of fits or cells, and the ends of its interval, N/cm^3."""
+    """Return alpha in a row of the table of fits or of alpha, and the ends of its interval, N/cm^3."""
     value, low, high = (float(row[name]) for name in with_end_names(column(component)))
     return value, low, high
 
@@ -219,25 +197,29 @@ def describe_alpha(row: Row, component: str, trace: Trace, cell: Row) -> str:
     """
     symbol = rf"$\alpha_{component}$"
     runs = int(cell["n_runs"]) if cell else 1
-    value, low, high = alpha_with_interval(cell or row, component)
+    alpha, low, high = alpha_with_interval(cell or row, component)
     if component == "x" and not measures_x(trace):
-        return f"{symbol} = 0 by symmetry" if np.isfinite(value) else f"{symbol} not measured"
-    text = format_number(value, 4)
+        return f"{symbol} = 0 by symmetry" if np.isfinite(alpha) else f"{symbol} not measured"
+    half_width = ""
     if cell and np.isfinite(high - low):
-        text += f" \N{PLUS-MINUS SIGN} {format_number((high - low) / 2, 4)}"
+        half_width = f" \N{PLUS-MINUS SIGN} {format_number((high - low) / 2, 4)}"
+    with_unit = f"{format_number(alpha, 4)}{half_width} {PER_CM3}"
     if runs == 1:
-        return f"{symbol} = {text} {PER_CM3}"
+        return f"{symbol} = {with_unit}"
     alpha_of_run = format_number(alpha_with_interval(row, component)[0], 4)
-    return f"{symbol} = {alpha_of_run} {PER_CM3}\nmean of {runs} runs: {text} {PER_CM3}"
+    return f"{symbol} = {alpha_of_run} {PER_CM3}\nmean of {runs} runs: {with_unit}"
 
 
-def describe_problem(fit: Row, flags: Flags, shared: Collection[Remark] = ()) -> str:
-    """Say in few words what is wrong with a run; empty if nothing is, apart from the flags that all runs share."""
+def describe_problem(fit: Row, flags: Flags, shared: Collection[Remark]) -> str:
+    """Say in few words what is wrong with a run; empty if nothing is.
+
+    `fit`: Row of the run in the table of fits. `flags`: Flags of the medium. `shared`: Flags that all its runs have, which
+    are left out.
+    """
     run_id = str(fit["run_id"])
     flags_of_run = [flag for flag in flags.of_run(run_id) if flag not in shared]
-    text = format_remarks([*reason_of(fit), *flags_of_run, *flags.of_run_by_checks(run_id)])
+    problem = format_remarks([*reason_of(fit), *flags_of_run, *flags.of_run_by_checks(run_id)])
     # a component that no sensor measured is not missing
     measured = "z" if run_id in flags.runs_with("no-force-x") else "zx"
-    if not text and not np.isfinite([fit[f"alpha_{c}_N_per_cm3"] for c in measured]).all():
-        return "no alpha"
-    return text
+    has_alpha = np.isfinite([fit[f"alpha_{c}_N_per_cm3"] for c in measured]).all()
+    return problem or ("" if has_alpha else "no alpha")

@@ -18,6 +18,9 @@ _LOOKS = {"inside": (style.OKABE_ITO["blue"], "o"), "outside": (style.OKABE_ITO[
 
 _UNITS = {"N/cm^3": style.PER_CM3, "N/cm^2": style.PER_CM2}
 
+_NUMBERS = ["published", "published_lo", "published_hi", "ours", "lo", "hi"]
+"""Columns of ``verdicts.csv``: both numbers, each with the ends of its interval."""
+
 
 @style.styled()
 def draw_verdicts(verdicts: pd.DataFrame) -> Figure:
@@ -60,37 +63,32 @@ def numbers_with_unit(verdicts: pd.DataFrame) -> pd.DataFrame:
     import pandas as pd
 
     compared = verdicts[verdicts["verdict"].isin(_LOOKS)].fillna({"unit": ""}).copy()
-    for name in ("published", "published_lo", "published_hi", "ours", "lo", "hi"):
+    for name in _NUMBERS:
         compared[name] = pd.to_numeric(compared[name], errors="coerce")
     return compared[compared["unit"] != ""].dropna(subset=["published", "ours"])
 
 
 def _draw_panel(axes: Axes, group: pd.DataFrame, title: str, unit: str) -> None:
     """Draw the rows of one quantity: ours over published, both axes with the same range."""
-    ends = group[["published", "published_lo", "published_hi", "ours", "lo", "hi"]].to_numpy(float)
-    least, most = float(np.nanmin(ends)), float(np.nanmax(ends))
-    values = group[["published", "ours"]].to_numpy(float)
-    is_logarithmic = values.min() > 0 and values.max() > 100 * values.min()
+    numbers = group[["published", "ours"]].to_numpy(float)
+    is_logarithmic = numbers.min() > 0 and numbers.max() > 100 * numbers.min()
     if is_logarithmic:
         axes.set(xscale="log", yscale="log")
-        least, most = values.min() / 2, values.max() * 2
+        limits = numbers.min() / 2, numbers.max() * 2
     else:
-        room = 0.06 * (most - least or abs(most) or 1.0)
-        least, most = least - room, most + room
-    axes.plot([least, most], [least, most], "--", color=style.GREY, linewidth=0.6, zorder=0)
+        with_ends = group[_NUMBERS].to_numpy(float)
+        least, most = float(np.nanmin(with_ends)), float(np.nanmax(with_ends))
+        margin = 0.06 * (most - least or abs(most) or 1.0)
+        limits = least - margin, most + margin
+    axes.plot(limits, limits, "--", color=style.GREY, linewidth=0.6, zorder=0)
     for verdict, (colour, marker) in _LOOKS.items():
         rows = group[group["verdict"] == verdict]
-        published, ours = rows["published"].to_numpy(), rows["ours"].to_numpy()
-        across = rows["published_lo"].to_numpy(), rows["published_hi"].to_numpy()
-        along = rows["lo"].to_numpy(), rows["hi"].to_numpy()
-        axes.hlines(ours, *across, color=colour, linewidth=0.8, alpha=0.6)
-        axes.vlines(published, *along, color=colour, linewidth=0.8, alpha=0.6)
+        published, published_lo, published_hi, ours, lo, hi = rows[_NUMBERS].to_numpy(float).T
+        axes.hlines(ours, published_lo, published_hi, color=colour, linewidth=0.8, alpha=0.6)
+        axes.vlines(published, lo, hi, color=colour, linewidth=0.8, alpha=0.6)
         axes.plot(published, ours, marker, color=colour, markersize=3)
-    axes.set(xlim=(least, most), ylim=(least, most))
+    axes.set(xlim=limits, ylim=limits, xlabel=f"published ({unit})", ylabel=f"ours ({unit})")
     axes.set_title(title, fontsize=7)
-    suffix = f" ({unit})" if unit else ""
-    axes.set_xlabel(f"published{suffix}")
-    axes.set_ylabel(f"ours{suffix}")
     axes.set_box_aspect(1)
     if not is_logarithmic:
         for axis in (axes.xaxis, axes.yaxis):

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from rftfit.figures import style
 from rftfit.forces.rolling import describe_friction
 
@@ -74,22 +72,25 @@ def draw_wheel(answer: WheelAnswer, measured: pd.DataFrame | None = None) -> Fig
 
 
 def _draw_quantity(axes: Axes, table: pd.DataFrame, column: str) -> None:
-    """Draw one quantity over slip with its intervals: bands, or bars where there is a single slip."""
+    """Draw one quantity over slip with its intervals: bands, or bars where there is a single slip.
+
+    `column`: Its column in the table of the answer, a key of `_PANELS`.
+    """
     label, colour_name = _PANELS[column]
     colour = style.OKABE_ITO[colour_name]
     quantity, _, unit = column.partition("_")
-    slip, numbers = table["slip"].to_numpy(), table[column].to_numpy()
-    order = np.argsort(slip)
+    table = table.sort_values("slip")
+    slip = table["slip"].to_numpy()
     for end, opacity in (("model_", style.WIDER_OPACITY), ("", style.INTERVAL_OPACITY)):
         names = [f"{quantity}_{end}{side}_{unit}" for side in ("lo", "hi")]
         if names[0] not in table:
             continue
-        lo, hi = (table[name].to_numpy()[order] for name in names)
+        lo, hi = table[names].to_numpy(float).T
         if len(table) == 1:
             axes.vlines(slip, lo, hi, color=colour, alpha=3 * opacity, linewidth=8 * opacity)
         else:
-            style.draw_band(axes, slip[order], lo, hi, colour, opacity)
-    axes.plot(slip[order], numbers[order], color=colour, marker=".", markersize=3)
+            style.draw_band(axes, slip, lo, hi, colour, opacity)
+    axes.plot(slip, table[column].to_numpy(), color=colour, marker=".", markersize=3)
     if column in ("drawbar_N", "torque_N_cm"):
         style.zero_line(axes)
     if column == "sinkage_cm":

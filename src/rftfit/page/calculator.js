@@ -1,8 +1,10 @@
 // The field calculator: one push straight down in, a whole medium out.
 
+// alpha_z, N/cm^3: what dry granular media have, and what the calculator accepts
 const PLAUSIBLE = [0.05, 5];
 const LIMITS = [0.001, 1000];
 
+/** Number in a text that a user typed; NaN for anything else. */
 function readNumber(text) {
   const trimmed = text.trim().replace(MINUS, "-");
   return /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(trimmed) ? Number(trimmed) : NaN;

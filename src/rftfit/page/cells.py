@@ -15,9 +15,9 @@ ALPHA_DIGITS = 4
 """Digits after the point of alpha, zeta and chi in the tables of the page."""
 
 
-def share(x: float | None) -> str:
+def share(ratio: float | None) -> str:
     """Write a ratio as a percentage."""
-    return percent(None if x is None else 100 * x)
+    return percent(None if ratio is None else 100 * ratio)
 
 
 # A table is a list of columns and a list of rows; each column has a heading and a function that prints its cell of a
@@ -77,7 +77,8 @@ class PageTable:
 
 def records(table: pd.DataFrame) -> list[dict[str, Any]]:
     """Return the rows of a table of results as dicts."""
-    return [{str(name): cell for name, cell in row.items()} for row in table.to_dict("records")]
+    rows: Any = table.to_dict("records")
+    return list(rows)
 
 
 def texts(
@@ -85,18 +86,16 @@ def texts(
 ) -> PageColumn:
     """Make a column of text.
 
-    `name`: Column of the results, or function of a row. `note`: Another column, printed small below.
+    `name`: Column of the results, or function of a row that returns the text. `note`: Another column of the results, printed
+    small below. `css_classes`: As of `PageColumn`.
     """
 
     def cell(row: Row) -> Cell:
-        text = name(row) if callable(name) else row[name]
+        content = name(row) if callable(name) else row[name]
         # str() would lose that a text is Markup, which must not be escaped
-        return Cell(text if isinstance(text, str) else str(text), _notes_of(row, note))
+        return Cell(content if isinstance(content, str) else str(content), _notes_of(row, note))
 
     return PageColumn(heading, cell, css_classes)
-
-
-Show = Callable[[float | None], str]
 
 
 def numbers(
@@ -105,7 +104,7 @@ def numbers(
     digits: int = ALPHA_DIGITS,
     ends: str = "",
     note: str = "",
-    show: Show | None = None,
+    show: Callable[[float | None], str] | None = None,
     ends_of_model: str = "",
 ) -> PageColumn:
     """Make a column of numbers with their intervals.
@@ -116,19 +115,19 @@ def numbers(
     """
 
     def cell(row: Row) -> Cell:
-        text = show(row.get(name)) if show else format_number(row.get(name), digits)
-        lo, hi = (row.get(ends.format(end)) if ends else None for end in ("lo", "hi"))
-        wider = format_model_interval(row, ends_of_model, digits) if ends_of_model else ""
-        return Cell(text, (format_interval(lo, hi, digits), wider, *_notes_of(row, note)))
+        number = show(row.get(name)) if show else format_number(row.get(name), digits)
+        interval = _format_interval_of(row, ends, digits)
+        model_interval = _format_interval_of(row, ends_of_model, digits)
+        wider = f"model {model_interval}" if model_interval else ""
+        return Cell(number, (interval, wider, *_notes_of(row, note)))
 
     return PageColumn(heading, cell, "num")
 
 
-def format_model_interval(row: Row, ends: str, digits: int) -> str:
-    """Write the interval with the model's own error, for small print; `ends`: as for `numbers`."""
-    lo, hi = (row.get(ends.format(end)) for end in ("lo", "hi"))
-    interval_text = format_interval(lo, hi, digits)
-    return f"model {interval_text}" if interval_text else ""
+def _format_interval_of(row: Row, ends: str, digits: int) -> str:
+    """Write an interval of a row; empty where it has none, or where `ends`, as for `numbers`, names no columns."""
+    low, high = (row.get(ends.format(end)) for end in ("lo", "hi"))
+    return format_interval(low, high, digits)
 
 
 def _notes_of(row: Row, name: str) -> tuple[str, ...]:

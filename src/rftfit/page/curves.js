@@ -4,6 +4,7 @@ const CHART = { height: 230, left: 48, right: 20, top: 22, bottom: 40 };
 
 const LINES = ["measured", "routine", "predicted", "map"];
 
+/** Path of an svg through points (pixels), broken where one is not finite. */
 function pathOf(points) {
   let text = "";
   let pen = "M";
@@ -28,6 +29,7 @@ function finiteStretches(rows) {
   return stretches;
 }
 
+/** The finite numbers of a list, which may be missing. */
 function numbersIn(values) {
   return (values || []).filter((v) => v !== null && Number.isFinite(v));
 }
@@ -99,6 +101,7 @@ function drawChart(image, title, curves, picked) {
   };
 }
 
+/** Write the names of the drawn `LINES` above a chart, from its `right` edge (pixels) leftward. */
 function drawLegend(image, curves, right) {
   let x = right;
   for (const kind of [...LINES].reverse()) {

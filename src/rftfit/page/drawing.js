@@ -4,6 +4,7 @@ const SVG = "http://www.w3.org/2000/svg";
 const MINUS = "\u2212";
 const DEGREE = "\u00b0";
 
+/** Make an element of a drawing. */
 function svg(name, attributes = {}, text = "") {
   const element = document.createElementNS(SVG, name);
   for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
@@ -11,6 +12,7 @@ function svg(name, attributes = {}, text = "") {
   return element;
 }
 
+/** Make an element of the page. */
 function html(name, attributes = {}, ...children) {
   const element = document.createElement(name);
   for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
@@ -38,6 +40,7 @@ function sayAngle(degrees) {
   return say(degrees, Math.abs(degrees - Math.round(degrees)) < 0.005 ? 0 : 1) + DEGREE;
 }
 
+/** Interval in words, with so many digits that its ends differ; "by symmetry" for one at zero without width. */
 function sayInterval(lo, hi, digits = 3) {
   if (!Number.isFinite(lo) || !Number.isFinite(hi)) return "";
   if (hi - lo < 1e-9) return Math.abs(lo) < 1e-9 ? "by symmetry" : "";
@@ -51,7 +54,7 @@ function valueCell({ value, lo, hi, modelLo, modelHi, unmeasured }, digits) {
   if (unmeasured) return Number.isFinite(value) && value !== null ? [say(value, digits), html("small", {}, "by symmetry")] : ["not measured"];
   const ofModel = sayInterval(modelLo, modelHi, digits);
   const intervals = [sayInterval(lo, hi, digits), ofModel && `model ${ofModel}`].filter(Boolean);
-  return [say(value, digits), ...intervals.map((one) => html("small", {}, one))];
+  return [say(value, digits), ...intervals.map((interval) => html("small", {}, interval))];
 }
 
 /** A table from rows of text; the first cell of each row is its header. */
@@ -64,6 +67,7 @@ function tableOf(head, rows) {
   return html("div", { class: "scroll" }, table);
 }
 
+/** Fill a list of choices with [value, text] pairs. */
 function fillSelect(select, options, chosen) {
   select.replaceChildren(...options.map(([value, text]) => html("option", { value }, text)));
   if (options.some(([value]) => value === chosen)) select.value = chosen;
@@ -75,6 +79,7 @@ const COLOURS = [
   [253, 219, 199], [244, 165, 130], [214, 96, 77], [178, 24, 43], [103, 0, 31],
 ];
 
+/** Colour of a number from -`largest` to `largest`. */
 function colourOf(value, largest) {
   const place = (Math.max(-1, Math.min(1, value / (largest || 1))) + 1) * 0.5 * (COLOURS.length - 1);
   const i = Math.min(COLOURS.length - 2, Math.floor(place));

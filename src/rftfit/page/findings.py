@@ -14,13 +14,13 @@ from rftfit.checks.verdict import Verdict
 from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.directions import is_straight_down
 from rftfit.figures import labels
-from rftfit.figures.style import format_number
+from rftfit.figures.style import format_number, level
 from rftfit.forces.peaks import STEEP
 from rftfit.measure.alpha import cell_at, column
 from rftfit.measure.depths import steep_pushes
 from rftfit.page.cells import ALPHA_DIGITS, Row, records
 from rftfit.page.live import lacks_directions
-from rftfit.page.outcome import describe_other_kind, media_that_passed
+from rftfit.page.outcome import describe_other_kind, format_sentence, media_that_passed
 from rftfit.results import Results
 from rftfit.robot.speeds import share_within
 from rftfit.store.text import count
@@ -61,42 +61,40 @@ def findings(results: Results) -> list[PageFinding]:
 
 def _find_verdicts(results: Results) -> Iterable[PageFinding]:
     """Say how many checks passed, the verdict on each medium, and alpha_z of a flat plate pushed straight down."""
-    titles, verdicts = results.campaign.titles, {medium.name: medium.verdict for medium in results}
-    media_by_verdict: dict[Verdict, list[str]] = {}
-    for name, verdict in verdicts.items():
-        media_by_verdict.setdefault(verdict, []).append(titles[name])
+    titles_by_verdict: dict[Verdict, list[str]] = {}
+    for medium in results:
+        titles_by_verdict.setdefault(medium.verdict, []).append(medium.title)
     sentences = [_describe_checks(results)]
-    for verdict, names in media_by_verdict.items():
+    for verdict, titles in titles_by_verdict.items():
         # many media are only counted: the table names them
-        subject = f"{len(names)} of {len(verdicts)} media"
-        if len(names) <= _MOST_MEDIA:
-            subject = list_in_words(names)
-        sentences.append(verdict.on(subject, len(names) > 1))
+        subject = f"{len(titles)} of {len(results.media)} media"
+        if len(titles) <= _MOST_MEDIA:
+            subject = list_in_words(titles)
+        sentences.append(verdict.on(subject, len(titles) > 1))
     sentences += _describe_unseen_difference(results)
-    confidence = results.config.fit.confidence
-    alpha_cells = []
+    cells = {}
     for name in labels.usable_media(results, results.media):
         cell = cell_at(results[name].alpha, 0, 90, results.config.grid.angle_tolerance_deg)
-        if cell is not None and math.isfinite(cell["alpha_z_N_per_cm3"]):
-            alpha_cells.append((float(cell["alpha_z_N_per_cm3"]), name, cell))
-    alpha_cells.sort(key=lambda alpha_cell: alpha_cell[0])
+        if cell is not None and math.isfinite(cell[column("z")]):
+            cells[name] = cell.to_dict()
+    ascending = sorted(cells, key=lambda name: cells[name][column("z")])
     sizes = []
     # the weakest and the strongest medium
-    for alpha, name, cell in alpha_cells[:: max(len(alpha_cells) - 1, 1)]:
-        # intervals are written for a single medium alone: the table has those of several
-        intervals = (
-            _format_mean_and_next_bed(cell.to_dict(), confidence) if len(alpha_cells) == 1 else ""
-        )
+    for name in ascending[:: max(len(cells) - 1, 1)]:
+        intervals = ""
+        # of several media, the table has the intervals
+        if len(cells) == 1:
+            intervals = _format_mean_and_next_bed(cells[name], results.config.fit.confidence)
+        alpha = format_number(cells[name][column("z")], ALPHA_DIGITS)
         window = _describe_window_of_sand(results, name)
         sizes.append(
-            f"{format_number(alpha, ALPHA_DIGITS)} N/cm^3{labels.in_brackets(intervals)} in {titles[name]}{window}"
+            f"{alpha} N/cm^3{labels.in_brackets(intervals)} in {results.titles[name]}{window}"
         )
     if sizes:
         ends = f"{'between ' * (len(sizes) > 1)}{' and '.join(sizes)}"
         sentences.append(f"Straight down, stress per depth alpha_z is {ends}")
     sentences += _describe_lost_pushes(results)
-    text = ". ".join(f"{sentence[0].upper()}{sentence[1:]}" for sentence in sentences)
-    yield PageFinding(f"{text}.", "believed")
+    yield PageFinding(" ".join(map(format_sentence, sentences)), "believed")
 
 
 def _describe_unseen_difference(results: Results) -> Iterable[str]:
@@ -115,8 +113,8 @@ def _describe_unseen_difference(results: Results) -> Iterable[str]:
 def _find_media_of_another_kind(results: Results) -> Iterable[PageFinding]:
     """Name each medium that lies far from the shape of the known ones: no check sees an angle that all its runs share."""
     for medium in results:
-        if words := describe_other_kind(results, medium.name):
-            yield PageFinding(f"{results.titles[medium.name]}: {words}.", "believed")
+        if sentence := describe_other_kind(results, medium.name):
+            yield PageFinding(f"{results.titles[medium.name]}: {sentence}.", "believed")
 
 
 def _describe_window_of_sand(results: Results, medium: str) -> str:
@@ -175,47 +173,47 @@ def _describe_checks(results: Results) -> str:
             everywhere = {*results.media} <= passed_in[check]
             passed += everywhere
             passed_partly += not everywhere
+        elif check not in passed_in:
+            titles["failed"].append(CHECKS[check].title)
         else:
-            outcome = "failed"
-            if check in passed_in:
-                is_waiting = check in waiting
-                outcome = "not made while another fails" if is_waiting else "not possible here"
+            outcome = "not made while another fails" if check in waiting else "not possible here"
             titles[outcome].append(CHECKS[check].title)
     checks_passed = passed + passed_partly
-    text = f"{count(checks_passed, 'check') if checks_passed else 'no checks'} passed"
+    sentence = f"{count(checks_passed, 'check') if checks_passed else 'no checks'} passed"
     if passed_partly:
-        text += f" where they could be made ({passed or 'none'} in all media)"
+        sentence += f" where they could be made ({passed or 'none'} in all media)"
     for outcome, checks in titles.items():
         is_named = outcome == "failed" or len(checks) <= _MOST_NAMED
         names_of_checks = f": {', '.join(checks)}" if is_named else ""
-        text += f", {len(checks)} {outcome}{names_of_checks}" if checks else ""
-    return text
+        sentence += f", {len(checks)} {outcome}{names_of_checks}" if checks else ""
+    return sentence
 
 
 def _find_errors_on_legs(results: Results) -> Iterable[PageFinding]:
     """Say how far the peak lift on legs of laboratory media is off, predicted with measured alpha or else with the map."""
     profile, lift = _select_lifts_of_legs(results)
-    legs_by_within: dict[bool, list[str]] = {True: [], False: []}
+    if lift.empty:
+        return
+    legs: dict[str, list[str]] = {"within": [], "not within": []}
     for leg, errors_of_leg in lift.groupby("leg", sort=False):
         worst_error = _find_worst(errors_of_leg)["peak_error_percent"]
         worst = "worst " * (len(errors_of_leg) > 1)
         name = f"{labels.name_of(str(leg))} ({worst}{labels.percent(worst_error)})"
-        legs_by_within[abs(worst_error) <= WITHIN_PERCENT].append(name)
-    if len(lift):
-        parts = [
-            f"{'' if within else 'not '}within {WITHIN_PERCENT:g} % on the {list_in_words(names)}"
-            for within, names in legs_by_within.items()
-            if names
-        ]
+        legs["within" if abs(worst_error) <= WITHIN_PERCENT else "not within"].append(name)
+    clauses = [
+        f"{within} {WITHIN_PERCENT:g} % on the {list_in_words(names)}"
+        for within, names in legs.items()
+        if names
+    ]
+    source = "the measured alpha" if profile == "table" else "the map"
+    finding = f"Predicted with {source}, the peak lift is {', '.join(clauses)}."
+    if len(lift) > 1:
         sizes = lift["peak_error_percent"].abs()
         median, largest = (format_number(size, 0) for size in (sizes.median(), sizes.max()))
-        errors = f" Errors of these {len(lift)} peak lifts: median {median} %, largest {largest} %."
-        source = "the measured alpha" if profile == "table" else "the map"
-        yield PageFinding(
-            f"Predicted with {source}, the peak lift is {', '.join(parts)}."
-            f"{errors if len(lift) > 1 else ''}",
-            "legs",
+        finding += (
+            f" Errors of these {len(lift)} peak lifts: median {median} %, largest {largest} %."
         )
+    yield PageFinding(finding, "legs")
 
 
 def _find_explanation(results: Results) -> Iterable[PageFinding]:
@@ -244,20 +242,19 @@ def _find_lifts_of_maps(results: Results) -> Iterable[PageFinding]:
     any_single_push = False
     for name in labels.usable_media(results, results.media)[:_MOST_MEDIA]:
         medium = results[name]
-        rows_of_medium = predicted[(predicted["medium"] == name) & (predicted["profile"] == "map")]
-        lifts, intervals = [], []
         if len(medium.legs):
             continue
-        for leg, rows_of_leg in rows_of_medium.groupby("leg", sort=False):
-            rows_with_force = rows_of_leg[rows_of_leg["force_z_N"].notna()]
-            if len(rows_with_force):
-                top = max(records(rows_with_force), key=lambda row: float(row["force_z_N"]))
-                ends = _format_two_intervals(top, "force_z_{}_N", 1)
-                lift_text = f"{format_number(top['force_z_N'], 1)} N{labels.in_brackets(ends)}"
-                lifts.append(f"{lift_text} on the {labels.name_of(str(leg))}")
-                intervals.append(ends)
+        lifts, intervals = [], []
+        rows_of_map = predicted[(predicted["medium"] == name) & (predicted["profile"] == "map")]
+        with_force = rows_of_map.dropna(subset="force_z_N")
+        for leg, rows_of_leg in with_force.groupby("leg", sort=False):
+            top = max(records(rows_of_leg), key=lambda row: float(row["force_z_N"]))
+            ends = _format_two_intervals(top, "force_z_{}_N", 1)
+            peak = f"{format_number(top['force_z_N'], 1)} N{labels.in_brackets(ends)}"
+            lifts.append(f"{peak} on the {labels.name_of(str(leg))}")
+            intervals.append(ends)
         if lifts:
-            direction_count = int(medium.alpha["alpha_z_N_per_cm3"].notna().sum())
+            direction_count = int(medium.alpha[column("z")].notna().sum())
             any_single_push |= direction_count == 1
             pushes = "one push" if direction_count == 1 else f"{direction_count} directions"
             yield PageFinding(
@@ -277,19 +274,19 @@ def _find_errors_in_sands(results: Results) -> Iterable[PageFinding]:
     """Say how far the peak lift on legs in natural sands is off, predicted from few pushes by the map and by the routine."""
     media = labels.usable_media(results, results.sands)
     starts = {
-        "map": f"Predicted by the map from {labels.pushes_of_sands(results)}",
+        "map": f"Predicted by the map from {_name_pushes_of_sands(results)}",
         "generic": "Predicted by the paper's routine, generic alpha scaled to the push straight down",
     }
     for profile, start in starts.items():
         lifts, intervals, steep = [], [], []
-        lift = _select_lifts(results, media, profile)
+        lift = lift_errors(results, media, profile)
         for leg, errors_of_leg in lift.groupby("leg", sort=False):
-            worst = _find_worst(errors_of_leg)
+            leg_name, worst = labels.name_of(str(leg)), _find_worst(errors_of_leg)
             ends = _format_two_intervals(worst, "peak_error_{}_percent", 0, " %")
-            error_text = labels.percent(worst["peak_error_percent"]) + labels.in_brackets(ends)
-            lifts.append(f"{error_text} on the {labels.name_of(str(leg))}")
+            error = labels.percent(worst["peak_error_percent"]) + labels.in_brackets(ends)
+            lifts.append(f"{error} on the {leg_name}")
             intervals.append(ends)
-            steep += [labels.name_of(str(leg))] * (STEEP in worst["reason_code"].split())
+            steep += [leg_name] * (STEEP in worst["reason_code"].split())
         if lifts:
             note = _explain_intervals(results, intervals)
             if steep:
@@ -302,29 +299,37 @@ def _find_errors_in_sands(results: Results) -> Iterable[PageFinding]:
             )
 
 
+def _name_pushes_of_sands(results: Results) -> str:
+    """Say by which pushes the natural sands were measured."""
+    alpha_tables = (results[name].alpha.dropna(subset=column("z")) for name in results.sands)
+    angles = {(*table["beta_deg"], *table["gamma_deg"]) for table in alpha_tables if len(table)}
+    return "one push straight down" if angles == {(0, 90)} else "a few pushes"
+
+
 def _format_two_intervals(row: Mapping[str, Any], ends: str, digits: int, unit: str = "") -> str:
     """Write the interval of alpha, then "model" and the interval with the model's own error.
 
     `ends`: Names of the columns with the ends, braces in place of ``lo``, ``hi``, ``model_lo`` and ``model_hi``.
     """
-    interval_texts = []
+    intervals = []
     for prefix in ("", "model_"):
         low, high = (row[ends.format(prefix + end)] for end in ("lo", "hi"))
-        if span := labels.format_interval(low, high, digits):
-            interval_texts.append(f"{prefix.replace('_', ' ')}{span}{unit}")
-    return ", ".join(interval_texts)
+        if interval := labels.format_interval(low, high, digits):
+            intervals.append(f"{prefix.replace('_', ' ')}{interval}{unit}")
+    return ", ".join(intervals)
 
 
 def _explain_intervals(results: Results, intervals: Iterable[str]) -> str:
-    """Write the sentence that explains the intervals in brackets, texts of `_format_two_intervals`; empty where there are none."""
-    texts = [text for text in intervals if text]
-    parts = []
-    if any(not text.startswith("model") for text in texts):
-        parts.append("with the errors of alpha, axle and arc")
-    if any("model" in text for text in texts):
-        parts.append('after "model" with the model\'s own error too')
-    level = f"{100 * results.config.fit.confidence:g} % interval"
-    return f" In brackets: its {level} {', '.join(parts)}." if parts else ""
+    """Write the sentence that explains the intervals in brackets, as `_format_two_intervals` writes them; empty where none is."""
+    written = [interval for interval in intervals if interval]
+    held_errors = []
+    if any(not interval.startswith("model") for interval in written):
+        held_errors.append("with the errors of alpha, axle and arc")
+    if any("model" in interval for interval in written):
+        held_errors.append('after "model" with the model\'s own error too')
+    if not held_errors:
+        return ""
+    return f" In brackets: its {level(results)} interval {', '.join(held_errors)}."
 
 
 def _find_simulated_speed(results: Results) -> Iterable[PageFinding]:
@@ -335,7 +340,7 @@ def _find_simulated_speed(results: Results) -> Iterable[PageFinding]:
     # rows have a warning where legs turn too fast for resistive forces
     slow = speeds[speeds["speed_cm_per_s"].notna() & (speeds["warning"] == "")]
     if len(slow) and errors["measured_cm_per_s"].isna().all():
-        profile = next(name for name in labels.PROFILES if name in set(slow["profile"]))
+        profile = next(name for name in labels.PROFILE_NAMES if name in set(slow["profile"]))
         rows = records(slow[slow["profile"] == profile])
         row = max(rows, key=lambda row: float(row["speed_cm_per_s"]))
         yield PageFinding(
@@ -410,27 +415,20 @@ def _find_reversed_order(results: Results) -> Iterable[PageFinding]:
     """Say in how many media nine terms predict more lift for the reversed leg than for the flat one, but the table does not."""
     table = results.table("predicted.csv")
     table = table[table["medium"].isin(labels.usable_media(results, results.laboratory))]
-    peaks = table.groupby(["medium", "profile", "leg"])["force_z_N"].max()
-    lift: dict[Any, float] = dict(peaks.dropna().to_dict())
+    # peak lift in each medium: columns (profile, leg)
+    lift = table.pivot_table(
+        index="medium", columns=["profile", "leg"], values="force_z_N", aggfunc="max"
+    )
+    needed = [(profile, leg) for profile in ("fourier", "table") for leg in (REVERSED, FLAT)]
+    lift = lift.reindex(columns=needed).dropna()
     reversed_is_higher = {
-        (medium, profile): lift[medium, profile, REVERSED] > lift[medium, profile, FLAT]
-        for medium, profile, leg in lift
-        if leg == REVERSED and (medium, profile, FLAT) in lift
+        profile: lift[profile, REVERSED] > lift[profile, FLAT] for profile in ("fourier", "table")
     }
-    media = [
-        medium
-        for medium, profile in reversed_is_higher
-        if profile == "table" and (medium, "fourier") in reversed_is_higher
-    ]
-    media_with_other_order = [
-        medium
-        for medium in media
-        if reversed_is_higher[medium, "fourier"] and not reversed_is_higher[medium, "table"]
-    ]
-    if media_with_other_order:
-        where = f"In {len(media_with_other_order)} of {len(media)} media"
-        if len(media) == 1:
-            where = f"In {results.titles[media[0]]}"
+    has_other_order = reversed_is_higher["fourier"] & ~reversed_is_higher["table"]
+    if has_other_order.any():
+        where = f"In {has_other_order.sum()} of {len(lift)} media"
+        if len(lift) == 1:
+            where = f"In {results.titles[lift.index[0]]}"
         yield PageFinding(
             f"{where} the nine terms put the reversed c-leg's peak lift above the flat leg's, and "
             "the measured table does not: nine smooth terms overestimate alpha_z where its deepest elements drag along themselves.",
@@ -444,13 +442,13 @@ def _select_lifts_of_legs(results: Results) -> tuple[str, pd.DataFrame]:
     Returns the name of the profile, ``table`` or ``map``, and the rows.
     """
     media = labels.usable_media(results, results.laboratory)
-    lifts = {profile: _select_lifts(results, media, profile) for profile in ("table", "map")}
+    lifts = {profile: lift_errors(results, media, profile) for profile in ("table", "map")}
     profile = "map" if lifts["table"].empty else "table"
     return profile, lifts[profile]
 
 
-def _select_lifts(results: Results, media: Sequence[str], profile: str) -> pd.DataFrame:
-    """Select the rows of ``leg_errors.csv`` with an error of peak lift, in some media by one profile."""
+def lift_errors(results: Results, media: Sequence[str], profile: str) -> pd.DataFrame:
+    """Select the rows of ``leg_errors.csv`` with an error of peak lift, predicted in some media by one profile."""
     table = results.table("leg_errors.csv")
     is_selected = table["medium"].isin(list(media)) & (table["profile"] == profile)
     return table[is_selected & (table["component"] == "z") & table["peak_error_percent"].notna()]
@@ -462,17 +460,17 @@ def _find_worst(errors: pd.DataFrame) -> Row:
 
 
 def _remove_brackets(text: str) -> str:
-    """Remove brackets and the text inside them, also nested ones."""
+    """Remove brackets and what is inside them, also nested ones."""
     while (shorter := re.sub(r"\([^()]*\)", "", text)) != text:
         text = shorter
     return text
 
 
-def list_in_words(parts: Iterable[str]) -> str:
-    """Write a list in words, with commas and "and", or with semicolons where a part has a comma outside brackets."""
-    *leading_parts, last_part = parts
-    if not leading_parts:
-        return last_part
-    if any(", " in _remove_brackets(part) for part in (*leading_parts, last_part)):
-        return f"{'; '.join(leading_parts)}; and {last_part}"
-    return f"{', '.join(leading_parts)} and {last_part}"
+def list_in_words(entries: Iterable[str]) -> str:
+    """Write a list in words, with commas and "and", or with semicolons where an entry has a comma outside brackets."""
+    *leading, last = entries = list(entries)
+    if not leading:
+        return last
+    if any(", " in _remove_brackets(entry) for entry in entries):
+        return f"{'; '.join(leading)}; and {last}"
+    return f"{', '.join(leading)} and {last}"

@@ -2,11 +2,15 @@
 
 const TWO_PI = 2 * Math.PI;
 
+/** Remainder with the sign of `b`, as in Python. */
 function mod(a, b) {
   return a - b * Math.floor(a / b);
 }
 
-/** Elements of an outline turned by `angle` on an axle at (0, hip); velocity of a turn at `rate`. */
+/**
+ * Elements of a leg turned by `angle` (rad) on its axle at x = 0, in a turn at `rate` (rad/s): middle x, z, tangent tx, tz
+ * and half length, area (cm^2), velocity vx, vz (cm/s).
+ */
 function placeElements(leg, angle, rate) {
   const c = Math.cos(angle);
   const s = Math.sin(angle);
@@ -20,7 +24,10 @@ function placeElements(leg, angle, rate) {
   });
 }
 
-/** Depth times area below the surface, and the centre of that part: elements are clipped. */
+/**
+ * Depth times area of the part of an element below the surface (`load`, cm^3; 0 for an element that does not move), and the
+ * middle of that part.
+ */
 function submerge(e) {
   const rise = e.half * Math.abs(e.tz);
   const low = rise - e.z;
@@ -36,6 +43,7 @@ function submerge(e) {
   };
 }
 
+/** Index of the interval of ascending `nodes` that holds `at`, and the place in it, from 0 to 1. */
 function intervalOf(nodes, at) {
   let i = 0;
   while (i < nodes.length - 2 && at >= nodes[i + 1]) i += 1;
@@ -69,6 +77,7 @@ function tableAlpha(profile, beta, gamma) {
   });
 }
 
+/** alpha_z, alpha_x of the nine terms `m`: A00, A10, B11, B01, Bm1, C11, C01, Cm1, D10. */
 function fourierAlpha(m, beta, gamma) {
   const b = 2 * beta;
   return [
@@ -77,7 +86,10 @@ function fourierAlpha(m, beta, gamma) {
   ];
 }
 
-/** Each component opposes its own velocity component; rounding does not choose its side. */
+/**
+ * alpha_z, alpha_x of the depth-only model: each component opposes its velocity component; rounding does not choose its side.
+ * `values`: alpha_z of a push straight down and of a pull straight up, alpha_x of a level push toward -x.
+ */
 function depthOnlyAlpha(values, beta, gamma) {
   const still = 1e-12;
   const down = Math.sin(gamma);

@@ -1,4 +1,4 @@
-"""The numbers of the live parts of the page, as one JSON object for the scripts."""
+"""The numbers of the interactive parts of the page (maps, leg viewer, field calculator), as one JSON object for the scripts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import pandas as pd
 from rftfit.campaign.config import Leg
 from rftfit.conventions import FloatArray
 from rftfit.directions import beta_apart
-from rftfit.figures.labels import PROFILES, name_of, usable_media
+from rftfit.figures.labels import PROFILE_NAMES, name_of, usable_media
 from rftfit.figures.maps import cells_of_map, kept_coefficients, lies_on_grid
 from rftfit.forces.motion import THETA_DEG, rotation
 from rftfit.forces.outlines import leg_outline
@@ -74,12 +74,12 @@ def live_profiles(results: Results, medium: str) -> dict[str, Profile]:
         m0 = kept_coefficients(results, scaling.GENERIC)
     profile_by_name["generic"] = scaled_generic(zeta(results, medium), m0)
     # the measured table is kept also with holes, whose reasons it holds
-    is_complete = {
-        name: name == "table"
-        or all(np.isfinite(parameter).all() for parameter in profile.parameters)
+    complete = {
+        name: profile
         for name, profile in profile_by_name.items()
+        if name == "table" or all(np.isfinite(numbers).all() for numbers in profile.parameters)
     }
-    return {name: profile_by_name[name] for name in PROFILES if is_complete.get(name)}
+    return {name: complete[name] for name in PROFILE_NAMES if name in complete}
 
 
 def zeta(results: Results, medium: str) -> float:
@@ -98,13 +98,11 @@ def fitted_scale(results: Results, medium: str) -> Scale:
     is_of_medium = table["method"].isin([method, *scaling.routines(method)]) & (
         table["medium"] == medium
     )
-    rows = table[is_of_medium].head(1)
-    scale = {}
-    for name in ("zeta", "chi"):
-        columns = (rows[f"{name}{end}"].astype(float) for end in ("", "_lo", "_hi"))
-        value, lo, hi = (float(column.iloc[0]) if len(column) else math.nan for column in columns)
-        scale[name] = value, lo, hi
-    return scale
+    rows = table[is_of_medium].reset_index(drop=True).reindex([0])
+    return {
+        name: (float(rows[name][0]), float(rows[f"{name}_lo"][0]), float(rows[f"{name}_hi"][0]))
+        for name in ("zeta", "chi")
+    }
 
 
 def scale_in_all_directions(results: Results, medium: str) -> Scale:
@@ -147,24 +145,17 @@ def scaling_references(results: Results) -> list[scaling.Reference]:
     """Collect the references by which the page scales a further medium: this campaign's media, if two or more; the published."""
     method = results.config.fourier.method
     table = results.table("penetration.csv")
-    is_finite = np.isfinite(table["chi"].to_numpy(float))
-    is_usable = is_finite & table["medium"].isin(usable_media(results, table["medium"]))
-    rows = table[(table["method"] == method) & is_usable]
+    is_usable = table["medium"].isin(usable_media(results, table["medium"]))
+    rows = table[(table["method"] == method) & is_usable].dropna(subset="chi")
     chi = dict(zip(rows["medium"].map(str), rows["chi"].map(float), strict=True))
     coefficients = {
         medium: kept_coefficients(results, medium) for medium in (scaling.GENERIC, *chi)
     }
     if len(chi) < 2 or not np.isfinite(list(coefficients.values())).all():
         return [scaling.published(method)]
-    return [
-        scaling.reference_from(
-            f"this campaign, method {method}",
-            chi,
-            coefficients,
-            {medium: TableProfile.from_table(results[medium].alpha) for medium in chi},
-        ),
-        scaling.published(method),
-    ]
+    tables = {medium: TableProfile.from_table(results[medium].alpha) for medium in chi}
+    name = f"this campaign, method {method}"
+    return [scaling.reference_from(name, chi, coefficients, tables), scaling.published(method)]
 
 
 # The JSON object that the scripts use.
@@ -174,6 +165,9 @@ def live_data(results: Results) -> dict[str, Any]:
     """Collect the numbers that the scripts of the page use; NaN becomes None."""
     config = results.config
     predicted = results.table("predicted.csv")
+    runs_without_x = {
+        run.run_id for run in results.campaign.runs if not measures_force_x(config, run)
+    }
     return {
         "media": [
             {"key": medium.name, "title": medium.title, "role": medium.settings.role}
@@ -182,7 +176,7 @@ def live_data(results: Results) -> dict[str, Any]:
         "terms": list(TERMS),
         "legs": {name: _leg_facts(leg) for name, leg in config.legs.items()},
         "leg_names": {name: name_of(name) for name in config.intruders},
-        "profile_names": PROFILES,
+        "profile_names": PROFILE_NAMES,
         "rate": config.arm.leg_speed_rad_per_s,
         "beta_deg": BETA_DEG.tolist(),
         "gamma_deg": GAMMA_DEG.tolist(),
@@ -200,13 +194,15 @@ def live_data(results: Results) -> dict[str, Any]:
                 config.grid.angle_tolerance_deg,
                 medium.flags,
                 medium.flags.shared(medium.fits),
-                _runs_without_force_x(results),
+                runs_without_x,
             )
             for medium in results
         },
         "maps": {
             medium.name: _map_cells(
-                _select_grid_lines(map_table, medium.alpha).assign(reason=_describe_source),
+                _select_grid_lines(map_table, medium.alpha).assign(
+                    reason=lambda cells: "map: " + cells["source"]
+                ),
                 config.grid.angle_tolerance_deg,
             )
             for medium in results
@@ -255,29 +251,16 @@ def _alpha_straight_down(results: Results) -> dict[str, Any]:
     }
 
 
-def _runs_without_force_x(results: Results) -> set[str]:
-    """Return the run_id of runs whose force along x no sensor measured."""
-    config = results.config
-    return {run.run_id for run in results.campaign.runs if not measures_force_x(config, run)}
-
-
-def _describe_source(cells: pd.DataFrame) -> pd.Series:
-    """Write for each cell of a map how its alpha is known."""
-    return "map: " + cells["source"]
-
-
 def _select_grid_lines(
     map_table: pd.DataFrame, measured: pd.DataFrame | None = None
 ) -> pd.DataFrame:
     """Select the cells of a map at angles of the published or the measured grid: cells of the whole map are too small to tap."""
-    is_on_lines = np.ones(len(map_table), dtype=bool)
-    for name, lines in (("beta_deg", BETA_DEG), ("gamma_deg", GAMMA_DEG)):
+    for name, published_deg in (("beta_deg", BETA_DEG), ("gamma_deg", GAMMA_DEG)):
         measured_deg = np.zeros(0) if measured is None else measured[name].to_numpy(float)
-        distances = np.abs(
-            map_table[name].to_numpy(float)[:, None] - np.union1d(lines, measured_deg)
-        )
-        is_on_lines &= distances.min(axis=1) < SAME_LINE_DEG
-    return map_table[is_on_lines]
+        lines_deg = np.union1d(published_deg, measured_deg)
+        distances_deg = np.abs(map_table[name].to_numpy(float)[:, None] - lines_deg)
+        map_table = map_table[distances_deg.min(axis=1) < SAME_LINE_DEG]
+    return map_table
 
 
 def _unit_push(results: Results) -> dict[str, Any]:
@@ -285,12 +268,12 @@ def _unit_push(results: Results) -> dict[str, Any]:
 
     The field calculator multiplies these numbers by the alpha_z that a user measured, as all are proportional to it.
     """
-    level = results.config.fit.confidence
+    confidence = results.config.fit.confidence
     with_usual_error, exact = (_map_of_unit_push(results, se) for se in (math.nan, 0.0))
-    step_now, step_after = plan("map", exact, count=1, confidence=level).steps
+    step_now, step_after = plan("map", exact, count=1, confidence=confidence).steps
     return {
         "media": len(exact.known_media.split(", ")),
-        "quantile": normal_quantile(level),
+        "quantile": normal_quantile(confidence),
         "model_error": results.model_error,
         "usual": float(usual_error(np.ones(1))[0]),
         **_numbers_of_map(results, with_usual_error),
@@ -305,21 +288,24 @@ def _unit_push(results: Results) -> dict[str, Any]:
 
 def _map_of_unit_push(results: Results, se: float) -> Map:
     """Estimate the map from one push straight down with alpha_z = 1 N/cm^3; `se`: its error, NaN for the usual one."""
-    push, level = Pushes.of(0.0, 90.0, [1.0, np.nan], se), results.config.fit.confidence
+    push, confidence = Pushes.of(0.0, 90.0, [1.0, np.nan], se), results.config.fit.confidence
     try:
-        return estimate(push, results.shapes(), confidence=level)
+        return estimate(push, results.shapes(), confidence=confidence)
     except ValueError:  # media of the campaign among the known shapes that hardly take energy
-        return estimate(push, confidence=level)
+        return estimate(push, confidence=confidence)
 
 
 def _numbers_of_map(results: Results, unit_map: Map) -> dict[str, Any]:
     """Collect alpha, zeta and forces on the legs by a map, with their intervals."""
-    config, level = results.config, results.config.fit.confidence
-    legs = {}
+    config, legs = results.config, {}
     for name, leg in config.legs.items():
         motion = rotation(None, leg.hip_height_cm, config.arm.leg_speed_rad_per_s)
         forces, peaks = predict_with_peaks(
-            unit_map, leg_outline(leg), motion, level, model_error=results.model_error
+            unit_map,
+            leg_outline(leg),
+            motion,
+            config.fit.confidence,
+            model_error=results.model_error,
         )
         curve = {
             column: as_lists(forces[column].to_numpy(float), CURVE_DIGITS) for column in _FORCES
@@ -339,21 +325,21 @@ def _numbers_of_map(results: Results, unit_map: Map) -> dict[str, Any]:
 
 
 _PEAK_NAMES = {"z": ("lift",), "x": ("thrust", "drag")}
+"""Names of the peaks of each component of the force."""
 
 
 def _largest_peak(peaks: Sequence[Peak], names: Sequence[str]) -> list[Any]:
     """Return position, value and ends of both intervals of the largest peak among some names; zeros for a leg in air."""
-    peak_numbers = [
-        (peak.position, peak.value, peak.lo, peak.hi, peak.model_lo, peak.model_hi)
-        for peak in peaks
-        if peak.name in names
-    ]
-    largest = max(peak_numbers, key=lambda numbers: abs(numbers[1]), default=(0.0,) * 6)
-    return as_lists(np.array(largest), CURVE_DIGITS)
+    named_peaks = [peak for peak in peaks if peak.name in names]
+    if not named_peaks:
+        return [0] * 6
+    largest = max(named_peaks, key=lambda peak: abs(peak.value))
+    ends = largest.lo, largest.hi, largest.model_lo, largest.model_hi
+    return as_lists(np.array([largest.position, largest.value, *ends]), CURVE_DIGITS)
 
 
 def _reference_parameters(reference: scaling.Reference, confidence: float) -> dict[str, Any]:
-    """Return the numbers by which the script scales a new medium; half widths are of the logarithm of zeta."""
+    """Return the numbers by which the script scales a new medium to a reference; half widths are of the logarithm of zeta."""
     exact, doubtful = (
         scaling.scale_new_medium(1.0, se, reference.chi, confidence) for se in (0.0, 1.0)
     )
@@ -422,9 +408,9 @@ def _map_cells(
 ) -> dict[str, Any]:
     """Collect the cells of one medium for a map: alpha, its intervals, notes with flags and reasons.
 
-    Scattered directions become an interpolated grid, and points. `tolerance_deg`: Tolerance of angles of the campaign's grid. `flags`: Flags of the medium. `shared`: Flags that the page
-    names once for all runs. `runs_without_x`: Runs whose force along x no sensor measured; ``unmeasured_x`` lists the cells
-    that have only such runs.
+    Scattered directions become an interpolated grid, and points. `table`: Table of alpha. `tolerance_deg`: Tolerance of
+    angles of the campaign's grid. `flags`: Flags of the medium. `shared`: Flags that the page names once for all runs.
+    `runs_without_x`: Runs whose force along x no sensor measured; ``unmeasured_x`` lists the cells that have only such runs.
     """
     notes: dict[str, str] = {}
     unmeasured_x: list[str] = []
@@ -448,14 +434,18 @@ def _map_cells(
         beta_deg = gamma_deg = np.arange(-90.0, 91.0, 15.0)
         angle_grid = np.meshgrid(np.radians(beta_deg), np.radians(gamma_deg), indexing="ij")
         for c, alpha in zip("zx", TableProfile.from_table(table).alpha(*angle_grid), strict=True):
-            unknown = np.full(alpha.shape, np.nan)
-            values |= {c: alpha, f"{c}_lo": unknown, f"{c}_hi": unknown}
+            no_interval = np.full(alpha.shape, np.nan)
+            values |= {c: alpha, f"{c}_lo": no_interval, f"{c}_hi": no_interval}
         points = table[["beta_deg", "gamma_deg", column("z"), column("x")]].to_numpy(float)
-    cells = {name: as_lists(grid, CURVE_DIGITS) for name, grid in values.items()}
-    angles = {"beta_deg": beta_deg.tolist(), "gamma_deg": gamma_deg.tolist()}
-    notes_and_points = {"notes": notes, "points": as_lists(points, CURVE_DIGITS)}
-    facts = {"unmeasured_x": unmeasured_x, "tolerance_deg": tolerance_deg}
-    return cells | angles | notes_and_points | facts
+    return {
+        **{name: as_lists(grid, CURVE_DIGITS) for name, grid in values.items()},
+        "beta_deg": beta_deg.tolist(),
+        "gamma_deg": gamma_deg.tolist(),
+        "notes": notes,
+        "points": as_lists(points, CURVE_DIGITS),
+        "unmeasured_x": unmeasured_x,
+        "tolerance_deg": tolerance_deg,
+    }
 
 
 _FORCES = [f"force_{c}_N" for c in "zx"]

@@ -2,6 +2,7 @@
 
 const MAP = { width: 420, height: 300, left: 46, right: 20, top: 8, bottom: 78 };
 
+/** Borders of the cells around ascending angles, degrees, as rftfit.figures.maps.edges. */
 function edgesOf(nodes) {
   if (nodes.length === 1) return [Math.max(-90, nodes[0] - 5), Math.min(90, nodes[0] + 5)];
   const middle = nodes.slice(1).map((v, i) => (v + nodes[i]) / 2);

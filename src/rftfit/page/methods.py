@@ -11,7 +11,7 @@ import pandas as pd
 from rftfit.campaign.config import Config, Disc, FlatOutline, Leg, Plate
 from rftfit.directions import is_straight_down
 from rftfit.figures import labels
-from rftfit.figures.style import format_number
+from rftfit.figures.style import format_number, level
 from rftfit.forces.limits import beyond_measured
 from rftfit.forces.model_error import LEAST_LOAD, LENGTH_DEG
 from rftfit.forces.motion import rotation
@@ -31,7 +31,7 @@ from rftfit.model.profiles import EPS
 from rftfit.model.scaling import GENERIC, published
 from rftfit.model.shapes import FRICTIONS, TILT_SHARE, published_shapes
 from rftfit.page.cells import ALPHA_DIGITS
-from rftfit.page.findings import list_in_words
+from rftfit.page.findings import lift_errors, list_in_words
 from rftfit.page.live import has_scale_of_map, scaled_from_print
 from rftfit.page.outcome import Outcome
 from rftfit.results import Results
@@ -48,7 +48,7 @@ def settings_digest(config: Config) -> str:
 
 def cited_references(paragraphs: Iterable[str]) -> list[tuple[int, str]]:
     """List the references that the paragraphs cite, with their numbers."""
-    text = f"""
+    entries = f"""
 C. Li, T. Zhang, D. I. Goldman, A terradynamics of legged locomotion on granular media, \
 Science 339, 1408-1412 (2013), doi:10.1126/science.1229163
 The rftfit developers, rftfit: force-transducer logs to resistive-force models of granular media, \
@@ -66,8 +66,8 @@ three-dimensional granular intrusion, Proc. Natl. Acad. Sci. USA 120, e221401712
 doi:10.1073/pnas.2214017120
 """
     cited = {int(number) for number in re.findall(r"ref\. (\d+)", " ".join(paragraphs))}
-    numbered_lines = enumerate(text.strip().split("\n"), 1)
-    return [(number, line) for number, line in numbered_lines if number in cited]
+    numbered_entries = enumerate(entries.strip().split("\n"), 1)
+    return [(number, entry) for number, entry in numbered_entries if number in cited]
 
 
 def paragraphs(results: Results, outcome: Outcome) -> list[str]:
@@ -87,7 +87,7 @@ def paragraphs(results: Results, outcome: Outcome) -> list[str]:
 
 
 def _describe_measurement(results: Results, outcome: Outcome) -> str:
-    """Describe media, runs, tare, slopes and intervals of alpha: the first paragraph."""
+    """Write the first paragraph of the methods: media, runs, tare, slopes and intervals of alpha."""
     config, fits = results.config, results.joined("fits/{medium}.csv")
     fitted_runs = fits[fits["reason"] == ""] if "reason" in fits else fits
     media = count(len(results.media), "granular medium", "granular media")
@@ -149,9 +149,9 @@ _KINDS = {
 def _count_runs_by_kind(outcome: Outcome) -> str:
     """Write how many used runs there are of each kind; empty where all are of one kind."""
     counts = [
-        f"{outcome.used_by_kind[kind]} {name}"
+        f"{number} {name}"
         for kind, name in _KINDS.items()
-        if outcome.used_by_kind[kind]
+        if (number := outcome.used_by_kind[kind])
     ]
     return list_in_words(counts) if len(counts) > 1 else ""
 
@@ -159,26 +159,26 @@ def _count_runs_by_kind(outcome: Outcome) -> str:
 def _describe_directions(results: Results) -> str:
     """Say how many directions were measured, and by how many runs each."""
     tolerance_deg = results.config.grid.angle_tolerance_deg
-    counts: list[int] = []
+    counts: set[int] = set()
     repeats: set[int] = set()
     repeats_down: set[int] = set()
     for medium in results:
-        cells = medium.alpha[medium.alpha["alpha_z_N_per_cm3"].notna()]
+        cells = medium.alpha.dropna(subset="alpha_z_N_per_cm3")
         is_down = is_straight_down(cells["beta_deg"], cells["gamma_deg"], tolerance_deg)
-        counts.append(len(cells))
-        repeats |= {int(count) for count in cells["n_runs"]}
-        repeats_down |= {int(count) for count in cells["n_runs"][is_down]}
+        counts.add(len(cells))
+        repeats |= {*cells["n_runs"].astype(int)}
+        repeats_down |= {*cells["n_runs"][is_down].astype(int)}
     if not repeats:
         return ""
-    how_many, how_often = _format_range(set(counts)), _format_range(repeats)
-    in_each_medium = " in each medium" if len(counts) > 1 else ""
-    in_each_direction = " in each direction" if set(counts) != {1} else ""
+    how_many, how_often = _format_range(counts), _format_range(repeats)
+    in_each_medium = " in each medium" if len(results.media) > 1 else ""
+    in_each_direction = " in each direction" if counts != {1} else ""
     # alpha straight down is quoted most, so its repeats are stated where they are not those of all directions
     how_often_down = ""
     if repeats_down and repeats_down != repeats:
         how_often_down = f" ({_format_range(repeats_down)} straight down)"
     return (
-        f" Alpha was {_name_origin(results)} in {how_many} direction{'s' * (set(counts) != {1})} (beta, gamma){in_each_medium}, with "
+        f" Alpha was {_name_origin(results)} in {how_many} direction{'s' * (counts != {1})} (beta, gamma){in_each_medium}, with "
         f"{how_often} run{'s' * (repeats != {1})}{in_each_direction}{how_often_down}."
     )
 
@@ -201,6 +201,8 @@ def _describe_plates(results: Results) -> str:
     used_plates = {run.intruder for run in results.campaign.runs if run.kind == "plate"}
     sizes = []
     for name, intruder in results.config.intruders.items():
+        if name not in used_plates:
+            continue
         size = name
         if isinstance(intruder, Plate):
             size = f"{intruder.length_cm:g} x {intruder.width_cm:g} cm^2, {intruder.thickness_cm:g} cm thick"
@@ -211,7 +213,7 @@ def _describe_plates(results: Results) -> str:
                 f"{intruder.area_cm2:g} cm^2, {intruder.length_cm:g} cm in the plane of the motion, "
                 f"{intruder.thickness_cm:g} cm thick"
             )
-        sizes += [size] if name in used_plates else []
+        sizes.append(size)
     return f"{'a flat plate' if len(sizes) == 1 else 'flat plates'} ({'; '.join(sizes)})"
 
 
@@ -235,17 +237,16 @@ def _describe_window(results: Results, fits: pd.DataFrame) -> str:
                 phrases.append(f"and {clear} {' and '.join(limits)}")
             parts.append(" ".join(phrases))
     fitted = set(fits["medium"]) if len(fits) else ()
-    ends = {
-        name: medium for name, medium in config.media.items() if medium.linear_to_cm is not None
-    }
-    sands = {
-        f"{ends[name].title} down to {ends[name].linear_to_cm:g} cm" for name in {*ends} & {*fitted}
-    }
+    sands = [
+        f"{medium.title} down to {medium.linear_to_cm:g} cm"
+        for name, medium in config.media.items()
+        if medium.linear_to_cm is not None and name in fitted
+    ]
     if sands:
         parts.append(f"of a push into {', '.join(sorted(sands))}")
-    level = fits[fits["direction"] == "horizontal"] if len(fits) else fits
-    if len(level):
-        depths = sorted({f"{depth:.1f}" for depth in level["depth_from_cm"]}, key=float)
+    horizontal = fits[fits["direction"] == "horizontal"] if len(fits) else fits
+    if len(horizontal):
+        depths = sorted({f"{depth:.1f}" for depth in horizontal["depth_from_cm"]}, key=float)
         parts.append(
             f"for horizontal motion, of the steady mean stress over depth at {', '.join(depths)} cm"
         )
@@ -257,6 +258,7 @@ _LAWS = {
     "through_zero": "the zero-intercept least-squares slope of stress over depth",
     "free_intercept": "the least-squares slope of stress over depth, with a free intercept",
 }
+"""Words for `fit.law` of the config."""
 
 
 def _describe_curved_stress(results: Results) -> str:
@@ -276,7 +278,8 @@ def _describe_curved_stress(results: Results) -> str:
             continue
         power = law.power
         top, deep = float(steep["depth_from_cm"].median()), float(steep["depth_to_cm"].median())
-        # slope of the line through zero that fits z^p by least squares, over evenly spaced depths of the window
+        # slope of the line through zero that fits z^p by least squares over the window, of evenly spaced depths:
+        # the integral of z^(p + 1) over that of z^2
         slope = (deep ** (power + 2) - top ** (power + 2)) / (power + 2) * 3 / (deep**3 - top**3)
         departures = [
             f"{100 * (depth ** (power - 1) / slope - 1):+.0f} % at {depth:.1f} cm"
@@ -298,13 +301,13 @@ def _describe_intervals(results: Results) -> str:
 
 def _describe_held_errors(results: Results) -> str:
     """Say which errors the intervals of alpha hold in this campaign."""
-    level = f"{100 * results.config.fit.confidence:g} % intervals of alpha"
+    intervals = f"{level(results)} intervals of alpha"
     tables = results.joined("alpha/{medium}.csv")
     cells_with_error = tables[tables["alpha_z_se_N_per_cm3"].notna()]
     if cells_with_error.empty:
         return "No error of alpha is stated, so nothing here has an interval that holds it."
     if results.config.table is not None and results.config.table.holds == "alpha":
-        opening = f"{level} are made from the standard errors that the table states"
+        opening = f"{intervals} are made from the standard errors that the table states"
     else:
         runs = results.joined("runs/{medium}.csv")
         has_clock_errors = (runs["clock_se_s"] > 0).any()
@@ -314,7 +317,7 @@ def _describe_held_errors(results: Results) -> str:
         points = results.joined("fits/{medium}.csv")["n_points"]
         if results.config.table is not None and (points < FEWEST).all():
             treatment = f"take the depths of a direction, fewer than {FEWEST}, as independent"
-        opening = f"{level} {treatment}{errors}{_describe_named_errors(cells_with_error, results.config.grid.angle_tolerance_deg)}"
+        opening = f"{intervals} {treatment}{errors}{_describe_named_errors(cells_with_error, results.config.grid.angle_tolerance_deg)}"
     kinds = set(cells_with_error["spread"])
     assumed = f"{100 * USUAL_BED_SPREAD:g} %"
     if kinds == {AS_PREPARED}:
@@ -347,6 +350,7 @@ _ERROR_PHRASES = {
     "turn": "of the turn of the mount",
     "curvature": "of a stress that is no straight line",
 }
+"""Words for errors of alpha by their name in the columns of the table of alpha."""
 
 
 def _describe_named_errors(cells_with_error: pd.DataFrame, tolerance_deg: float) -> str:
@@ -380,23 +384,23 @@ def _choose_tare_sentence(
     """
     if "reason" in table:
         table = table[table["reason"] == ""]
-    if not labels.tared(results, table):
+    run_ids = {*table["run_id"]}
+    flagged = {run_id for medium in results for run_id in medium.flags.runs_with("no-tare")}
+    with_tare = {run.run_id for run in results.campaign.runs if run.tare_run} - flagged
+    if not run_ids & with_tare:
         if results.config.fit.missing_tare == "none":
             return f"The forces are those on the {kind} alone, so nothing was subtracted."
         return f"{nothing}."
-    runs = len(labels.without_tare(results).intersection(table["run_id"]))
-    exception = f", save for {count(runs, 'run')} without such a recording" if runs else ""
+    untared = len(run_ids & flagged)
+    exception = f", save for {count(untared, 'run')} without such a recording" if untared else ""
     return f"{subtracted}{exception}."
 
 
 def _describe_model(results: Results) -> str:
-    """Describe the nine-term fit, its generic coefficients, and the scaling: the second paragraph."""
+    """Write the second paragraph of the methods: the nine-term fit, its generic coefficients, and the scaling."""
     fourier = results.config.fourier
-    scaling, coefficients = (
-        _describe_scaling(results),
-        labels.of_method(results, "coefficients.csv"),
-    )
-    coefficients = coefficients[coefficients["value_N_per_cm3"].notna()]
+    scaling = _describe_scaling(results)
+    coefficients = labels.of_method(results, "coefficients.csv").dropna(subset="value_N_per_cm3")
     if coefficients.empty:
         return scaling or (
             "No medium was measured in the directions that it needs, so no Fourier series was fitted."
@@ -449,10 +453,8 @@ def _describe_scaling(results: Results) -> str:
             f"{results.config.fourier.method}, and an interval from the scatter between these media."
         )
     penetration = labels.of_method(results, "penetration.csv")
-    penetration = penetration[
-        penetration["medium"].isin(labels.usable_media(results, penetration["medium"]))
-    ]
-    chi = penetration["chi"].dropna().to_numpy(float)
+    is_usable = penetration["medium"].isin(labels.usable_media(results, penetration["medium"]))
+    chi = penetration.loc[is_usable, "chi"].dropna().to_numpy(float)
     if chi.size < 2:
         return ""
     further = (
@@ -519,7 +521,7 @@ def _describe_forces_on_legs(results: Results) -> str:
     media_by_profile = labels.predicted_by(results)
     sources = {
         name: _name_media(results, media_by_profile[name])
-        for name in labels.PROFILES
+        for name in labels.PROFILE_NAMES
         if name in media_by_profile
     }
     if sources:
@@ -676,10 +678,11 @@ def _describe_robot(results: Results) -> str:
     if speed.empty:
         return ""
     runs = len(speed.drop_duplicates(["curvature_times_R", "frequency_Hz"]))
-    text = (
+    simulation = (
         f"A legged robot in {results.campaign.titles[medium]} was simulated as a rigid body in the plane (ref. 1) in {runs} "
         f"combinations of leg curvature and stride frequency, with {list_in_words(_name_alpha(results, name) for name in speed['profile'].unique())}."
     )
+    sentences = [simulation]
     conditions = measured[measured["speed_cm_per_s"].notna()]
     if len(conditions):
         source = "those of ref. 1"
@@ -687,12 +690,12 @@ def _describe_robot(results: Results) -> str:
             source = "from marker tracks"
             if results.campaign.reenacted:
                 source += " that were simulated from published speeds"
-        text += (
-            f" The speeds that it is compared with, in {len(conditions)} conditions, are {source}."
+        sentences.append(
+            f"The speeds that it is compared with, in {len(conditions)} conditions, are {source}."
         )
     if fitted := int((conditions["calibrated"] == "yes").sum()):
-        text += f" Its unknown lengths were found from {fitted} of them."
-    return text
+        sentences.append(f"Its unknown lengths were found from {fitted} of them.")
+    return " ".join(sentences)
 
 
 def _describe_limits(results: Results, legs: Mapping[str, Leg]) -> str:
@@ -716,8 +719,7 @@ def _describe_limits(results: Results, legs: Mapping[str, Leg]) -> str:
 
 def _describe_errors_of_peaks(results: Results, profile: str) -> str:
     """Say how large the errors of peak lift by one profile are; empty where there is none."""
-    errors = labels.lift_errors(results, results.media)
-    sizes = errors.loc[errors["profile"] == profile, "peak_error_percent"].dropna().abs()
+    sizes = lift_errors(results, results.media, profile)["peak_error_percent"].abs()
     if sizes.empty:
         return ""
     return (

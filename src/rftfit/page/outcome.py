@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -71,10 +71,16 @@ def outcome_of_runs(results: Results) -> Outcome:
         # reasons that every good run has say little: they count only where there is no other
         unusual = lost[~lost["reason_code"].isin(_EXPECTED_CODES)]
         reasons = dict.fromkeys((lost if unusual.empty else unusual)["reason"])
-        reason_text = "; ".join(reasons) or "no row was used; the ledger gives no reason"
-        excluded = bool((lost["reason_code"] == "excluded").any())
-        facts = {"run_id": run_id, "medium": medium, "kind": kind, "excluded": excluded}
-        outcome.dropped.append(facts | {"rows": rows["rows"].sum(), "reasons": reason_text})
+        outcome.dropped.append(
+            {
+                "run_id": run_id,
+                "medium": medium,
+                "kind": kind,
+                "excluded": bool((lost["reason_code"] == "excluded").any()),
+                "rows": rows["rows"].sum(),
+                "reasons": "; ".join(reasons) or "no row was used; the ledger gives no reason",
+            }
+        )
     return outcome
 
 
@@ -146,14 +152,12 @@ def verdicts_on_legs(results: Results, medium: str) -> list[tuple[str, str, str]
     for profile in ("map", "generic") if medium in results.sands else ("table", "map"):
         worst = worst_peak(errors, medium, profile)
         if worst:
-            force_name = "lift" if worst["component"] == "z" else "thrust"
             # the interval with the model's own error, by which the verdict was made
             ends = format_interval(
                 worst["peak_error_model_lo_percent"], worst["peak_error_model_hi_percent"], 0
             )
             ends = f"{ends} %".replace(" ", "\N{NO-BREAK SPACE}") if ends else ""
-            error_text = percent(worst["peak_error_percent"]) + in_brackets(ends)
-            peak = f"{name_of(profile)}: {name_of(worst['leg'])}, {force_name} {error_text}"
+            peak = f"{name_of(profile)}: {_describe_peak_error(worst)}{in_brackets(ends)}"
             verdicts.append((profile, worst["verdict"], peak))
     reason = "no leg was measured" if results.config.legs else ""
     return verdicts or [("", NOT_TESTED, reason)]
@@ -164,10 +168,13 @@ def worst_of_nine_terms(results: Results, medium: str) -> str:
     worst = worst_peak(results.table("leg_errors.csv"), medium, "fourier")
     if not worst or results[medium].verdict.word == UNUSABLE:
         return ""
-    force_name = "lift" if worst["component"] == "z" else "thrust"
-    error_text = percent(worst["peak_error_percent"])
-    method = results.config.fourier.method
-    return f"{name_of('fourier')} ({method}): {name_of(worst['leg'])}, {force_name} {error_text}"
+    return f"{name_of('fourier')} ({results.config.fourier.method}): {_describe_peak_error(worst)}"
+
+
+def _describe_peak_error(row: Mapping[str, Any]) -> str:
+    """Write leg, force and error of a peak; `row`: row of ``results/leg_errors.csv``."""
+    force = "lift" if row["component"] == "z" else "thrust"
+    return f"{name_of(row['leg'])}, {force} {percent(row['peak_error_percent'])}"
 
 
 def media_that_passed(results: Results) -> dict[str, set[str]]:
@@ -192,37 +199,37 @@ def summary_of_checks(results: Results) -> dict[str, Any]:
     failed = table[table["verdict"].isin([FAILED, ACCEPTED])]
     passed_in = media_that_passed(results)
     # checks with the same number of passing media and the same unchecked media share one sentence
-    good_of_media: dict[tuple[int, str], list[str]] = {}
+    good_if_passed_partly: dict[tuple[int, str], list[str]] = {}
     for check, checked_media in passed_in.items():
-        unchecked_media = [medium for medium in results.media if medium not in checked_media]
-        if checked_media and unchecked_media:
-            media = ", ".join(titles[medium] for medium in unchecked_media)
-            good_of_media.setdefault((len(checked_media), media), []).append(CHECKS[check].good)
+        unchecked_titles = [titles[name] for name in results.media if name not in checked_media]
+        if checked_media and unchecked_titles:
+            key = len(checked_media), ", ".join(unchecked_titles)
+            good_if_passed_partly.setdefault(key, []).append(CHECKS[check].good)
     passed_partly = [
         f"Passed in {count} of {len(results.media)} media, not checked in {media}: {'; '.join(good)}."
-        for (count, media), good in sorted(good_of_media.items(), reverse=True)
+        for (count, media), good in sorted(good_if_passed_partly.items(), reverse=True)
     ]
-    good_of_media = {}
-    not_checked = table[
-        (table["verdict"] == NOT_CHECKED)
-        & ~table["check"].isin([check for check, media in passed_in.items() if media])
-    ]
+    good_if_unchecked: dict[str, list[str]] = {}
+    passed_anywhere = [check for check, media in passed_in.items() if media]
+    not_checked = table[(table["verdict"] == NOT_CHECKED) & ~table["check"].isin(passed_anywhere)]
     for name, rows in not_checked.groupby("check", sort=False):
         everywhere = len(rows) == len(results.media)
-        media = "" if everywhere else ", ".join(titles[medium] for medium in rows["medium"])
-        good_of_media.setdefault((0, media), []).append(CHECKS[str(name)].good)
+        media = ", ".join(titles[medium] for medium in rows["medium"])
+        where = "" if everywhere else f" in {media}"
+        good_if_unchecked.setdefault(where, []).append(CHECKS[str(name)].good)
     unchecked = [
-        f"Not checked{media and f' in {media}'}: whether {'; '.join(good)}."
-        for (_, media), good in sorted(good_of_media.items())
+        f"Not checked{where}: whether {'; '.join(good)}."
+        for where, good in sorted(good_if_unchecked.items())
     ]
-    verdicts = {medium.name: medium.verdict for medium in results}
     faults = [
         (row["medium"], titles[row["medium"]], row["effect"] or row["verdict"], row["sentence"])
         for row in records(failed)
     ]
-    for medium, (word, reason) in verdicts.items():
-        if word == DOUBTFUL and medium not in set(failed["medium"]):  # doubts that no check reports
-            faults.append((medium, titles[medium], word, format_sentence(reason)))
+    for medium in results:
+        word, reason = medium.verdict
+        # doubts that no check reports
+        if word == DOUBTFUL and medium.name not in {*failed["medium"]}:
+            faults.append((medium.name, medium.title, word, format_sentence(reason)))
     return {
         "failed": faults,
         "passed": [

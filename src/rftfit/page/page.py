@@ -19,7 +19,7 @@ from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.errors import InputError
 from rftfit.figures import labels
 from rftfit.figures.labels import beds_of_intervals, names_of_zero_errors, of_method
-from rftfit.figures.registry import Declared, figures, greek
+from rftfit.figures.registry import DeclaredFigure, figures, greek
 from rftfit.figures.style import format_number, level, size_of_preview
 from rftfit.forces.limits import Reach, reach_below_measured
 from rftfit.forces.motion import rotation
@@ -82,8 +82,9 @@ NAVIGATION = {
 """Names of sections by id, in the order of the navigation; ``page.html`` has the order of the page."""
 
 NARROW = 500
-"""Width of a figure, pixels, up to which two stand beside one another."""
+"""Largest width of a figure, pixels, of which two stand beside one another."""
 
+# alpha or F with a component, A or M with its index
 _SYMBOL_WITH_INDEX = re.compile(r"([\N{GREEK SMALL LETTER ALPHA}F])_([zx])\b|\b([AM])(00?)\b")
 
 
@@ -164,9 +165,9 @@ def context(results: Results) -> dict[str, Any]:
         "in_air": outcome.used[""],
         "kinds": list_in_words(_kinds_of_runs(results)),
         "notes": [
-            (medium.title, ". ".join(filter(None, (_format_compaction(medium), medium.note))))
+            (medium.title, ". ".join(facts))
             for medium in config.media.values()
-            if medium.note or medium.compaction
+            if (facts := _list_facts(medium))
         ],
         "flags": [
             (medium.name, medium.title, f"{flag} ({count(flags, 'flag')} in all)")
@@ -175,10 +176,9 @@ def context(results: Results) -> dict[str, Any]:
             if flag
         ],
         "doubts": [
-            (medium.title, reason)
+            (medium.title, medium.verdict.reason)
             for medium in results
-            for word, reason in [medium.verdict]
-            if word == SOUND and reason
+            if medium.verdict.word == SOUND and medium.verdict.reason
         ]
         + [
             (medium.title, doubt)
@@ -243,32 +243,26 @@ def _describe_origin_of_logs(results: Results) -> str:
     """
     if not results.campaign.reenacted:
         return ""
-    runs = results.campaign.runs
-    figures_by_kind = {
-        "plate": {"Table S5": results.laboratory, "Fig. S11": results.sands},
-        "leg": {"Fig. S5": results.laboratory, "Fig. S12": results.sands},
-    }
-    sources = {
-        kind: [
-            source
-            for source, media in media_by_source.items()
-            if any(run.kind == kind and run.medium in media for run in runs)
-        ]
-        for kind, media_by_source in figures_by_kind.items()
-    }
+
+    def name_sources(kind: str, of_laboratory: str, of_sands: str) -> list[str]:
+        """List the table or figures of the paper from which runs of a kind were simulated."""
+        media = {run.medium for run in results.campaign.runs if run.kind == kind}
+        sources = {of_laboratory: results.laboratory, of_sands: results.sands}
+        return [source for source, source_media in sources.items() if media & {*source_media}]
+
     sentences = []
-    if sources["plate"]:
-        sentences.append(f"Alpha returns what was put in ({list_in_words(sources['plate'])}).")
-    errors = ["legs"] * bool(sources["leg"])
-    compared = [*sources["leg"]]
+    if plate_sources := name_sources("plate", "Table S5", "Fig. S11"):
+        sentences.append(f"Alpha returns what was put in ({list_in_words(plate_sources)}).")
+    measured_by_paper = name_sources("leg", "Fig. S5", "Fig. S12")
+    bodies = ["legs"] * bool(measured_by_paper)
     if results.campaign.robot_medium and (
         results.table("robot/measured.csv")["speed_cm_per_s"].notna().any()
     ):
-        errors.append("the robot")
-        compared.append("Fig. 4C")
-    if errors:
+        bodies.append("the robot")
+        measured_by_paper.append("Fig. 4C")
+    if bodies:
         sentences.append(
-            f"Errors of {list_in_words(errors)} compare predictions with what the paper measured ({list_in_words(compared)})."
+            f"Errors of {list_in_words(bodies)} compare predictions with what the paper measured ({list_in_words(measured_by_paper)})."
         )
     return " ".join(sentences)
 
@@ -320,9 +314,10 @@ def _deepest_reach(results: Results, medium: str) -> Reach | None:
     return max(filter(None, reaches), key=lambda reach: reach.share_below, default=None)
 
 
-def _format_compaction(medium: MediumSettings) -> str:
-    """Write the compaction of a medium; empty where the config states none."""
-    return f"compaction {medium.compaction}" if medium.compaction else ""
+def _list_facts(medium: MediumSettings) -> list[str]:
+    """List the compaction and the note that the config states of a medium."""
+    compaction = f"compaction {medium.compaction}" if medium.compaction else ""
+    return [fact for fact in (compaction, medium.note) if fact]
 
 
 def _model_error_facts(results: Results) -> dict[str, str]:
@@ -344,9 +339,8 @@ def _model_error_facts(results: Results) -> dict[str, str]:
 
 def _describe_runs(results: Results, outcome: Outcome) -> str:
     """Say how many media and runs were measured, how many runs were lost, and whether logs were recorded or simulated."""
-    number = len(results.media)
     dropped, excluded = outcome.count_lost(excluded=False), outcome.count_lost(excluded=True)
-    media = "one medium" if number == 1 else f"{number} media"
+    media = "one medium" if len(results.media) == 1 else f"{len(results.media)} media"
     if results.config.table is not None:
         return f"{media} from a table of stress or alpha.".capitalize()
     runs = "1 run" if outcome.runs_used == 1 else f"{outcome.runs_used:,} runs"
@@ -386,21 +380,25 @@ def drawn_figures(results: Results) -> list[Picture]:
     ]
 
 
-def _make_picture(results: Results, declared: Declared, medium: str) -> Picture:
+def _make_picture(results: Results, declared: DeclaredFigure, medium: str) -> Picture:
     """Make the picture of a figure that was drawn, with its preview as a data address."""
     file, caption = declared.file(medium), declared.caption_of(results, medium)
-    title = declared.title_of(results, medium)
     content = results.path(f"{file}.webp").read_bytes()
-    data = f"data:image/webp;base64,{base64.b64encode(content).decode()}"
-    section = "quality" if declared.folder == "quality" else declared.section
-    name = file.rpartition("/")[2]
-    lacking = "" if caption else _describe_lacking(results, declared, medium)
+    width, height = size_of_preview(content)
     return Picture(
-        name, title, caption, section, data, *size_of_preview(content), f"{file}.png", lacking
+        name=file.rpartition("/")[2],
+        title=declared.title_of(results, medium),
+        caption=caption,
+        section="quality" if declared.folder == "quality" else declared.section,
+        data=f"data:image/webp;base64,{base64.b64encode(content).decode()}",
+        width=width,
+        height=height,
+        png=f"{file}.png",
+        lacking="" if caption else _describe_lacking(results, declared, medium),
     )
 
 
-def _describe_lacking(results: Results, declared: Declared, medium: str) -> str:
+def _describe_lacking(results: Results, declared: DeclaredFigure, medium: str) -> str:
     """Say in one sentence why a figure has nothing to show; empty where its declaration gives no reason."""
     with suppress(InputError, LookupError, ValueError, TypeError):
         head, *reasons = declared.lacking(results, medium)
@@ -411,9 +409,9 @@ def _describe_lacking(results: Results, declared: Declared, medium: str) -> str:
 
 def quantities(text: str) -> Markup:
     """Write a text as html: with Greek letters, components as an index, and no break before a percent sign."""
-    text = greek(text).replace(" %", "\N{NO-BREAK SPACE}%")
+    escaped = str(escape(greek(text).replace(" %", "\N{NO-BREAK SPACE}%")))
     # safe, since the text is escaped before the tags are added
-    return Markup(_SYMBOL_WITH_INDEX.sub(r"\1\3<sub>\2\4</sub>", str(escape(text))))  # noqa: S704
+    return Markup(_SYMBOL_WITH_INDEX.sub(r"\1\3<sub>\2\4</sub>", escaped))  # noqa: S704
 
 
 def _kinds_of_runs(results: Results) -> list[str]:
@@ -435,10 +433,10 @@ def _join_scripts() -> str:
 
 
 def _read_file(name: str) -> str:
-    """Read a file of this package."""
+    """Read a text file that is installed beside this module."""
     return files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
-def _hash(text: str) -> str:
+def _hash(source: str) -> str:
     """Return the SHA-256 of a script or style, as a content security policy names it."""
-    return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+    return "sha256-" + base64.b64encode(hashlib.sha256(source.encode()).digest()).decode()

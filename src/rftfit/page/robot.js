@@ -30,6 +30,7 @@ function robotLines(frames, legPoints, [, z, noseUp, theta]) {
   return { plates, legs };
 }
 
+/** Draw pose number `at` of a run with the forces on its elements; returns the sums of force x and force z, mN. */
 function drawRobot(image, frames, run, at) {
   const { width, height, cm, top } = ROBOT_SCENE;
   const px = (x) => width / 2 + x * (width / cm);
@@ -61,6 +62,7 @@ function drawRobot(image, frames, run, at) {
   return sums;
 }
 
+/** Draw speed against stride frequency by one profile, a curve a curvature, with the measured points. */
 function robotChart(image, robot, profile) {
   const [height, left, top, bottom] = [320, 44, 22, 44];
   const width = Math.round(Math.max(300, Math.min(640, image.clientWidth || 520)));

@@ -10,18 +10,9 @@ import numpy as np
 import pandas as pd
 
 from rftfit.errors import InputError
-from rftfit.figures.labels import format_interval, name_of, percent
+from rftfit.figures.labels import name_of, percent
 from rftfit.figures.style import format_number
-from rftfit.page.cells import (
-    Cell,
-    PageColumn,
-    PageTable,
-    Row,
-    format_model_interval,
-    numbers,
-    records,
-    texts,
-)
+from rftfit.page.cells import Cell, PageColumn, PageTable, Row, numbers, records, texts
 from rftfit.page.live import as_lists
 from rftfit.results import Results
 from rftfit.robot.speeds import count_inside, share_within
@@ -65,13 +56,13 @@ def _tabulate_shares(errors: pd.DataFrame) -> PageTable:
     """
     errors_by_profile = {str(name): rows for name, rows in errors.groupby("profile", sort=False)}
 
-    def within(heading: str, percents: float) -> PageColumn:
-        """Make the column that counts conditions whose speeds differ by some percent at most."""
+    def within(heading: str, limit_percent: float) -> PageColumn:
+        """Make the column that counts conditions whose speeds differ by a limit at most."""
 
         def cell(row: Row) -> Cell:
             rows_of_profile = errors_by_profile[row["profile"]]
             uncalibrated = rows_of_profile[rows_of_profile["calibrated"] == "no"]
-            counts = (share_within(rows, percents) for rows in (rows_of_profile, uncalibrated))
+            counts = (share_within(rows, limit_percent) for rows in (rows_of_profile, uncalibrated))
             share_of_all, share_of_predicted = (f"{count} of {total}" for count, total in counts)
             return Cell(share_of_all, (f"predicted: {share_of_predicted}",))
 
@@ -119,6 +110,14 @@ def _tabulate_conditions(errors: pd.DataFrame) -> PageTable:
     simulated = {(row["condition"], row["profile"]): row for row in records(errors)}
     ordered = errors.sort_values(["curvature_times_R", "frequency_Hz"], kind="stable")
 
+    simulated_speed = numbers(
+        "",
+        "simulated_cm_per_s",
+        1,
+        ends="simulated_from_alpha_{}_cm_per_s",
+        ends_of_model="simulated_model_{}_cm_per_s",
+    )
+
     def measured(row: Row) -> Cell:
         """Make the cell of the measured speed, with its standard deviation."""
         sd = row["measured_sd_cm_per_s"]
@@ -130,15 +129,9 @@ def _tabulate_conditions(errors: pd.DataFrame) -> PageTable:
 
         def cell(row: Row) -> Cell:
             simulated_row = simulated.get((row["condition"], profile), {})
-            lo, hi = (
-                simulated_row.get(f"simulated_from_alpha_{end}_cm_per_s") for end in ("lo", "hi")
-            )
-            notes = filter(
-                None, (percent(simulated_row.get("error_percent")), simulated_row.get("reason", ""))
-            )
-            speed_text = format_number(simulated_row.get("simulated_cm_per_s"), 1)
-            wider = format_model_interval(simulated_row, "simulated_model_{}_cm_per_s", 1)
-            return Cell(speed_text, (format_interval(lo, hi, 1), wider, "; ".join(notes)))
+            number = simulated_speed.cell(simulated_row)
+            notes = percent(simulated_row.get("error_percent")), simulated_row.get("reason", "")
+            return Cell(number.text, (*number.notes, "; ".join(filter(None, notes))))
 
         return PageColumn(f"{name_of(profile)}, cm/s", cell, "num")
 
@@ -163,14 +156,14 @@ def robot_data(results: Results) -> dict[str, Any] | None:
     for name, rows_of_profile in results.table("robot/speed.csv").groupby("profile", sort=False):
         curves[str(name)] = []
         for curvature in curvatures:
-            rows_of_curvature = rows_of_profile[
-                np.isclose(rows_of_profile["curvature_times_R"], curvature)
-            ]
-            mean = rows_of_curvature.groupby("frequency_Hz")["speed_cm_per_s"].mean()
-            frequencies, speeds = (
-                as_lists(values.to_numpy(float), DIGITS) for values in (mean.index, mean)
-            )
-            curves[str(name)].append({"curvature": curvature, "f": frequencies, "v": speeds})
+            is_of_leg = np.isclose(rows_of_profile["curvature_times_R"], curvature)
+            mean = rows_of_profile[is_of_leg].groupby("frequency_Hz")["speed_cm_per_s"].mean()
+            curve = {
+                "curvature": curvature,
+                "f": as_lists(mean.index.to_numpy(float), DIGITS),
+                "v": as_lists(mean.to_numpy(float), DIGITS),
+            }
+            curves[str(name)].append(curve)
     names = ("curvature_times_R", "frequency_Hz", "measured_cm_per_s", "measured_sd_cm_per_s")
     points = {name: as_lists(measured[name].to_numpy(float), DIGITS) for name in names}
     points["calibrated"] = (measured["calibrated"] == "yes").tolist()
@@ -192,7 +185,7 @@ def _frames(results: Results) -> Any:
     for run in frames.get("runs", []):
         # each arrow is four numbers, the last two its force in mN: a tenth of a mN could not be seen
         run["arrows"] = [
-            [round(number) if place % 4 > 1 else number for place, number in enumerate(arrows)]
+            [round(number) if i % 4 > 1 else number for i, number in enumerate(arrows)]
             for arrows in run["arrows"]
         ]
     return frames

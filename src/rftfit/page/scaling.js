@@ -1,15 +1,17 @@
 // The scaling routine with its intervals: the same as rftfit.model.scaling.scale_new_medium.
 
+/** Mean of numbers. */
 function mean(values) {
   return values.reduce((sum, v) => sum + v, 0) / values.length;
 }
 
+/** Standard deviation of a sample. */
 function deviation(values) {
   const centre = mean(values);
   return Math.sqrt(values.reduce((sum, v) => sum + (v - centre) ** 2, 0) / (values.length - 1));
 }
 
-/** zeta and chi of a new medium with their intervals. */
+/** zeta and chi of a new medium, each [value, lower, upper], from alpha_z straight down and its standard error, N/cm^3. */
 function scaleNewMedium(alpha, se, reference) {
   // half widths add, so that more error of the test never narrows the interval
   const half = Math.hypot(reference.half_chi, (reference.half_test * se) / alpha);
@@ -34,8 +36,9 @@ function withInterval(scaled, generic, ofMedia, measured = false) {
   ];
 }
 
+/** The nine coefficients of a new medium, each [value, lower, upper]; `scaled`: as `scaleNewMedium` returns it. */
 function scaledCoefficients(scaled, reference) {
-  return reference.m0.map((m, i) => withInterval(scaled, m, reference.scaled.map((own) => own[i])));
+  return reference.m0.map((m, i) => withInterval(scaled, m, reference.scaled.map((terms) => terms[i])));
 }
 
 /** Interval of a quantity from measured alpha of the reference media, from their nine terms where that has no number. */

@@ -7,11 +7,13 @@ function sortKey(row, column) {
   return Number.isFinite(number) && /^[+\u2212-]?[\d.]/.test(text) ? number : text.toLowerCase();
 }
 
+/** Order of two keys of `sortKey`: numbers before text. */
 function compareKeys(a, b) {
   if (typeof a === typeof b) return a < b ? -1 : a > b ? 1 : 0;
   return typeof a === "number" ? -1 : 1;
 }
 
+/** Make each heading of a table a button that sorts its rows. */
 function makeSortable(table) {
   const heads = [...table.tHead.rows[0].cells];
   const body = table.tBodies[0];
@@ -29,6 +31,7 @@ function makeSortable(table) {
   }
 }
 
+/** Put a field above a long table that shows only rows with all typed words. */
 function makeFilter(frame) {
   const rows = [...frame.querySelectorAll("tbody tr")];
   const input = html("input", { type: "search", spellcheck: "false" });

@@ -16,7 +16,7 @@ from rftfit.compare.lessons import summary_of_lessons
 from rftfit.compare.published import EVIDENCE, NOT_MEASURED, SAME, TEXT, VERDICTS
 from rftfit.compare.sands import MODELS, WORTH
 from rftfit.figures.labels import (
-    PROFILES,
+    PROFILE_NAMES,
     format_interval,
     in_brackets,
     name_of,
@@ -137,9 +137,9 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
     def next_bed(row: Row) -> Cell:
         """Make the cell with the interval of alpha_z in the next bed."""
         low, high = (row.get(column("z", f"_{end}_next")) for end in ("lo", "hi"))
-        interval_text = format_interval(low, high, ALPHA_DIGITS)
+        interval = format_interval(low, high, ALPHA_DIGITS)
         confidence = results.config.fit.confidence
-        return Cell(interval_text, (scatter_of_beds(row, confidence) if interval_text else "",))
+        return Cell(interval, (scatter_of_beds(row, confidence) if interval else "",))
 
     def scale_number(name: str) -> PageColumn:
         """Make the column of zeta or chi, with its notes."""
@@ -153,7 +153,8 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
         return PageColumn(f"{symbol}, {results.config.fourier.method}", cell, "num")
 
     columns = [PageColumn("Medium", title), PageColumn("Data", data_verdict)]
-    columns += [PageColumn("Model on legs, worst peak", on_legs)] if results.config.legs else []
+    if results.config.legs:
+        columns.append(PageColumn("Model on legs, worst peak", on_legs))
     columns += [
         numbers(
             ALPHA_Z + f"(0, 90{DEGREE}), {PER_CM3}",
@@ -166,8 +167,7 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
         scale_number("zeta"),
         scale_number("chi"),
     ]
-    rows = _make_rows_of_media(results)
-    return PageTable("Numbers of the media", columns, rows)
+    return PageTable("Numbers of the media", columns, _make_rows_of_media(results))
 
 
 ERROR_NAMES = {
@@ -208,13 +208,11 @@ def tabulate_alphas(results: Results) -> list[tuple[str, PageTable]]:
         # a single direction stands in the table of media already
         for c in "zx" if len(cells_with_alpha) > 1 else "":
             beta, gamma, _ = pivot(medium.alpha, column(c))
-            cells = {end: pivot(medium.alpha, column(c, end))[2] for end in ("", "_lo", "_hi")}
-            rows = []
-            for i, angle in enumerate(beta):
-                values_of_row = {
-                    f"{end}{j}": alpha for end in cells for j, alpha in enumerate(cells[end][i])
-                }
-                rows.append({"beta": angle} | values_of_row)
+            rows = [{"beta": angle} for angle in beta]
+            # columns of the page's table: "3" is alpha in the fourth direction gamma, "_lo3" and "_hi3" its interval
+            for end in ("", "_lo", "_hi"):
+                for row, cells in zip(rows, pivot(medium.alpha, column(c, end))[2], strict=True):
+                    row |= {f"{end}{j}": number for j, number in enumerate(cells)}
             columns = [numbers(f"{BETA} \\ {GAMMA}", "beta", 0)]
             columns += [
                 numbers(degrees(angle), str(j), ends=f"_{{}}{j}") for j, angle in enumerate(gamma)
@@ -254,16 +252,15 @@ def _make_rows_of_media(results: Results) -> list[Row]:
         cells = medium.alpha[medium.alpha[column("z")].notna()]
         row: dict[str, Any] = {"directions": len(cells), "pushes": int(cells["n_runs"].sum())}
         push = cell_at(medium.alpha, 0, 90, results.config.grid.angle_tolerance_deg)
-        row |= {} if push is None else {str(name): value for name, value in push.items()}
+        runs_down = ""
+        if push is not None:
+            row |= {str(name): number for name, number in push.items()}
+            runs_down = f"of {count(int(push['n_runs']), 'run')}"
         is_sand = medium.name in results.sands
-        runs_down = "" if push is None else f"of {count(int(push['n_runs']), 'run')}"
         other_window = _describe_other_window(results, row) if is_sand else ""
         row["alpha_note"] = "; ".join(filter(None, (runs_down, other_window)))
-        for name, with_ends in scale_in_all_directions(results, medium.name).items():
-            row |= {
-                f"{name}{end}": number
-                for end, number in zip(("", "_lo", "_hi"), with_ends, strict=True)
-            }
+        for name, numbers_of_scale in scale_in_all_directions(results, medium.name).items():
+            row[name], row[f"{name}_lo"], row[f"{name}_hi"] = numbers_of_scale
         notes = _describe_numbers_of_paper(results, medium)
         if lacks_directions(results, medium.name):
             notes = _describe_scale_of_pushes(results, medium.name, len(cells), notes)
@@ -313,21 +310,16 @@ def _describe_numbers_of_paper(results: Results, medium: Medium) -> dict[str, st
     if published_as not in MEDIA:
         return {}
     table_s3 = load("table_s3").set_index(["medium", "quantity"])["value"].astype(float)
-    printed = {
-        "zeta": coefficients(published_as)["zeta"],
-        "chi": float(table_s3[published_as, "chi"]),
-    }
+    chi = format_number(float(table_s3[published_as, "chi"]), 2)
+    zeta = format_number(coefficients(published_as)["zeta"], 3)
     penetration = results.table("penetration.csv")
     is_of_medium = (penetration["medium"] == medium.name) & (penetration["method"] == AS_PRINTED)
-    by_transform = penetration[is_of_medium]
     notes = {}
-    for name, digits in (("zeta", 3), ("chi", 2)):
-        note = f"paper {format_number(printed[name], digits)}"
-        transformed = by_transform[name].dropna()
-        if len(transformed):
-            number = format_number(float(transformed.iloc[0]), ALPHA_DIGITS)
-            note += f"; by its transform {number}"
-        notes[f"{name}_note"] = note
+    for name, printed in (("zeta", zeta), ("chi", chi)):
+        notes[f"{name}_note"] = f"paper {printed}"
+        for transformed in penetration.loc[is_of_medium, name].dropna().head(1):
+            number = format_number(float(transformed), ALPHA_DIGITS)
+            notes[f"{name}_note"] += f"; by its transform {number}"
     return notes
 
 
@@ -385,15 +377,14 @@ def tabulate_coefficients(results: Results, method: str) -> PageTable:
 
 def tabulate_spreads(results: Results) -> list[tuple[str, str]]:
     """List title and source of the spread from run to run of each medium; one entry where all sources are the same."""
-    titled_spreads = []
+    titled_sources = []
     for medium in results:
-        spread = medium.alpha.loc[medium.alpha["alpha_z_se_N_per_cm3"].notna(), "spread"]
-        if len(spread):
-            titled_spreads.append((medium.title, ", ".join(dict.fromkeys(filter(None, spread)))))
-    titled_spreads = [(title, words) for title, words in titled_spreads if words]
-    if len(titled_spreads) > 1 and len({words for _, words in titled_spreads}) == 1:
-        return [("all media", titled_spreads[0][1])]
-    return titled_spreads
+        sources = medium.alpha.loc[medium.alpha["alpha_z_se_N_per_cm3"].notna(), "spread"]
+        if joined := ", ".join(dict.fromkeys(filter(None, sources))):
+            titled_sources.append((medium.title, joined))
+    if len(titled_sources) > 1 and len({joined for _, joined in titled_sources}) == 1:
+        return [("all media", titled_sources[0][1])]
+    return titled_sources
 
 
 def tabulate_methods(results: Results) -> list[str]:
@@ -422,15 +413,14 @@ def tabulate_scaling(results: Results) -> tuple[PageTable, PageTable]:
     ]
     errors = texts("Share of its variance", lambda row: errors_in_words(row["zeta_errors"]))
     method = results.config.fourier.method
-    rows_by_configured: dict[bool, list[Row]] = {True: [], False: []}
-    for row in _without_repeated_reasons(results, "penetration.csv"):
-        rows_by_configured[row["method"] in (method, *routines(method))].append(row)
-    other_rows = _join_methods(rows_by_configured[False])
-    other_scaling = PageTable("Scaling by the other methods", columns, other_rows)
-    rows_with_errors = [row for row in rows_by_configured[True] if row["zeta_errors"]]
-    return PageTable(
-        f"Errors behind {ZETA}", [*medium_and_method, errors], rows_with_errors
-    ), other_scaling
+    configured = method, *routines(method)
+    rows = _without_repeated_reasons(results, "penetration.csv")
+    other_rows = _join_methods(row for row in rows if row["method"] not in configured)
+    rows_with_errors = [row for row in rows if row["method"] in configured and row["zeta_errors"]]
+    return (
+        PageTable(f"Errors behind {ZETA}", [*medium_and_method, errors], rows_with_errors),
+        PageTable("Scaling by the other methods", columns, other_rows),
+    )
 
 
 def _join_methods(rows: Iterable[Row]) -> list[Row]:
@@ -446,7 +436,7 @@ def _join_methods(rows: Iterable[Row]) -> list[Row]:
 
 
 _RMS_OVER_PEAK = numbers(
-    "RMS over peak", "rms_relative_to_peak", show=lambda x: share(x).lstrip("+")
+    "RMS over peak", "rms_relative_to_peak", show=lambda ratio: share(ratio).lstrip("+")
 )
 
 
@@ -455,12 +445,12 @@ def tabulate_leg_errors(results: Results) -> PageTable:
     order: dict[str, Sequence[str]] = {
         "medium": list(results.config.media),
         "leg": list(results.config.intruders),
-        "profile": list(PROFILES),
+        "profile": list(PROFILE_NAMES),
         "component": ["z", "x"],
     }
 
     def rank(row: Row) -> list[int]:
-        """Return the place of a row by medium, leg, profile and component."""
+        """Return the place of a row by medium, leg, profile and component; a name that `order` lacks comes last."""
         return [[*names, row[name]].index(row[name]) for name, names in order.items()]
 
     rows = []
@@ -546,10 +536,8 @@ def _without_repeated_reasons(results: Results, name: str) -> list[dict[str, Any
     }
     rows = records(results.table(name))
     for row in rows:
-        if {*row["reason_code"].split()} <= {
-            "published-media",
-            *shared_codes.get(row["medium"], ()),
-        }:
+        given_once = {"published-media", *shared_codes.get(row["medium"], ())}
+        if {*row["reason_code"].split()} <= given_once:
             row["reason"] = ""
     return rows
 
@@ -604,8 +592,8 @@ def tabulate_reproduction(results: Results) -> tuple[dict[str, str], PageTable, 
 
     def ours(row: Row) -> Cell:
         ends = _format_significant(row["lo"]), _format_significant(row["hi"])
-        interval_text = " to ".join(ends) if all(ends) else ""
-        return Cell(with_titles(_format_significant(row["ours"])), (interval_text,))
+        interval = " to ".join(ends) if all(ends) else ""
+        return Cell(with_titles(_format_significant(row["ours"])), (interval,))
 
     def verdict(row: Row) -> Cell:
         css_classes = "verdict " + row["verdict"].replace(" ", "-")
@@ -615,24 +603,22 @@ def tabulate_reproduction(results: Results) -> tuple[dict[str, str], PageTable, 
         PageColumn("Item", item),
         PageColumn("Paper", paper, "num"),
         PageColumn("Ours", ours, "num"),
+        PageColumn("Verdict", verdict),
     ]
-    columns += [PageColumn("Verdict", verdict)]
     all_rows = records(results.table("reproduction.csv"))
     rows = [row for row in all_rows if row["verdict"] != NOT_MEASURED]
     met, possible = (
         sum(row["evidence"] != TEXT for row in counted_rows) for counted_rows in (rows, all_rows)
     )
     rows = [] if 2 * met < possible else rows
-    numbers_of_items = Counter((row["evidence"], row["verdict"]) for row in rows)
+    item_counts = Counter((row["evidence"], row["verdict"]) for row in rows)
     counts = {}
     for evidence in EVIDENCE:
-        words = [
-            f"{number} {verdict_word}"
-            for verdict_word in VERDICTS
-            if (number := numbers_of_items[evidence, verdict_word])
+        counts_of_verdicts = [
+            f"{number} {word}" for word in VERDICTS if (number := item_counts[evidence, word])
         ]
-        if words:
-            counts[evidence] = ", ".join(words)
+        if counts_of_verdicts:
+            counts[evidence] = ", ".join(counts_of_verdicts)
     differing_rows = [row for row in rows if row["verdict"] != SAME]
     different = PageTable("Items that are not the same", columns, differing_rows, tall=True)
     return counts, different, PageTable("All items", columns, rows, tall=True)
@@ -640,8 +626,10 @@ def tabulate_reproduction(results: Results) -> tuple[dict[str, str], PageTable, 
 
 def tabulate_dropped(results: Results, outcome: Outcome) -> PageTable:
     """Tabulate the runs that gave no result, with reasons."""
-    columns = [texts("Run", "run_id"), _medium_column(results), texts("Kind", "kind")]
-    columns += [
+    columns = [
+        texts("Run", "run_id"),
+        _medium_column(results),
+        texts("Kind", "kind"),
         texts("Rows", "rows", css_classes="num"),
         texts("Reason", "reasons", css_classes="why"),
     ]
@@ -650,8 +638,12 @@ def tabulate_dropped(results: Results, outcome: Outcome) -> PageTable:
 
 def tabulate_logs(results: Results) -> PageTable:
     """Tabulate the rows of all logs by fate and reason."""
-    columns = [texts("Fate", "fate"), texts("Reason or use", "reason")]
-    columns += [texts("Runs", "runs", css_classes="num"), texts("Rows", "rows", css_classes="num")]
+    columns = [
+        texts("Fate", "fate"),
+        texts("Reason or use", "reason"),
+        texts("Runs", "runs", css_classes="num"),
+        texts("Rows", "rows", css_classes="num"),
+    ]
     return PageTable("Rows by fate", columns, rows_by_reason(results))
 
 
@@ -660,10 +652,10 @@ def _medium_column(results: Results, heading: str = "Medium") -> PageColumn:
     return texts(heading, lambda row: medium_title(results, row["medium"]))
 
 
-def _format_significant(x: Any) -> str:
-    """Write a number with four significant digits, empty for NaN; a text stays as it is."""
+def _format_significant(cell: Any) -> str:
+    """Write a number with four significant digits, empty for NaN; a cell that is no number stays as it is."""
     try:
-        number = float(x)
+        number = float(cell)
     except ValueError:
-        return str(x)
+        return str(cell)
     return "" if math.isnan(number) else f"{number:.4g}".replace("-", "\N{MINUS SIGN}")

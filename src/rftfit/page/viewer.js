@@ -3,14 +3,17 @@
 const SCENE = { width: 400, height: 400, cm: 20, top: 11 };
 const ARROW_CM = 3.2;
 
+/** Pixels of a position x, cm. */
 function sceneX(x) {
   return SCENE.width / 2 + x * (SCENE.width / SCENE.cm);
 }
 
+/** Pixels of a height z, cm. */
 function sceneY(z) {
   return (SCENE.top - z) * (SCENE.height / SCENE.cm);
 }
 
+/** Arrow that begins at (x, z) and is (dx, dz) long, cm; null where it is too short to be seen. */
 function arrow(x, z, dx, dz) {
   const [x0, y0, x1, y1] = [sceneX(x), sceneY(z), sceneX(x + dx), sceneY(z + dz)];
   const length = Math.hypot(x1 - x0, y1 - y0);
@@ -34,6 +37,7 @@ function outlineOf(placed) {
   return pathOf(ends.map(([x, z]) => [sceneX(x), sceneY(z)]));
 }
 
+/** Draw a leg in the sand and the forces on its `elements`, as `elementForces` returns them; `scale`: cm of arrow a newton. */
 function drawScene(image, leg, theta, rate, elements, scale) {
   image.replaceChildren();
   image.setAttribute("viewBox", `0 0 ${SCENE.width} ${SCENE.height}`);

@@ -25,7 +25,11 @@ from rftfit.version import __version__
 # a fixed date of creation: the real one would make each file differ
 _CREATED = dt.datetime(2000, 1, 1, tzinfo=dt.UTC).replace(tzinfo=None)
 
-_TITLE_ROWS, _A4 = 2, 9
+_TITLE_ROWS = 2
+"""Number of rows at the head of each sheet: its title, and remarks."""
+
+_A4 = 9
+"""Number of the paper size in Excel."""
 
 _FORMATS: dict[str, dict[str, Any]] = {
     "title": {"bold": True, "font_size": 12},
@@ -232,6 +236,7 @@ def coefficient_workbook(results: Results) -> bytes:
 def _write_coefficient_sheet(book: Book, results: Results, method: str, rows: pd.DataFrame) -> None:
     """Write the sheet of one method; `rows`: its rows of the table of coefficients."""
     titles = results.titles | {GENERIC: GENERIC}
+    # the generic profile comes last
     media = sorted(rows["medium"].unique(), key=lambda name: name == GENERIC)
     penetration = results.table("penetration.csv")
     zeta = penetration[penetration["method"] == method].set_index("medium")

@@ -21,7 +21,7 @@ from rftfit.campaign.files import BAG
 from rftfit.campaign.load import REENACTED, Campaign, check_campaign
 from rftfit.campaign.problems import CampaignError
 from rftfit.campaign.sheet import Run
-from rftfit.figures.registry import Declared, figures
+from rftfit.figures.registry import DeclaredFigure, figures
 from rftfit.figures.style import PAPER
 from rftfit.logs.registry import DialectOrigin, origins
 from rftfit.measure.long_logs import MemoryNeed, memory_need
@@ -102,7 +102,7 @@ class States:
         return self.campaign.config.model_dump(mode="json")
 
     @cached_property
-    def figures(self) -> dict[str, tuple[Declared, str]]:
+    def figures(self) -> dict[str, tuple[DeclaredFigure, str]]:
         """Figures with their medium, empty where they have none, by their path below ``results/`` without ending."""
         return {
             figure.file(medium): (figure, medium)
