@@ -541,6 +541,19 @@ def size_of_preview(content: bytes) -> tuple[int, int]:
         return 1, 1
 
 
+def save(page: Figure, base: Path, about: str, endings: Sequence[str]) -> None:
+    """Write the files of one page, one for each ending; arguments as of `save_pages`, but `base` with its folder."""
+    contents: dict[str, bytes] = {}
+    for ending in endings:
+        is_preview = ending == "webp"
+        contents[ending] = (
+            shrink_png(contents["png"]) if is_preview else content(page, ending, about)
+        )
+    for ending, file_content in contents.items():
+        # with_suffix would cut a name such as glass0.3mm_LP at its point
+        write_bytes(base.with_name(f"{base.name}.{ending}"), file_content)
+
+
 def save_pages(
     figures: Figure | Sequence[Figure],
     root: Path,
@@ -553,16 +566,8 @@ def save_pages(
     `base`: Path from `root`, without ending. `about`: Remark in the metadata. `endings`: Endings of the files; webp is made
     from png, which must stand before it.
     """
-    paths = []
-    for number, page in enumerate(_pages(figures), start=1):
-        contents: dict[str, bytes] = {}
-        for ending in endings:
-            is_preview = ending == "webp"
-            contents[ending] = (
-                shrink_png(contents["png"]) if is_preview else content(page, ending, about)
-            )
-        name = base if number == 1 else f"{base}_page{number}"
-        for ending, file_content in contents.items():
-            paths.append(f"{name}.{ending}")
-            write_bytes(root / paths[-1], file_content)
-    return paths
+    pages = _pages(figures)
+    names = [base if number == 1 else f"{base}_page{number}" for number in range(1, len(pages) + 1)]
+    for page, name in zip(pages, names, strict=True):
+        save(page, root / name, about, endings)
+    return [f"{name}.{ending}" for name in names for ending in endings]
