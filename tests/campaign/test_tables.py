@@ -446,6 +446,25 @@ def test_pushes_for_a_map_leave_out_what_is_excluded(tmp_path):
     assert places(error.value.problems) == [("unknown-medium", 3, "medium")]
 
 
+def test_a_push_for_a_map_may_lack_either_component(tmp_path):
+    """A penetrometer measures alpha_z alone, a load cell behind a blade alpha_x."""
+    rows = ["0,90,0.3,", "90,0,,0.2", "0,45,,"]
+    path = written(tmp_path / "p.csv", "beta,gamma,alpha_z,alpha_x", *rows[:2])
+    pushes, _ = pushes_in(path)
+    alpha = pushes[["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]].to_numpy()
+    np.testing.assert_array_equal(alpha, [[0.3, np.nan], [np.nan, 0.2]])
+    drag_alone = written(tmp_path / "x.csv", "beta,gamma,alpha_x", "90,0,0.2")
+    assert pushes_in(drag_alone)[0]["alpha_x_N_per_cm3"].tolist() == [0.2]
+    for name, rows_of_file, place in (
+        ("both.csv", ["beta,gamma,alpha_z,alpha_x", *rows], ("no-alpha", 4, "alpha_x_N_per_cm3")),
+        ("none.csv", ["beta,gamma", "0,90"], ("missing-column", 1, "alpha_z_N_per_cm3")),
+        ("z.csv", ["beta,gamma,alpha_z", "0,90,"], ("required", 2, "alpha_z_N_per_cm3")),
+    ):
+        with pytest.raises(CampaignError) as error:
+            pushes_in(written(tmp_path / name, *rows_of_file))
+        assert places(error.value.problems) == [place]
+
+
 def test_a_header_without_its_unit_is_told_with_lines_to_paste(tmp_path):
     path = written(tmp_path / "table.csv", "beta,gamma,depth_mm,sigma,tau_kPa", "0,90,1,2,0")
     problems = read(path, TableSettings(holds="stress"))[1]

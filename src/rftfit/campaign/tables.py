@@ -24,6 +24,7 @@ from rftfit.campaign.rows import (
     HeaderCell,
     Line,
     Schema,
+    TableColumn,
     TableRows,
     read_sheets,
     read_table_columns,
@@ -47,6 +48,8 @@ _UNIT_KEYS = {
     **dict.fromkeys(("alpha_z_N_per_cm3", "alpha_x_N_per_cm3", "se_z", "se_x"), "alpha_unit"),
 }
 """Column, to the key of `table` in the config that states its unit."""
+
+_ALPHA_Z, _ALPHA_X = "alpha_z_N_per_cm3", "alpha_x_N_per_cm3"
 
 _CHOSEN = chosen("campaign", "tables")
 
@@ -144,12 +147,16 @@ def read_pushes(
 def pushes_in(path: Path) -> tuple[pd.DataFrame, list[Problem]]:
     """Read a table of alpha of one medium; return it in the form for `rftfit.estimate_map`, and warnings.
 
-    alpha_x may be missing: a penetrometer measures only the force along its path. Raises CampaignError
-    with all problems if there is an error.
+    A component may be missing: a penetrometer measures only the force along its path, a load cell behind a blade only the
+    drag. Raises CampaignError with all problems if there is an error.
     """
     schema = _schema_of(TableSettings(holds="alpha"), str(path))
     rows, headers, problems = read_table_columns(path, schema, str(path))
+    if _ALPHA_X in headers:
+        schema = replace(schema, columns=tuple(map(_not_needed, schema.columns)))
+        rows, headers, problems = read_table_columns(path, schema, str(path))
     checked = _CheckedRows(rows, schema, problems)
+    checked.check_has_alpha()
     checked.check_numbers({header.unit for header in headers.values()}, TOLERANCE_DEG)
     medium = next((name for name in rows.texts["medium"] if name), "")
     checked.number_media((medium,))
@@ -164,6 +171,11 @@ def pushes_in(path: Path) -> tuple[pd.DataFrame, list[Problem]]:
         if not push.run.excluded
     ]
     return pd.DataFrame(directions), problems
+
+
+def _not_needed(column: TableColumn) -> TableColumn:
+    """Return the column of alpha_z as one that may be missing, and any other column as it is."""
+    return replace(column, needed=False) if column.name == _ALPHA_Z else column
 
 
 def _schema_of(table: TableSettings, file: str) -> Schema:
@@ -257,6 +269,14 @@ class _CheckedRows:
             allowed = f"values other than those of table.missing in the config; {without_data.size} rows are left out"
             draft = self.draft_of(int(without_data[0]))
             draft.note("depth_cm", "no-data", None, allowed, severity="warning")
+
+    def check_has_alpha(self) -> None:
+        """Add a problem of the first row that has neither alpha_z nor alpha_x."""
+        columns = self.rows.columns
+        alpha = [columns[name] for name in (_ALPHA_Z, _ALPHA_X) if name in columns]
+        lacks_alpha = np.isnan(alpha).all(axis=0) & ~columns["bad"]
+        allowed = f"this row has no alpha; allowed: a number in {_ALPHA_Z}, {_ALPHA_X} or both"
+        self.note(lacks_alpha, _ALPHA_X, "no-alpha", None, allowed)
 
     def check_numbers(self, units: Collection[str], tolerance_deg: float) -> None:
         """Check angles, depths and the size of alpha.

@@ -152,8 +152,8 @@ ErrorOfTest = Annotated[
 PushesFile = Annotated[
     Path | None,
     file_option(
-        "Any number of pushes: a table with beta_deg, gamma_deg, alpha_z_N_per_cm3 and, where measured, "
-        "alpha_x_N_per_cm3, se_z, se_x, depth_from_cm, depth_to_cm."
+        "Any number of pushes: a table with beta_deg, gamma_deg, alpha_z_N_per_cm3, alpha_x_N_per_cm3 or both "
+        "and, where known, se_z, se_x, depth_from_cm, depth_to_cm."
     ),
 ]
 MethodName = Annotated[

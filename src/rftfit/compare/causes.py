@@ -17,6 +17,7 @@ from rftfit.compare.joint import (
     FROM_RUN,
     HOLDER,
     KINDS,
+    LEAST_GAIN,
     WINDOW,
     Cause,
     FoundCause,
@@ -202,4 +203,4 @@ def _as_change(cause: Cause, size: float) -> float:
     if cause.kind not in ("gain", "gain-x"):
         return float(size)
     # the share of a cause is 1/2 in its runs and -1/2 in the others
-    return float((1 + size / 2) / max(1 - size / 2, 0.05) - 1)
+    return float((1 + size / 2) / max(1 - size / 2, LEAST_GAIN) - 1)

@@ -58,6 +58,9 @@ KINDS = {name: Kind(*numbers) for name, numbers in _CHOSEN.kinds.items()}
 _FAMILY = {ALL: ALL, HOLDER: "order", FROM_RUN: "order", WINDOW: "order", TREND: "order"}
 """Family of a group of runs: the causes of a family share a limit. All other groups are labels of the run sheet."""
 
+LEAST_GAIN = 0.05
+"""Least gain of a run that a cause may state."""
+
 _FREEDOM = Freedom(*_RUNS.freedom)
 
 
@@ -439,7 +442,7 @@ class JointModel:
         transform = np.tile(np.eye(2), (runs.size, 1, 1))
         log_jacobian = 0.0
         if cause.kind in ("gain", "gain-x"):
-            gain = np.maximum(1 + size * share, 0.05)
+            gain = np.maximum(1 + size * share, LEAST_GAIN)
             transform[:, 1, 1] /= gain
             log_jacobian = float(np.log(gain).sum())
             if cause.kind == "gain":
@@ -712,8 +715,8 @@ def prior_of_media(
 ) -> tuple[FloatArray, FloatArray]:
     """Return mean (2 n,) and covariance (2 n, 2 n) of alpha, z first, for a medium of size 1 at n directions.
 
-    The covariance includes what differs between sound media. `rough_share`: share of the rough shape in the mean, see
-    `rftfit.model.maps`. `without`: published media that are left out.
+    The covariance includes what differs between sound media: `_FREEDOM` of alpha_x, of pulls and of level runs, and
+    `rough_share`, the share w of the rough covariance (`rftfit.model.prior`). `without`: published media that are left out.
     """
     return prior_at(beta_deg, gamma_deg, rough_share, _FREEDOM, without)
 

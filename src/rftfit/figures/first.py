@@ -21,15 +21,6 @@ if TYPE_CHECKING:
 
     from rftfit.results import Results
 
-_LEG_LOOKS = tuple(
-    zip(
-        ("blue", "vermillion", "bluish green", "reddish purple", "orange", "sky blue"),
-        "osD^vP",
-        strict=True,
-    )
-)
-"""Colour and marker of each leg; the marker serves grey prints."""
-
 
 def _new_panel(title: str) -> tuple[Figure, Axes]:
     """Make a figure of one panel, its letters large enough to be read at the size of the page's first screen."""
@@ -160,7 +151,7 @@ def plot_first_peaks(results: Results) -> Figure:
     entries: dict[str, Any] = {}
     names_of_components = {"z": "lift (filled)", "x": "thrust (hollow)"}
     dots_of_components: dict[str, list[Any]] = {c: [] for c in names_of_components}
-    for leg, (colour_name, marker) in zip(leg_panels.leg_order([rows]), _LEG_LOOKS, strict=False):
+    for leg, (colour_name, marker) in leg_panels.leg_looks(leg_panels.leg_order([rows])).items():
         colour = style.OKABE_ITO[colour_name]
         entries[leg_panels.leg_title(leg)] = style.dots(colour, 4, marker=marker)
         for c, fill in (("z", colour), ("x", "white")):

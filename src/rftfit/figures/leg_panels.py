@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import textwrap
 from typing import TYPE_CHECKING, Any
 
@@ -33,6 +34,14 @@ PROFILE_LOOKS: dict[str, tuple[str, Any, str]] = {
 }
 """Colour, line and marker of each profile; line and marker serve grey prints."""
 
+LEG_LOOKS = {
+    "c_leg": ("blue", "o"),
+    "flat_leg": ("vermillion", "s"),
+    "reversed_c_leg": ("bluish green", "D"),
+}
+"""Colour and marker of each leg of the paper; the marker serves grey prints."""
+_LOOKS_OF_OTHER_LEGS = (("reddish purple", "^"), ("orange", "v"), ("sky blue", "P"))
+
 PROFILE_TITLES = labels.PROFILE_NAMES | {"generic": r"generic $\times$ $\zeta$"}
 
 THETA_LABEL = r"leg angle $\theta$ (deg)"
@@ -55,6 +64,12 @@ def leg_order(tables: Iterable[pd.DataFrame]) -> list[str]:
     legs = dict.fromkeys(str(leg) for table in tables for leg in table["leg"].unique())
     paper_legs = [leg for leg in LEGS if leg in legs]
     return paper_legs + [leg for leg in legs if leg not in LEGS] or list(LEGS)
+
+
+def leg_looks(legs: Iterable[str]) -> dict[str, tuple[str, str]]:
+    """Return colour and marker of each leg; legs that are not the paper's take the further looks in turn."""
+    further = itertools.cycle(_LOOKS_OF_OTHER_LEGS)
+    return {leg: LEG_LOOKS.get(leg) or next(further) for leg in legs}
 
 
 def read_curves(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:

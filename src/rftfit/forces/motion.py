@@ -58,8 +58,8 @@ class Motion:
 THETA_DEG = np.arange(-135.0, 136.0)
 """The sweep of the paper: from the front (+x) down and backward."""
 
-HIP_HEIGHT_CM = 2.0
-RATE_RAD_PER_S = 0.2
+HIP_HEIGHT_CM, RATE_RAD_PER_S = 2.0, 0.2
+"""Height of the axle above the surface, and angular speed, in the paper's rotation trials (Fig. 3)."""
 
 
 def rotation_poses(

@@ -34,7 +34,10 @@ from rftfit.model.shapes import Shapes, published_shapes
 from rftfit.store.text import table as format_table
 
 Numbers = Callable[[FloatArray, Map], FloatArray]
-"""Function that returns the t numbers of a target (..., t), from alpha (..., 2, n) at the nodes of a map and this map."""
+"""Function that returns the t numbers of a target (..., t), from alpha (..., 2, n) at the nodes of a map and this map.
+
+It is also called with errors of alpha: of a linear target it returns the errors of the numbers.
+"""
 
 
 @dataclass(frozen=True)

@@ -74,7 +74,9 @@ class IntruderPath:
     def _join_spans(self, spans: FloatArray, arm: Arm, least_s: float) -> FloatArray:
         """Join neighbouring stretches without a clear rest between them.
 
-        In a rest the arm travels little, and it lasts longer than `least_s`, over which speeds are measured.
+        In a clear rest the arm travels little, for longer than `least_s`, over which speeds are measured, and some positions
+        were read: without them the clock may have been set forward. `spans`: First and last time of each stretch, s, shape
+        (n, 2); returned with fewer rows.
         """
         if not spans.size:
             return spans

@@ -244,7 +244,11 @@ def _row_status(
 def _zero_of_log(
     config: Config, zero_log: Log, force_log: Log, stroke_s: float
 ) -> tuple[lab_frame.Zero, list[Remark]]:
-    """Return the zero of a run from its zero log, and flags if that log is old or its force changes."""
+    """Return the zero of a run from its zero log, and flags if that log is old or its force changes.
+
+    The error of the zero grows with the age of the log, by the drift of the transducer. Raises `Refused` where the log is
+    too short. `stroke_s`: Middle of the stroke on the clock of the force log, s.
+    """
     unloaded = lab_frame.force_in_lab_frame(zero_log, config.transducer)
     age = _age_of_zero(zero_log, unloaded.time, force_log, stroke_s)
     most_min, file = config.zero.log_age_min, zero_log.path.name

@@ -98,7 +98,8 @@ def _read_columns(pushes: Columns) -> tuple[FloatArray, FloatArray, FloatArray]:
         raise InputError(
             f"pushes: two columns have one meaning; found: {', '.join(map(str, pushes))}"
         )
-    if missing := {"beta_deg", "gamma_deg", column("z")} - {*columns}:
+    needed = {"beta_deg", "gamma_deg", *({column("z")} if column("x") not in columns else ())}
+    if missing := needed - {*columns}:
         raise InputError(
             f"pushes: no column {', '.join(sorted(missing))}; found: {', '.join(columns)}"
         )

@@ -86,7 +86,7 @@ def prior_at(
 ) -> tuple[FloatArray, FloatArray]:
     """Return mean (2 n,) and covariance (2 n, 2 n) of alpha, z first, of a medium of size 1 at n directions.
 
-    `rough_share`: share of the rough shape (`rftfit.model.maps`). `without`: published media that are left out.
+    `rough_share`: share w of the rough covariance (`rftfit.model.prior`). `without`: published media that are left out.
     """
     wrapped_beta = beta_apart(beta_deg, 0.0)
     prior = published_shapes(without=without).prior(np.radians(wrapped_beta), np.radians(gamma_deg))

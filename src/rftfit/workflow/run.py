@@ -131,7 +131,8 @@ class Workflow:
     def _refuse_outdated_targets(self) -> None:
         """Raise where a run left a target out of date, since Snakemake was misled by the times of files."""
         recorded_targets = {*self.recorded.maker, *self.recorded.records}
-        # another workflow, or options for Snakemake, may leave results out of date on purpose
+        # another workflow, or options for Snakemake, may leave results out of date on purpose; of a target without a
+        # record it is not known which jobs it needs
         if self.snakefile or self.words or not recorded_targets.issuperset(self.targets):
             return
         findings = self.recorded.findings_of_targets(self.targets)
