@@ -23,7 +23,7 @@ from rftfit.errors import InputError
 if TYPE_CHECKING:
     from rftfit.forces.body_error import BodyError
     from rftfit.forces.contacts import Contact
-    from rftfit.forces.mesh import Mesh
+    from rftfit.forces.mesh import Mesh, Motion3D
     from rftfit.forces.motion import Motion
     from rftfit.forces.outlines import Outline
     from rftfit.measure.alpha import Columns
@@ -644,6 +644,88 @@ class BodyOptions:
                 "--hip is for a rotation; with --path the height is in the file's z_cm"
             )
         return read_path(self.path)
+
+
+@dataclass(frozen=True)
+class MeshOptions:
+    """A body in space, and how it moves."""
+
+    mesh: Annotated[
+        Path | None,
+        file_option(
+            "Any body in space instead: stl, obj or ply, moved by --press, --roll or along --path."
+        ),
+    ] = None
+    press: Annotated[
+        float | None,
+        number_option("cm", "Press the mesh straight down until its lowest point is so deep."),
+    ] = None
+    roll: Annotated[
+        str | None,
+        word_option(
+            "SINKAGE,SLIP",
+            "Roll a wheel, whose axle lies along y of the mesh, for one turn toward +x: depth of the lowest point of "
+            "its rim in cm, and slip, 0.2 for 20 % (below 0: it brakes).",
+        ),
+    ] = None
+    rim: RimRadius = None
+    no_track: NoTrack = False
+    unit: MeshUnit = None
+    sheet: Annotated[
+        bool, typer.Option("--sheet", help="The mesh is a thin sheet and need not be closed.")
+    ] = False
+    friction: FrictionOfMesh = None
+
+    def check(self, body: BodyOptions, has_figure: bool) -> None:
+        """Refuse options of a mesh without one, and those of an outline with one."""
+        if self.mesh is None:
+            options_given = [
+                *list_given(self, "unit", "sheet", "friction"),
+                *(["--figure"] if has_figure else []),
+                *list_given(self, "press", "roll", "rim", "no_track"),
+            ]
+            if options_given:
+                raise InputError(
+                    f"found {options_given[0]} without --mesh FILE, to which it belongs"
+                )
+            return
+        if options_given := [*body.outlines_given, *list_given(body, "width", "hip")]:
+            raise InputError(
+                f"found {' and '.join(options_given)} with --mesh; allowed: a mesh alone"
+            )
+        motions_given = [*list_given(self, "press", "roll"), *list_given(body, "path")]
+        if len(motions_given) > 1:
+            raise InputError(f"found {' and '.join(motions_given)}; allowed: one of them")
+        missing = []
+        if self.unit is None:
+            missing.append("--unit, the unit of its coordinates: mm, cm, m or in")
+        if not motions_given:
+            missing.append(
+                "one of --press DEPTH (cm), --roll SINKAGE,SLIP (cm and a share) and --path FILE (csv with t_s, x_cm, y_cm, "
+                "z_cm, turn_x_deg, turn_y_deg, turn_z_deg)"
+            )
+        if missing:
+            raise InputError(f"--mesh needs {'; and '.join(missing)}")
+        if self.roll is None and (self.rim is not None or self.no_track):
+            option = "--no-track" if self.no_track else "--rim"
+            raise InputError(f"found {option} without --roll SINKAGE,SLIP, to which it belongs")
+
+    def make_motion(self, mesh: Mesh, path: Path | None) -> Motion3D:
+        """Move a mesh along a path, press it straight down, or roll it for one turn."""
+        if path is not None:
+            return rftfit.Motion3D.read(path)
+        try:
+            if self.press is not None:
+                return rftfit.Motion3D.press(mesh, self.press)
+            numbers = str(self.roll).split(",")
+            if len(numbers) != 2:
+                raise ValueError("two numbers wanted, sinkage in cm and slip, as 2,0.2")
+            sinkage, slip = map(float, numbers)
+            track = not self.no_track
+            return rftfit.Motion3D.roll(mesh, sinkage, slip, track=track, rim_cm=self.rim)
+        except ValueError as error:
+            option = f"--press {self.press:g}" if self.press is not None else f"--roll {self.roll}"
+            raise InputError(f"{option}: {error}") from error
 
 
 @dataclass(frozen=True)

@@ -58,10 +58,11 @@ def plan(
         str | None,
         typer.Option(
             help="What is to be known: map (default), zeta, legs (the three model legs), robot (the "
-            "paper's, at 2 Hz); or a leg or an outline, by the options of rftfit predict."
+            "paper's, at 2 Hz); or a leg, an outline or a mesh, by the options of rftfit predict."
         ),
     ] = None,
     body: options.BodyOptions,
+    mesh_options: options.MeshOptions,
     push_options: options.PushOptions,
     results: Annotated[
         Path | None,
@@ -100,13 +101,13 @@ def plan(
         raise InputError(
             f"--error-percent: found {rig.error_percent:g}; allowed: above 0, up to 100"
         )
-    read = (*push_options.files, body.outline, body.path)
+    read = (*push_options.files, body.outline, body.path, mesh_options.mesh)
     check_target(output, SHEET_COLUMNS, "rows of the run sheet", force, read)
     check_picture(figure, _DRAWN, force)
     turns = [
         (rftfit.model_leg(choose("--turn", leg, LEGS)), rftfit.rotation()) for leg in turn or ()
     ]
-    aim = find_target(target, body)
+    aim = find_target(target, body, mesh_options)
     betas, gammas = _read_angles("--beta", rig.beta), _read_angles("--gamma", rig.gamma)
     before = _estimate_present_map(push_options, results, medium, (betas, gammas), confidence)
     limits = rftfit.Rig(reachable(before, betas, gammas), rig.pairs, rig.depths, rig.error_percent)
@@ -124,11 +125,20 @@ def plan(
         print_line(f"Rows for a run sheet: {output}" + (f"; figure: {figure}" if figure else ""))
 
 
-def find_target(target: str | None, body: options.BodyOptions) -> Target | str:
+def find_target(
+    target: str | None, body: options.BodyOptions, mesh_options: options.MeshOptions
+) -> Target | str:
     """Return the target of a plan, or its name, by the options of the command line: ``map`` if there are none."""
     from rftfit.forces.outlines import CURVATURES
     from rftfit.forces.planning import peaks
 
+    mesh_options.check(body, has_figure=False)
+    if mesh_options.mesh is not None:
+        if target is not None:
+            raise InputError("found --target and --mesh; allowed: one of them")
+        options.check_friction(mesh_options.friction)
+        mesh = options.read_mesh(mesh_options.mesh, str(mesh_options.unit), mesh_options.sheet)
+        return peaks([mesh], mesh_options.make_motion(mesh, body.path), mesh_options.friction)
     if body.outlines_given:
         if target is not None:
             raise InputError("found --target and a body; allowed: one of them")

@@ -59,7 +59,7 @@ def watch(
     from rftfit.bench.server import LivePage
     from rftfit.bench.watch import Watch
 
-    watched = Watch(config, wait, find_target(target, options.BodyOptions()))
+    watched = Watch(config, wait, find_target(target, options.BodyOptions(), options.MeshOptions()))
     page = None if no_page else LivePage(port)
     page_is_asked = page.asked if page else Signal()
 

@@ -362,7 +362,7 @@ def _describe_limits(
     dof = [float(side.repeats.dof.sum()) for side in means]
     if not any(dof):
         yield (
-            f"no direction was pushed twice: the scatter of single runs is assumed, {100 * PRIOR_ALONG:g} % along "
+            f"no direction was pushed twice: the scatter of single runs is assumed, {100 * PRIOR_ALONG:.2g} % along "
             f"the force and {100 * _CHOSEN.prior_across:g} % across"
         )
     elif not all(dof):

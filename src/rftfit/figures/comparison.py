@@ -52,7 +52,7 @@ def draw_comparison(comparison: Comparison) -> Figure:
         f"{style.degrees(beta)}, {style.degrees(gamma)}"
         for beta, gamma in zip(table["beta_deg"], table["gamma_deg"], strict=True)
     ]
-    axes.set(xlabel="beta, gamma", ylabel="B/A", xlim=(-0.6, len(table) - 0.4))
+    axes.set(xlabel=r"$\beta$, $\gamma$ (degrees)", ylabel="B/A", xlim=(-0.6, len(table) - 0.4))
     axes.set_xticks(place[::label_step])
     axes.set_xticklabels(names[::label_step], rotation=90, fontsize=5)
     a, b = (style.plain(name) for name in (comparison.a, comparison.b))

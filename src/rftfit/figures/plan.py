@@ -22,7 +22,9 @@ def draw_plan(plan: Plan, medium_map: Map) -> Figure:
     page, ((left_axes, right_axes),) = style.panels([7.0], 2, 7.5)
     widths = [100 * step.typical for step in plan.steps]
     left_axes.plot(range(len(widths)), widths, "o-", color=style.OKABE_ITO["blue"], markersize=3)
-    left_axes.set(xlabel="further pushes", ylabel="half width (%)", yscale="log")
+    left_axes.set(
+        xlabel="further pushes", ylabel=f"half width (% of {plan.divisor_name})", yscale="log"
+    )
     round_numbers = np.array([1, 2, 5, 10, 20, 50, 100, 200])
     is_near = (round_numbers > min(widths) / 2) & (round_numbers < 2 * max(widths))
     left_axes.set_yticks(round_numbers[is_near])
@@ -44,7 +46,11 @@ def draw_plan(plan: Plan, medium_map: Map) -> Figure:
                 clip_on=False,
             )
             right_axes.text(gamma, beta, str(number), ha="center", va="center", fontsize=6)
-    key = "open: on the way back; square: pushed already"
+    markers = {
+        "open: on the way back": any(len(step.directions) > 1 for step in plan.steps),
+        "square: pushed already": medium_map.measured.any(),
+    }
+    key = "; ".join(marker for marker, is_drawn in markers.items() if is_drawn)
     right_axes.set_title(key, loc="left", fontsize=6)
     style.name_column(right_axes, "where they lie")
     return page

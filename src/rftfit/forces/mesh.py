@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
 from functools import cached_property
@@ -483,6 +484,12 @@ def area_vectors(triangles: FloatArray) -> FloatArray:
     return np.cross(b - a, c - a) / 2
 
 
+_OPEN = (
+    "belong to one face only: the mesh is open, as where a corner lies on the edge of another face (a thin sheet: --sheet, in "
+    "Python sheet=True)"
+)
+
+
 def _check_closed(vertices: FloatArray, faces: IntArray) -> None:
     """Raise ValueError unless each edge belongs to two faces that run through it in opposite directions."""
     sides = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
@@ -493,12 +500,14 @@ def _check_closed(vertices: FloatArray, faces: IntArray) -> None:
     # 0 where both faces run through an edge in opposite directions
     direction = np.bincount(edge_of_side.ravel(), forward)
     for wrong, fault in (
-        (count == 1, "belong to one face only: the mesh is open (sheet=True takes a thin sheet)"),
+        (count == 1, _OPEN),
         (count > 2, "belong to more than two faces: walls inside, or bodies that touch"),
         (direction != 0, "are run through twice in the same direction: some faces are turned over"),
     ):
         if wrong.any():
-            position = ", ".join(f"{x:.4g}" for x in vertices[edges[wrong][0]].mean(axis=0))
+            position = ", ".join(
+                f"{x:.4g}" for x in vertices[edges[wrong][0]].mean(axis=0).round(6) + 0.0
+            )
             raise ValueError(
                 f"{wrong.sum()} of {len(edges)} edges {fault}; the first at ({position}) cm"
             )
@@ -561,7 +570,9 @@ def _turned_inside_out(vertices: FloatArray, faces: IntArray, part_of_face: IntA
     signed = np.linalg.det(vertices[faces] - vertices.mean(axis=0)) / 6
     volumes = np.bincount(part_of_face, signed)
     if (np.abs(volumes) < _SAME * np.ptp(vertices, axis=0).max() ** 3).any():
-        raise ValueError("the mesh encloses no volume (sheet=True takes a thin sheet)")
+        raise ValueError(
+            "the mesh encloses no volume; a thin sheet needs --sheet, in Python sheet=True"
+        )
     if (volumes < 0).any() and (volumes > 0).any():
         raise ValueError(
             f"{(volumes < 0).sum()} of {volumes.size} closed parts are turned inside out: a part turned over, or "
@@ -649,6 +660,14 @@ class Motion3D:
 
     def __repr__(self) -> str:
         return f"<Motion3D {self.name}: {len(self.frames)} poses>"
+
+    def at_poses(self, numbers: Sequence[int]) -> Motion3D:
+        """Return some poses alone, by their numbers."""
+        frames = self.frames[numbers]
+        rotation = frames[:, 9:].reshape(-1, 3, 3)
+        motion = Motion3D(frames[:, :3], frames[:, 3:6], frames[:, 6:9], rotation, self.name)
+        motion.rolling = self.rolling[numbers]
+        return motion
 
     def at_rates(self, rates: FloatArray) -> Motion3D:
         """Return the same poses of a path at other velocities and rates, shape (p, 6)."""

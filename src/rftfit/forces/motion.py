@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -46,6 +47,11 @@ class Motion:
     def key(self) -> str:
         """Name of the column that tells the poses apart: ``theta_deg`` or ``t_s``."""
         return next(iter(self.columns))
+
+    def at_poses(self, numbers: Sequence[int]) -> Motion:
+        """Return some poses alone, by their numbers."""
+        columns = {name: column[numbers] for name, column in self.columns.items()}
+        return Motion(self.name, self.poses[numbers], columns)
 
     def at_rates(self, rates: FloatArray) -> Motion:
         """Return the same poses at other rates, shape (p, 3)."""

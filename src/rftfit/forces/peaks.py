@@ -210,8 +210,9 @@ def _cut_at_zero(sign: int, ends: Iterable[Any]) -> tuple[float, float]:
     return lo, hi
 
 
-ROUNDING = 1e-9
-"""Share of the largest force (N) or moment (N cm) below which a value is rounding and no peak."""
+ROUNDING = 1e-5
+"""Share of the largest force (N) or moment (N cm) below which a value is no peak: rounding, or the faces of a body whose
+halves are cut differently."""
 
 
 def pick_peaks(

@@ -18,10 +18,12 @@ from rftfit.campaign.config import Fit
 from rftfit.campaign.problems import choose
 from rftfit.conventions import FloatArray
 from rftfit.directions import TOLERANCE_DEG, angle_apart, same_direction
+from rftfit.forces.bodies import set_in_motion
 from rftfit.forces.contacts import Contact
-from rftfit.forces.motion import Motion, rotation
+from rftfit.forces.mesh import Mesh, Motion3D
+from rftfit.forces.motion import Motion
 from rftfit.forces.outlines import Outline
-from rftfit.forces.plane import force_draws, forces_on
+from rftfit.forces.plane import QUANTITIES, forces_on
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
 from rftfit.model.draws import DRAWS, SEED_OF_MAPS
 from rftfit.model.maps import Map, Nodes, map_nodes
@@ -135,32 +137,65 @@ WHOLE_MAP = Target(
 ZETA = Target("zeta", ("zeta",), _zeta, np.abs, "zeta")
 
 
-def peaks(outlines: Sequence[Outline], motion: Motion | None = None) -> Target:
-    """Make a target of the largest lift and the largest horizontal force on each outline along a motion."""
-    poses = (rotation() if motion is None else motion).poses
+def peaks(
+    bodies: Sequence[Outline | Mesh],
+    motion: Motion | Motion3D | None = None,
+    friction: float | None = None,
+) -> Target:
+    """Make a target of the largest lift and the largest horizontal force on each body along a motion.
+
+    `motion`: Default the rotation of the paper's trials, for outlines. `friction`: Of meshes, as in `predict`; with it
+    forces are not linear in alpha.
+    """
 
     def numbers(alpha: FloatArray, medium_map: Map) -> FloatArray:
-        """Forces by `alpha` in the poses where those by the map's own alpha are largest."""
+        """Forces by `alpha` in the poses, and along the horizontal, where those by the map's own alpha are largest."""
+        peak_forces = [
+            peak_forces_of(
+                body, profile_of(alpha, medium_map), profile_of(medium_map.alpha, medium_map)
+            )
+            for body in bodies
+        ]
+        return np.concatenate(peak_forces, axis=-1).reshape(*alpha.shape[:-2], -1)
+
+    def profile_of(alpha: FloatArray, medium_map: Map) -> TableProfile:
+        """Return the profile, or the stack of profiles, with alpha (..., 2, n) at the nodes of a map."""
+        stack = alpha.reshape(-1, *alpha.shape[-2:]) if alpha.ndim > 2 else alpha
         nodes = medium_map.beta, medium_map.gamma
-        best = TableProfile(medium_map.alpha[0], medium_map.alpha[1], *nodes)
-        changed = TableProfile(alpha[..., 0, :], alpha[..., 1, :], *nodes)
-        peak_forces = []
-        for outline in outlines:
-            force = forces_on(best, outline, poses)
-            peak_poses = [int(np.argmax(force.force_z_N)), int(np.argmax(np.abs(force.force_x_N)))]
-            forces = force_draws(changed, outline, poses[peak_poses])
-            peak_forces += [forces.force_z_N[..., 0], forces.force_x_N[..., 1]]
-        return np.stack(peak_forces, axis=-1)
+        return TableProfile(stack[..., 0, :], stack[..., 1, :], *nodes)
+
+    def peak_forces_of(body: Outline | Mesh, stack: TableProfile, best: TableProfile) -> FloatArray:
+        """Largest lift and largest horizontal force by each profile of a stack, N, shape (k, 2)."""
+        moving = set_in_motion(body, motion, friction=friction, quantities=QUANTITIES[:2])
+        forces = moving.best(best).forces
+        lift = forces["force_z_N"]
+        horizontal = np.stack([forces[name] for name in moving.force_names if name != "force_z_N"])
+        size = np.linalg.norm(horizontal, axis=0)
+        poses = [int(np.argmax(np.abs(lift))), int(np.argmax(size))]
+        along = horizontal[:, poses[1]] / max(float(size[poses[1]]), _NONE)
+        at_peaks = set_in_motion(
+            body, moving.motion.at_poses(poses), friction=friction, quantities=QUANTITIES[:2]
+        )
+        drawn = dict(
+            zip(at_peaks.force_names, np.moveaxis(at_peaks.force_draws(stack), 1, 0), strict=True)
+        )
+        lifts = drawn.pop("force_z_N")[:, 0]
+        return np.stack(
+            [lifts, along @ np.stack([force[:, 1] for force in drawn.values()])], axis=-1
+        )
 
     def largest_of_body(peak_forces: FloatArray) -> FloatArray:
         """Largest of both forces on each body."""
         return largest_size(peak_forces.reshape(-1, 2)).reshape(-1)
 
-    names = [outline.name for outline in outlines]
-    parts = tuple(f"{name}, {what}" for name in names for what in ("lift", "horizontal"))
-    divisor_name = "the largest force on each body"
+    names = [body.name for body in bodies]
     return Target(
-        f"peak forces on {', '.join(names)}", parts, numbers, largest_of_body, divisor_name
+        name=f"peak forces on {', '.join(names)}",
+        parts=tuple(f"{name}, {part}" for name in names for part in ("lift", "horizontal")),
+        numbers=numbers,
+        divisor=largest_of_body,
+        divisor_name="the largest force on each body",
+        linear=friction is None,
     )
 
 
@@ -288,20 +323,21 @@ def push_rows(step: Step, depths_cm: Sequence[float]) -> list[dict[str, str]]:
 
 
 def plan(
-    target: Target | Outline | Sequence[Outline] | str = "map",
+    target: Target | Outline | Mesh | Sequence[Outline | Mesh] | str = "map",
     current_map: Map | None = None,
     rig: Rig | None = None,
     count: int = 10,
     confidence: float = 0.95,
     turns: Sequence[tuple[Outline, Motion]] = (),
+    motion: Motion | Motion3D | None = None,
 ) -> Plan:
     """Choose pushes one after the other, each the one that narrows the target most for its runs.
 
     Parameters
     ----------
-    target : str, Outline or sequence of Outline, optional
-        ``map`` (default): alpha in every direction; ``zeta``; or bodies, whose peak forces in the
-        paper's rotation are to be known.
+    target : str, Outline, Mesh or sequence of these, optional
+        ``map`` (default): alpha in every direction; ``zeta``; or bodies, whose peak forces along a motion are to be
+        known.
     current_map : Map, optional
         Map of what was measured (`estimate_map`); default: nothing was measured yet.
     rig : Rig, optional
@@ -312,6 +348,8 @@ def plan(
     turns : sequence of (Outline, Motion), optional
         Bodies whose forces can be measured along a motion, each once and for one run. They are compared with the
         pushes, with the model's own error on a body that was never measured.
+    motion : Motion or Motion3D, optional
+        Of the bodies; default: the paper's rotation. A mesh needs a `Motion3D`.
 
     Returns
     -------
@@ -330,7 +368,7 @@ def plan(
     >>> len(rftfit.plan("zeta", count=2).steps)
     3
     """
-    rig, target = rig or Rig(), _find_target(target)
+    rig, target = rig or Rig(), _find_target(target, motion)
     current_map = current_map or prior_map(
         nodes=map_nodes(*zip(*rig.directions, strict=True)) if rig.directions else None
     )
@@ -428,14 +466,17 @@ def _largest_axes(factor: FloatArray) -> FloatArray:
     return largest.reshape(-1, *factor.shape[1:])
 
 
-def _find_target(target: Target | Outline | Sequence[Outline] | str) -> Target:
+def _find_target(
+    target: Target | Outline | Mesh | Sequence[Outline | Mesh] | str,
+    motion: Motion | Motion3D | None,
+) -> Target:
     """Return the target of a name, the peak forces on bodies, or the target that is given."""
     if isinstance(target, Target):
         return target
     if isinstance(target, str):
         targets_by_name = {known_target.name: known_target for known_target in (WHOLE_MAP, ZETA)}
         return targets_by_name[choose("target", target, tuple(targets_by_name))]
-    return peaks([target] if isinstance(target, Outline) else target)
+    return peaks([target] if isinstance(target, Outline | Mesh) else target, motion)
 
 
 class _Push(NamedTuple):
