@@ -117,7 +117,7 @@ def _choose_plate_runs(
     usable = fits[finite & fits["run_id"].isin(runs_with_stress)]
     for direction, angles_deg in target_angles.items():
         fits_of_direction = usable[usable["direction"] == direction]
-        differences = fits_of_direction[["beta_deg", "gamma_deg"]] - angles_deg
+        differences = fits_of_direction[["beta_deg", "gamma_deg"]] - np.array(angles_deg)
         # among equally near runs the deepest: its forces are largest
         order = fits_of_direction.assign(
             distance_deg=differences.abs().sum(axis=1).round(1),

@@ -61,16 +61,18 @@ def findings(results: Results) -> list[PageFinding]:
 
 def _find_verdicts(results: Results) -> Iterable[PageFinding]:
     """Say how many checks passed, the verdict on each medium, and alpha_z of a flat plate pushed straight down."""
+    # without the verdict that `results.titles` adds in brackets
+    titles = results.campaign.titles
     titles_by_verdict: dict[Verdict, list[str]] = {}
     for medium in results:
-        titles_by_verdict.setdefault(medium.verdict, []).append(medium.title)
+        titles_by_verdict.setdefault(medium.verdict, []).append(titles[medium.name])
     sentences = [_describe_checks(results)]
-    for verdict, titles in titles_by_verdict.items():
+    for verdict, same_verdict in titles_by_verdict.items():
         # many media are only counted: the table names them
-        subject = f"{len(titles)} of {len(results.media)} media"
-        if len(titles) <= _MOST_MEDIA:
-            subject = list_in_words(titles)
-        sentences.append(verdict.on(subject, len(titles) > 1))
+        subject = f"{len(same_verdict)} of {len(results.media)} media"
+        if len(same_verdict) <= _MOST_MEDIA:
+            subject = list_in_words(same_verdict)
+        sentences.append(verdict.on(subject, len(same_verdict) > 1))
     sentences += _describe_unseen_difference(results)
     cells = {}
     for name in labels.usable_media(results, results.media):
@@ -87,9 +89,7 @@ def _find_verdicts(results: Results) -> Iterable[PageFinding]:
             intervals = _format_mean_and_next_bed(cells[name], results.config.fit.confidence)
         alpha = format_number(cells[name][column("z")], ALPHA_DIGITS)
         window = _describe_window_of_sand(results, name)
-        sizes.append(
-            f"{alpha} N/cm^3{labels.in_brackets(intervals)} in {results.titles[name]}{window}"
-        )
+        sizes.append(f"{alpha} N/cm^3{labels.in_brackets(intervals)} in {titles[name]}{window}")
     if sizes:
         ends = f"{'between ' * (len(sizes) > 1)}{' and '.join(sizes)}"
         sentences.append(f"Straight down, stress per depth alpha_z is {ends}")

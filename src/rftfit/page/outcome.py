@@ -229,7 +229,7 @@ def summary_of_checks(results: Results) -> dict[str, Any]:
         word, reason = medium.verdict
         # doubts that no check reports
         if word == DOUBTFUL and medium.name not in {*failed["medium"]}:
-            faults.append((medium.name, medium.title, word, format_sentence(reason)))
+            faults.append((medium.name, titles[medium.name], word, format_sentence(reason)))
     return {
         "failed": faults,
         "passed": [
