@@ -21,7 +21,7 @@ from rftfit.directions import TOLERANCE_DEG, angle_apart, same_direction
 from rftfit.forces.bodies import set_in_motion
 from rftfit.forces.contacts import Contact
 from rftfit.forces.mesh import Mesh, Motion3D
-from rftfit.forces.motion import Motion
+from rftfit.forces.motion import Motion, rotation
 from rftfit.forces.outlines import Outline
 from rftfit.forces.plane import QUANTITIES, forces_on
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
@@ -147,6 +147,7 @@ def peaks(
     `motion`: Default the rotation of the paper's trials, for outlines. `friction`: Of meshes, as in `predict`; with it
     forces are not linear in alpha.
     """
+    whole_motion = rotation() if motion is None else motion
 
     def numbers(alpha: FloatArray, medium_map: Map) -> FloatArray:
         """Forces by `alpha` in the poses, and along the horizontal, where those by the map's own alpha are largest."""
@@ -166,7 +167,7 @@ def peaks(
 
     def peak_forces_of(body: Outline | Mesh, stack: TableProfile, best: TableProfile) -> FloatArray:
         """Largest lift and largest horizontal force by each profile of a stack, N, shape (k, 2)."""
-        moving = set_in_motion(body, motion, friction=friction, quantities=QUANTITIES[:2])
+        moving = set_in_motion(body, whole_motion, friction=friction, quantities=QUANTITIES[:2])
         forces = moving.best(best).forces
         lift = forces["force_z_N"]
         horizontal = np.stack([forces[name] for name in moving.force_names if name != "force_z_N"])
@@ -174,7 +175,7 @@ def peaks(
         poses = [int(np.argmax(np.abs(lift))), int(np.argmax(size))]
         along = horizontal[:, poses[1]] / max(float(size[poses[1]]), _NONE)
         at_peaks = set_in_motion(
-            body, moving.motion.at_poses(poses), friction=friction, quantities=QUANTITIES[:2]
+            body, whole_motion.at_poses(poses), friction=friction, quantities=QUANTITIES[:2]
         )
         drawn = dict(
             zip(at_peaks.force_names, np.moveaxis(at_peaks.force_draws(stack), 1, 0), strict=True)
