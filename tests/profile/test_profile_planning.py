@@ -145,3 +145,24 @@ def test_a_horizontal_force_near_zero_does_not_decide():
     assert straight.steps[2].half_width[0] == pytest.approx(
         straight.steps[1].half_width[0] / np.sqrt(2), rel=0.05
     )
+
+
+def test_a_mesh_is_planned_for_as_the_outline_that_it_is_made_of():
+    """A bent sheet that is pushed down and forward; with friction its forces are not linear, and its plan is another."""
+    sheet = rftfit.model_leg("c_leg", 12)
+    x_cm, z_cm = np.linspace([0, 0], [3, 4], 6).T
+    in_plane = rftfit.path(np.arange(6), x_cm, -z_cm, np.zeros(6))
+    position_cm = np.stack([x_cm, 0 * x_cm, -z_cm], axis=-1)
+    in_space = rftfit.Motion3D(position_cm, [0.6, 0, -0.8])
+    mesh = rftfit.Mesh.extrude(sheet)
+    outline_plan = rftfit.plan(sheet, count=3, motion=in_plane)
+    mesh_plan = rftfit.plan(mesh, count=3, motion=in_space)
+    assert [step.directions for step in mesh_plan.steps] == [
+        step.directions for step in outline_plan.steps
+    ]
+    for of_mesh, of_outline in zip(mesh_plan.steps, outline_plan.steps, strict=True):
+        np.testing.assert_allclose(of_mesh.half_width, of_outline.half_width, rtol=0.01)
+    smooth = rftfit.plan(peaks([mesh], in_space, friction=0.1), count=3)
+    assert abs(smooth.steps[1].typical / mesh_plan.steps[1].typical - 1) > 0.1
+    with pytest.raises(TypeError, match="a mesh moves in space"):
+        rftfit.plan(mesh, count=1)

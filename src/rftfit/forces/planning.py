@@ -147,43 +147,14 @@ def peaks(
     `motion`: Default the rotation of the paper's trials, for outlines. `friction`: Of meshes, as in `predict`; with it
     forces are not linear in alpha.
     """
-    whole_motion = rotation() if motion is None else motion
+    motion = rotation() if motion is None else motion
 
     def numbers(alpha: FloatArray, medium_map: Map) -> FloatArray:
-        """Forces by `alpha` in the poses, and along the horizontal, where those by the map's own alpha are largest."""
-        peak_forces = [
-            peak_forces_of(
-                body, profile_of(alpha, medium_map), profile_of(medium_map.alpha, medium_map)
-            )
-            for body in bodies
-        ]
+        """Forces by `alpha` in the poses where those by the map's own alpha are largest."""
+        best = _profile_at_nodes(medium_map.alpha, medium_map)
+        stack = _profile_at_nodes(alpha.reshape(-1, *medium_map.alpha.shape), medium_map)
+        peak_forces = [_peak_forces(body, motion, friction, stack, best) for body in bodies]
         return np.concatenate(peak_forces, axis=-1).reshape(*alpha.shape[:-2], -1)
-
-    def profile_of(alpha: FloatArray, medium_map: Map) -> TableProfile:
-        """Return the profile, or the stack of profiles, with alpha (..., 2, n) at the nodes of a map."""
-        stack = alpha.reshape(-1, *alpha.shape[-2:]) if alpha.ndim > 2 else alpha
-        nodes = medium_map.beta, medium_map.gamma
-        return TableProfile(stack[..., 0, :], stack[..., 1, :], *nodes)
-
-    def peak_forces_of(body: Outline | Mesh, stack: TableProfile, best: TableProfile) -> FloatArray:
-        """Largest lift and largest horizontal force by each profile of a stack, N, shape (k, 2)."""
-        moving = set_in_motion(body, whole_motion, friction=friction, quantities=QUANTITIES[:2])
-        forces = moving.best(best).forces
-        lift = forces["force_z_N"]
-        horizontal = np.stack([forces[name] for name in moving.force_names if name != "force_z_N"])
-        size = np.linalg.norm(horizontal, axis=0)
-        poses = [int(np.argmax(np.abs(lift))), int(np.argmax(size))]
-        along = horizontal[:, poses[1]] / max(float(size[poses[1]]), _NONE)
-        at_peaks = set_in_motion(
-            body, whole_motion.at_poses(poses), friction=friction, quantities=QUANTITIES[:2]
-        )
-        drawn = dict(
-            zip(at_peaks.force_names, np.moveaxis(at_peaks.force_draws(stack), 1, 0), strict=True)
-        )
-        lifts = drawn.pop("force_z_N")[:, 0]
-        return np.stack(
-            [lifts, along @ np.stack([force[:, 1] for force in drawn.values()])], axis=-1
-        )
 
     def largest_of_body(peak_forces: FloatArray) -> FloatArray:
         """Largest of both forces on each body."""
@@ -198,6 +169,42 @@ def peaks(
         divisor_name="the largest force on each body",
         linear=friction is None,
     )
+
+
+def _profile_at_nodes(alpha: FloatArray, medium_map: Map) -> TableProfile:
+    """Return the profile, or the stack of profiles, with alpha (2, n) or (k, 2, n) at the nodes of a map."""
+    return TableProfile(alpha[..., 0, :], alpha[..., 1, :], medium_map.beta, medium_map.gamma)
+
+
+def _peak_forces(
+    body: Outline | Mesh,
+    motion: Motion | Motion3D,
+    friction: float | None,
+    stack: TableProfile,
+    best: TableProfile,
+) -> FloatArray:
+    """Return lift and horizontal force by each of k profiles, N, shape (k, 2), where those by `best` are largest.
+
+    The horizontal force of a mesh is taken along its direction by `best`.
+    """
+    moving = set_in_motion(body, motion, friction=friction, quantities=QUANTITIES[:2])
+    forces = moving.best(best).forces
+    horizontal_names = [name for name in moving.force_names if name != "force_z_N"]
+    horizontal = np.stack([forces[name] for name in horizontal_names])
+    size = np.linalg.norm(horizontal, axis=0)
+    poses = [int(np.argmax(np.abs(forces["force_z_N"]))), int(np.argmax(size))]
+    along = np.eye(len(horizontal))[0]
+    if size.any():
+        along = horizontal[:, poses[1]] / size[poses[1]]
+    at_peaks = set_in_motion(
+        body, motion.at_poses(poses), friction=friction, quantities=QUANTITIES[:2]
+    )
+    force_of_draw = np.moveaxis(at_peaks.force_draws(stack), 1, 0)
+    drawn = dict(zip(at_peaks.force_names, force_of_draw, strict=True))
+    drawn_along = sum(
+        share * drawn[name][:, 1] for name, share in zip(horizontal_names, along, strict=True)
+    )
+    return np.stack([drawn["force_z_N"][:, 0], drawn_along], axis=-1)
 
 
 @dataclass(frozen=True)
