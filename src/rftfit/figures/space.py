@@ -126,10 +126,10 @@ def _draw_body(page: Figure, profile: Profile, mesh: Mesh, motion: Motion3D, pos
     # of a large mesh only every second or further face
     drawn = slice(None, None, 1 + len(corners) // 20_000)
     axes: Any = page.add_axes((0.535, 0.14, 0.35, 0.76), projection="3d", computed_zorder=False)
-    faces = Poly3DCollection(
+    surface_of_body = Poly3DCollection(
         corners[drawn], facecolors=colours[drawn], edgecolors="none", rasterized=True
     )
-    axes.add_collection3d(faces)
+    axes.add_collection3d(surface_of_body)
     middle = (corners.min(axis=(0, 1)) + corners.max(axis=(0, 1))) / 2
     half_width = 0.55 * float(np.ptp(corners, axis=(0, 1)).max())
     x, y, z = middle[:, None] + half_width * np.array([-1, 1])
