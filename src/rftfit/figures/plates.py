@@ -162,7 +162,7 @@ _STRESS_LABELS = {"z": "vertical stress\n$\\sigma_z$", "x": "horizontal stress\n
         "fits/{laboratory}.csv",
         "alpha/{laboratory}.csv",
     ),
-    settings=(*STRESS_SETTINGS, "fit"),
+    settings=(*STRESS_SETTINGS, "fit", "grid"),
     media=when(lambda campaign: campaign.media_with_samples("laboratory")),
     section="Measurement",
     caption=(

@@ -57,10 +57,15 @@ _OF_LOGS = ("raw", "dialect", "force_log", "motion_log")
 """Sections by which logs are read."""
 _OF_CLOCKS = (*_OF_LOGS, "transducer", "arm", "clock")
 """Sections on which the clocks of a run's logs depend."""
-_OF_FITS = ("force_log", "transducer", "container", "intruders", "fit", "errors", "table", "media")
+_OF_FITS = (
+    *("force_log", "transducer", "container", "intruders", "fit", "errors", "table", "media"),
+    "grid",
+)
 """Sections on which the slope of a push depends."""
 _OF_ROBOT = ("media", "robot")
 """Sections that every stage of the robot reads."""
+_OF_ROBOT_RUNS = ("fit", "fourier", "grid", "maps")
+"""Sections on which the alpha of a robot's run depends."""
 
 
 def _measure_stage(
@@ -95,32 +100,30 @@ STAGES = {
     ),
     "tare": _measure_stage("tare", "fit", "force_log", "transducer"),
     "slopes": _measure_stage("slopes", *_OF_FITS),
-    "checks": _measure_stage(
-        "checks", *_OF_FITS, "arm", "surface", "grid", room="compare", order=True
-    ),
+    "checks": _measure_stage("checks", *_OF_FITS, "arm", "surface", room="compare", order=True),
     "legs": _measure_stage("legs", "force_log", "media", "transducer", room="checks"),
     "ledger": _measure_stage("ledger", *_OF_LOGS, "media", wildcard="", logs=MEDIUM_LOGS),
     "symmetry": _model_stage("profiles", "symmetry"),
-    "fourier": _model_stage("profiles", "fourier", "fit", "fourier", "media"),
-    "scaling": _model_stage("profiles", "scaling", "fit", "fourier", "media"),
+    "fourier": _model_stage("profiles", "fourier", "fit", "fourier", "grid", "media"),
+    "scaling": _model_stage("profiles", "scaling", "fit", "fourier", "grid", "media"),
     "legs_predicted": _model_stage(
         "validate",
         "legs_predicted",
-        *("arm", "fit", "errors", "fourier", "intruders", "maps", "media"),
+        *("arm", "fit", "errors", "fourier", "grid", "intruders", "maps", "media"),
     ),
     "natural_sands": _model_stage(
         "validate", "natural_sands", *_OF_FITS, "surface", "fourier", rows=True
     ),
-    "validate": _model_stage("validate", "validate", "media", rows=True),
+    "validate": _model_stage("validate", "validate", "grid", "media", rows=True),
     "robot_measured": _robot_stage("robot_measured", "raw"),
-    "robot_runs": _robot_stage("robot_runs", "fit", "fourier", "maps", wildcard="runs"),
+    "robot_runs": _robot_stage("robot_runs", *_OF_ROBOT_RUNS, wildcard="runs"),
     "robot_full_runs": _robot_stage(
-        "robot_full_runs", "fit", "fourier", "maps", wildcard="runs", on_demand=True
+        "robot_full_runs", *_OF_ROBOT_RUNS, wildcard="runs", on_demand=True
     ),
-    "robot_intervals": _robot_stage("robot_intervals", "fit", "errors", "fourier", "maps"),
+    "robot_intervals": _robot_stage("robot_intervals", *_OF_ROBOT_RUNS, "errors"),
     "robot_speeds": _robot_stage("robot_speeds", "fit"),
     "robot_full_speeds": _robot_stage("robot_full_speeds", "fit", on_demand=True),
-    "robot_motion": _robot_stage("robot_motion", "maps"),
+    "robot_motion": _robot_stage("robot_motion", "grid", "maps"),
     "workbooks": Stage("rftfit.page.workbooks:workbooks", "page", ("fit", "media")),
     "page": Stage("rftfit.page.page:report", "page", (ALL,), rows=True),
     "provenance": Stage(
