@@ -26,7 +26,7 @@ from rftfit.forces.contacts import Contact
 from rftfit.forces.model_error import larger_model_error
 from rftfit.forces.motion import rotation
 from rftfit.forces.outlines import leg_outline
-from rftfit.measure.alpha import QUANTITIES, bed_spread, cell_at, column, window_of
+from rftfit.measure.alpha import QUANTITIES, cell_at, column, spread_of_next_bed, window_of
 from rftfit.measure.errors import USUAL_BED_SPREAD
 from rftfit.measure.flags import Flags, Remark, format_remarks, remark, with_reasons
 from rftfit.measure.session_clocks import SessionClocks
@@ -514,7 +514,10 @@ class Medium(KnownMedium):
     @property
     def _bed_spread(self) -> float:
         """Relative spread of forces from one prepared bed to the next; 0 where not known."""
-        return bed_spread(self.alpha, self.results.config.grid.angle_tolerance_deg)
+        config = self.results.config
+        return spread_of_next_bed(
+            self.alpha, config.grid.angle_tolerance_deg, config.fit.confidence
+        )
 
     @property
     def fits(self) -> pd.DataFrame:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from makers import MadePush, answer_of, json_of, refused
+from makers import MadePush, answer_of, json_of, refused, run_targets
 from numpy.testing import assert_allclose
 
 import rftfit
@@ -229,6 +229,44 @@ def test_plan_is_the_plan(folder):
     first = rows.iloc[0]
     assert first["beta_deg"] == pytest.approx(content["pushes"][1]["beta_deg"], abs=1e-3)
     assert first["gamma_deg"] == pytest.approx(content["pushes"][1]["gamma_deg"], abs=1e-3)
+
+
+def test_a_plan_goes_on_from_the_map_that_the_same_pushes_give(folder):
+    """Repeats that differ widen the map, and so what is known before the first push."""
+    pushes = pd.DataFrame(
+        {"beta_deg": 0.0, "gamma_deg": 90.0, "alpha_z_N_per_cm3": [0.62, 0.70]}, index=[0, 1]
+    )
+    pushes.to_csv(folder / "repeats.csv", index=False)
+    content = json_of(
+        *("plan", "--leg", "c_leg", "--pushes", "repeats.csv", "--count", "1", "--force"),
+        folder=folder,
+    )
+    medium_map = rftfit.estimate_map(pushes)
+    table = rftfit.plan(rftfit.model_leg("c_leg"), medium_map, count=1).table()
+    widths = [row["half_width_percent"] for row in content["pushes"]]
+    assert_allclose(widths, table["half_width_percent"], rtol=1e-6)
+    once = rftfit.estimate_map(pushes.assign(alpha_z_N_per_cm3=0.66))
+    assert widths[0] > 1.2 * rftfit.plan("map", once, count=1).table()["half_width_percent"][0]
+
+
+def test_repeats_of_a_campaign_and_of_a_table_give_one_scatter_of_beds(tmp_path):
+    depth_mm = np.arange(2.5, 45.0, 1.25)
+    noise_kPa = np.random.default_rng(5).normal(0, 0.5, depth_mm.size)
+    runs = [
+        pd.DataFrame(
+            {"run_id": name, "beta_deg": 0.0, "gamma_deg": 90.0, "depth_mm": depth_mm}
+        ).assign(stress_z_kPa=alpha * depth_mm + noise_kPa)
+        for name, alpha in (("first", 6.2), ("second", 7.0))
+    ]
+    pd.concat(runs).to_csv(tmp_path / "stress.csv", index=False)
+    assert answer_of("init", "c", "--stress-table", "stress.csv", folder=tmp_path)[0] == 0
+    assert run_targets(tmp_path / "c", ["results/alpha/stress.csv"]).failed == {}
+    medium_map = rftfit.open(tmp_path / "c")["stress"].map()
+    table = pd.DataFrame(
+        {"beta_deg": 0.0, "gamma_deg": 90.0, "alpha_z_N_per_cm3": [0.62, 0.70]}, index=[0, 1]
+    )
+    assert medium_map.bed_spread == pytest.approx(rftfit.estimate_map(table).bed_spread, rel=0.02)
+    assert medium_map.bed_spread > 0.1
 
 
 # --- simulate

@@ -181,7 +181,7 @@ def _estimate_present_map(
     """
     from rftfit.forces.planning import prior_map
     from rftfit.model.maps import estimate, map_nodes
-    from rftfit.model.pushes import pushes_of, sorted_pushes
+    from rftfit.model.pushes import pushes_of
 
     nodes, name = map_nodes(*angles), str(medium)
     if (results is None) != (medium is None) or (results is not None and pushes):
@@ -189,17 +189,21 @@ def _estimate_present_map(
             "allowed: --pushes FILE, --profile-file FILE or both; or --results DIR with --medium NAME; or none "
             "of them"
         )
-    shapes = None
     try:
         if pushes:
             name, table = pushes.read()
-            pushes_made, title = sorted_pushes(table), Path(name).stem
-        elif results is not None:
-            campaign = rftfit.open(results)
-            pushes_made, title = pushes_of(campaign[name].alpha, campaign.config), name
-            shapes = campaign.shapes(name)
-        else:
+            beta_deg, gamma_deg = angles
+            return rftfit.estimate_map(
+                table,
+                confidence=confidence,
+                name=Path(name).stem,
+                beta_deg=beta_deg,
+                gamma_deg=gamma_deg,
+            )
+        if results is None:
             return prior_map(nodes=nodes)
-        return estimate(pushes_made, shapes, nodes, confidence=confidence, name=title)
+        campaign = rftfit.open(results)
+        pushes_made = pushes_of(campaign[name].alpha, campaign.config)
+        return estimate(pushes_made, campaign.shapes(name), nodes, confidence=confidence, name=name)
     except ValueError as error:
         raise InputError(f"{name}: {error}") from error

@@ -298,7 +298,7 @@ class Plan:
         for limit in (30, 20, 15, 10, 5):
             if widths[0] > limit and min(widths) <= limit:
                 enough = next(i for i, half_width in enumerate(widths) if half_width <= limit)
-                pushes = "1 push is" if enough == 1 else f"{enough} pushes are"
+                pushes = "1 more push is" if enough == 1 else f"{enough} more pushes are"
                 enough_for = f"\n{pushes} enough for {self.target} within {limit} %."
         before = f"{self.made_already} made already" if self.made_already else "none made yet"
         return (

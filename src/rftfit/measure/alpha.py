@@ -52,7 +52,7 @@ from rftfit.measure.flags import (
 )
 from rftfit.measure.laws import LINE_THROUGH_ZERO, DepthLaw
 from rftfit.measure.sentences import FLAGS
-from rftfit.measure.slopes import combine_dof
+from rftfit.measure.slopes import combine_dof, normal_quantile
 
 if TYPE_CHECKING:
     from rftfit.campaign.config import ErrorSettings, Grid
@@ -638,6 +638,24 @@ def cell_at(
     """Row of an alpha table for one direction; None where it has none."""
     row = int(rows_at(table, beta_deg, gamma_deg, tolerance_deg)[0])
     return None if row < 0 else table.iloc[row]
+
+
+def spread_of_next_bed(table: pd.DataFrame, tolerance_deg: float, confidence: float) -> float:
+    """Relative spread of beds by which the interval of the next bed is wider than that of the mean; 0 where not known.
+
+    In standard deviations of a normal distribution: of few repeats it is larger than their scatter, by Student's t.
+    """
+    cell = cell_at(table, 0, 90, tolerance_deg)
+    if cell is None or not cell[column("z")] > 0:
+        return 0.0
+    mean, next_bed = (
+        (cell[column("z", f"_hi{suffix}")] - cell[column("z", f"_lo{suffix}")]) / 2
+        for suffix in ("", "_next")
+    )
+    variance = next_bed**2 - mean**2
+    if not variance > 0:
+        return 0.0
+    return float(math.sqrt(variance) / normal_quantile(confidence) / cell[column("z")])
 
 
 def bed_spread(table: pd.DataFrame, tolerance_deg: float) -> float:
