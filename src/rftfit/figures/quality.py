@@ -468,6 +468,9 @@ def _corners(left: float, right: float, bottom: float, top: float) -> FloatArray
 # Runs compared with others of their medium
 
 
+_LINE_CM = 0.27
+"""Height of a line that names an outlier."""
+
 _MOST_NAMED, _LONGEST_NAME = 6, 30
 """Most outliers that are named, and most letters of their names."""
 
@@ -511,9 +514,18 @@ def plot_runs_side_by_side(results: Results) -> Figure:
     }
     # what the axes name: repeats or map, where all runs are compared with the same
     others = next(iter(comparisons.values()))[0] if len(comparisons) == 1 else "others"
-    page, panels = style.panels([3.5] * len(tables), 2, 9.0)
+    runs_apart_of = {
+        medium: table[table["apart"].astype(bool)].sort_values("times_spread", ascending=False)
+        for medium, table in tables.items()
+    }
+    outlier_lines = {
+        medium: _describe_outliers(runs_apart) for medium, runs_apart in runs_apart_of.items()
+    }
+    # the list of outliers stands above the panels, which keep their height
+    heights_cm = [3.5 + _LINE_CM * len(lines) for lines in outlier_lines.values()]
+    page, panels = style.panels(heights_cm, 2, 9.0)
     for (medium, table), row_of_axes in zip(tables.items(), panels, strict=True):
-        runs_apart = table[table["apart"].astype(bool)].sort_values("times_spread", ascending=False)
+        runs_apart = runs_apart_of[medium]
         for axes, c in zip(row_of_axes, "zx", strict=True):
             _draw_differences(axes, table, runs_apart, c)
             if medium == [*tables][-1]:
@@ -521,7 +533,7 @@ def plot_runs_side_by_side(results: Results) -> Figure:
         row_of_axes[0].set_ylabel(f"run minus {others}\n({style.PER_CM3})")
         title = style.medium_label(results, medium)
         row_of_axes[0].set_title(title, loc="left", weight="bold")
-        lines = [_describe_differences(table), *_describe_outliers(runs_apart)]
+        lines = [_describe_differences(table), *outlier_lines[medium]]
         row_of_axes[1].set_title("\n".join(lines), loc="left", fontsize=5.5)
     entries: dict[str, Any] = {}
     for _, name, marker, is_filled in comparisons.values():
