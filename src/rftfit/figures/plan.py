@@ -23,7 +23,7 @@ def draw_plan(plan: Plan, medium_map: Map) -> Figure:
     widths = [100 * step.typical for step in plan.steps]
     left_axes.plot(range(len(widths)), widths, "o-", color=style.OKABE_ITO["blue"], markersize=3)
     left_axes.set(
-        xlabel="further pushes", ylabel=f"half width (% of {plan.divisor_name})", yscale="log"
+        xlabel="further pushes", ylabel=f"half width\n(% of {plan.divisor_name})", yscale="log"
     )
     round_numbers = np.array([1, 2, 5, 10, 20, 50, 100, 200])
     is_near = (round_numbers > min(widths) / 2) & (round_numbers < 2 * max(widths))
@@ -32,8 +32,10 @@ def draw_plan(plan: Plan, medium_map: Map) -> Figure:
     left_axes.minorticks_off()
     style.name_column(left_axes, plan.target)
     angle_axes(right_axes)
-    pushed_deg = np.degrees([medium_map.gamma, medium_map.beta])[:, medium_map.measured]
-    right_axes.plot(*pushed_deg, "s", color="#888888", markersize=4, clip_on=False)
+    # a line without points that is not clipped has no box, and the layout fails
+    if medium_map.measured.any():
+        pushed_deg = np.degrees([medium_map.gamma, medium_map.beta])[:, medium_map.measured]
+        right_axes.plot(*pushed_deg, "s", color="#888888", markersize=4, clip_on=False)
     for number, step in enumerate(plan.steps[1:], start=1):
         for is_way_back, (beta, gamma) in enumerate(step.directions):
             right_axes.plot(

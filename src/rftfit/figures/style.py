@@ -541,7 +541,7 @@ def size_of_preview(content: bytes) -> tuple[int, int]:
         return 1, 1
 
 
-def save(page: Figure, base: Path, about: str, endings: Sequence[str]) -> None:
+def save(page: Figure, base: Path, about: str = "", endings: Sequence[str] = SCREEN) -> None:
     """Write the files of one page, one for each ending; arguments as of `save_pages`, but `base` with its folder."""
     contents: dict[str, bytes] = {}
     for ending in endings:

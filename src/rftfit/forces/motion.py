@@ -64,8 +64,10 @@ class Motion:
 THETA_DEG = np.arange(-135.0, 136.0)
 """The sweep of the paper: from the front (+x) down and backward."""
 
-HIP_HEIGHT_CM, RATE_RAD_PER_S = 2.0, 0.2
-"""Height of the axle above the surface, and angular speed, in the paper's rotation trials (Fig. 3)."""
+HIP_HEIGHT_CM = 2.0
+"""Height of the axle above the surface in the paper's rotation trials (Fig. 3)."""
+RATE_RAD_PER_S = 0.2
+"""Angular speed of these trials."""
 
 
 def rotation_poses(
