@@ -32,7 +32,7 @@ program.read_states = fails
 sys.exit(program.main(["results/state/slopes.json", "--writes", "results/alpha.csv"]))
 """
 DRAWING = """
-import resource, signal, sys
+import pathlib, resource, signal, sys
 from matplotlib.figure import Figure
 from rftfit.errors import OutputError
 from rftfit.figures.style import save
@@ -41,7 +41,7 @@ figure.add_subplot().plot([n % 7 for n in range(9000)], [n % 11 + n / 9000 for n
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (6000, 6000))
 try:
-    save(figure, sys.argv[1], endings=("png", "pdf"))
+    save(figure, pathlib.Path(sys.argv[1]), endings=("png", "pdf"))
 except OutputError as error:
     print(error)
 """

@@ -9,8 +9,8 @@ import numpy as np
 from rftfit.logs.base import LogError, PacketCount, number_or_zero
 from rftfit.logs.text import ReadingPlan, TextReader
 from rftfit.table.parse import Kind, Layout
-from rftfit.table.text import cells_of, decode_first_lines, text_head
-from rftfit.table.units import canonical_unit, unique_names
+from rftfit.table.text import cells_of, decode_first_lines, text_head, unique_names
+from rftfit.table.units import canonical_unit
 
 SEQUENCE = "RDT Sequence"
 STATUS = "the transducer reports an error or saturation (status is not 0x0)"

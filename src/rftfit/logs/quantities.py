@@ -12,7 +12,8 @@ import numpy as np
 from rftfit.campaign.config import QUANTITIES, UNIT_OF_WEIGHT, UNITS_OF, units_of
 from rftfit.conventions import FloatArray
 from rftfit.logs.base import Log
-from rftfit.table.units import COUNTED_TIMES, TIME_TO_S, canonical_unit, split_unit, unique_names
+from rftfit.table.text import unique_names
+from rftfit.table.units import COUNTED_TIMES, TIME_TO_S, canonical_unit, split_unit
 
 MEANING = {
     "time": "time",
@@ -303,7 +304,7 @@ def units_by_name(
             name_before_mass, mass = split_unit(cell, _MASSES)
             if mass and _is_force(name_before_mass):
                 name, unit = name_before_mass, mass
-        unit = unit or canonical_unit(unit_below)
+        unit = unit or (canonical_unit(unit_below) if unit_below else "")
         names.append(name)
         units.append(UNIT_OF_WEIGHT[unit] if unit in _MASSES and _is_force(name) else unit)
     return dict(zip(unique_names(names), units, strict=True))

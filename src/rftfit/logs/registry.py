@@ -104,10 +104,10 @@ def load_each(requests: Sequence[tuple[Reader, Path]]) -> list[Log | LogError]:
     Files of MATLAB and HDF5 are read in a child process; a file that two requests in turn name is read once.
     """
     array_files = [path for reader, path in requests if isinstance(reader, ArraysReader)]
-    child = ChildReader(array_files)
+    child = ChildReader(array_files) if array_files else None
     logs: list[Log | LogError] = []
     for reader, path in requests:
-        if isinstance(reader, ArraysReader):
+        if child is not None and isinstance(reader, ArraysReader):
             reader = reader.through(child)  # noqa: PLW2901
         try:
             logs.append(reader.load(path))

@@ -12,8 +12,7 @@ from rftfit.logs.text import ReadingPlan, TextReader
 from rftfit.table.numbers import NO_VALUE
 from rftfit.table.parse import Layout
 from rftfit.table.stamps import ns_to_s
-from rftfit.table.text import decode_first_lines, text_head
-from rftfit.table.units import unique_names
+from rftfit.table.text import decode_first_lines, text_head, unique_names
 
 RECEIVED = "received"
 STAMP = "header.stamp"

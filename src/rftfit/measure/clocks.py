@@ -9,7 +9,7 @@ import numpy as np
 
 from rftfit.conventions import FloatArray
 from rftfit.measure.flags import Refused
-from rftfit.measure.stretches import find_stretches
+from rftfit.measure.levels import find_stretches
 
 HOUR_S = 3600.0
 LONGEST_RAMP_S = 0.1

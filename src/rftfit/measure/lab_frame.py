@@ -14,10 +14,9 @@ from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
 from rftfit.logs.base import Log
 from rftfit.measure.flags import REPEATED, Refused
-from rftfit.measure.levels import median
+from rftfit.measure.levels import find_equal_stretches, find_stretches, median
 from rftfit.measure.log_columns import ANGLE_TO_RAD, unit_factor
 from rftfit.measure.slopes import GIVEN_DOF, weighted_sum_variance
-from rftfit.measure.stretches import find_equal_stretches, find_stretches
 from rftfit.measure.strokes import IntruderPath
 from rftfit.table.units import FORCE_TO_N, LENGTH_TO_CM, TIME_TO_S
 

@@ -1,4 +1,4 @@
-"""Levels of a number in many runs: its median, two clusters of values, and consecutive runs with a shifted level."""
+"""Levels of a number in many rows: its median, two clusters, consecutive runs with a shifted level, and stretches."""
 
 from __future__ import annotations
 
@@ -123,3 +123,15 @@ def shifted_runs(common: FloatArray, level: FloatArray, sigma: FloatArray) -> Ma
     best = int(np.argmax(np.abs(residual_sum) / np.sqrt(free)))
     in_stretch[first[best] : last[best]] = True
     return in_stretch if 2 * in_stretch.sum() <= count else ~in_stretch
+
+
+def find_stretches(is_inside: npt.NDArray[np.bool_]) -> npt.NDArray[np.intp]:
+    """Return the first row of every stretch of True, and the row after its last one, shape (2, k)."""
+    edges = np.flatnonzero(np.diff(is_inside, prepend=False, append=False))
+    return edges.reshape(-1, 2).T
+
+
+def find_equal_stretches(values: np.ndarray) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    """Return the first row and the length of every stretch of equal values, shape (k,) each; `values`: shape (n,)."""
+    starts = np.flatnonzero(np.concatenate([[True], values[1:] != values[:-1]]))
+    return starts, np.diff(np.append(starts, values.size))

@@ -32,7 +32,7 @@ from rftfit.measure.flags import (
     ON_ARRIVAL,
     SET_BACK,
 )
-from rftfit.measure.stretches import find_equal_stretches, find_stretches
+from rftfit.measure.levels import find_equal_stretches, find_stretches
 from rftfit.store.chosen import chosen
 from rftfit.table.units import TIME_TO_S
 

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from rftfit.conventions import COMPONENTS, FloatArray
-from rftfit.measure.stretches import find_equal_stretches
+from rftfit.measure.levels import find_equal_stretches
 
 PHASES = ("air", "approach", "pause", "stroke", "other")
 """Phases of a run: rest in air, way to the surface, rest at the surface, stroke, and all else."""

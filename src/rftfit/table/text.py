@@ -137,3 +137,15 @@ def records_of(lines: Iterable[str], delimiter: str) -> Iterator[list[str]]:
 def _split_at_blanks(line: str) -> list[str]:
     """Split a line at runs of blanks and tabs."""
     return [cell for cell in line.rstrip("\r\n").replace("\t", " ").split(" ") if cell]
+
+
+def unique_names(names: list[str]) -> tuple[str, ...]:
+    """Make the names of columns unique: the second ``Mz`` becomes ``Mz_2``, a blank name ``column 3``."""
+    distinct_names: list[str] = []
+    for column, name in enumerate(names, start=1):
+        base = " ".join(name.split()) or f"column {column}"
+        candidate, repeat = base, 2
+        while candidate in distinct_names:
+            candidate, repeat = f"{base}_{repeat}", repeat + 1
+        distinct_names.append(candidate)
+    return tuple(distinct_names)

@@ -139,18 +139,6 @@ def is_units_row(cells: Sequence[str], width: int) -> bool:
     return short and len(unknown_cells) * 2 < len(filled) and len(filled) * 2 > width
 
 
-def unique_names(names: list[str]) -> tuple[str, ...]:
-    """Make the names of columns unique: the second ``Mz`` becomes ``Mz_2``, a blank name ``column 3``."""
-    distinct_names: list[str] = []
-    for column, name in enumerate(names, start=1):
-        base = " ".join(name.split()) or f"column {column}"
-        candidate, repeat = base, 2
-        while candidate in distinct_names:
-            candidate, repeat = f"{base}_{repeat}", repeat + 1
-        distinct_names.append(candidate)
-    return tuple(distinct_names)
-
-
 # --- Factors that convert a unit to the unit of this program, and the unit that a header or a cell states
 
 
