@@ -321,7 +321,8 @@ SENTENCES = {
     "cause-gain": "{whose} has {times:.2g} times the noise, and about as many times the force, in {count} of {size} runs, "
     "beside the others ({rows}): look at its amplifier and its unit",
     "cause-axes": "{count} of {size} runs fit the shape of known media with {axes} and not as the others ({rows}): look at the "
-    "cables of {channels} in these runs, and at the sign of beta_deg, which is that of the left edge",
+    "cables of {channels} in these runs, at the sign of beta_deg, which is that of the left edge, and at the load cell: one that "
+    "turns with a slanted path has other axes",
     "row-above": "above",
     "row-below": "below",
     "rows-above": "{count} rows above",
