@@ -641,12 +641,12 @@ def cell_at(
 
 
 def spread_of_next_bed(table: pd.DataFrame, tolerance_deg: float, confidence: float) -> float:
-    """Relative spread of beds by which the interval of the next bed is wider than that of the mean; 0 where not known.
+    """Relative spread of beds by which the interval of the next bed is wider than that of the mean; 0 without repeats.
 
     In standard deviations of a normal distribution: of few repeats it is larger than their scatter, by Student's t.
     """
     cell = cell_at(table, 0, 90, tolerance_deg)
-    if cell is None or not cell[column("z")] > 0:
+    if cell is None or not (cell["n_runs"] > 1 and cell[column("z")] > 0):
         return 0.0
     mean, next_bed = (
         (cell[column("z", f"_hi{suffix}")] - cell[column("z", f"_lo{suffix}")]) / 2
