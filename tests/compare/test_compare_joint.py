@@ -4,6 +4,7 @@ The campaigns are made without the model that judges them.
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -174,6 +175,47 @@ def test_a_label_of_the_run_sheet_is_told_by_its_name():
     named_causes, _ = find_causes(model)
     assert (named_causes[0].cause.kind, named_causes[0].cause.group) == ("gain", "session")
     assert named_causes[0].cause.place in days
+
+
+STEEP = [(b, g) for b in (-60, -30, 0, 30, 60) for g in (40, 65, 90)]
+
+
+def of_second_day(alpha, share, gain_z, gain_x):
+    """Alpha with these gains in the last runs, and the day of each run."""
+    days = np.where(np.arange(alpha.shape[1]) >= (1 - share) * alpha.shape[1], "day2", "day1")
+    return np.where(days == "day2", alpha * [[gain_z], [gain_x]], alpha), days
+
+
+@pytest.mark.parametrize(("share", "repeats"), [(0.25, 2), (0.3, 3)])
+def test_x_reversed_in_one_session_is_told(share, repeats):
+    """Runs that contradict each other so much show no size that is likely; the one that they have is clear."""
+    beta, gamma, alpha = campaign(table_medium("poppy_LP"), repeats, repeats, STEEP)
+    reversed_alpha, days = of_second_day(alpha, share, 1, -1)
+    fits, sheet = fits_of(beta, gamma, reversed_alpha)
+    sheet = {
+        run_id: replace(run, session=day)
+        for (run_id, run), day in zip(sheet.items(), days, strict=True)
+    }
+    causes, *_ = compare_all_runs(fits, "sand", sheet, 0.3)
+    told = causes[causes["verdict"] == "told"].iloc[0]
+    assert (told["kind"], told["group"], told["place"]) == ("gain-x", "session", "day2")
+    # a change by -2 turns the sign alone
+    assert told["size_lo"] < told["size"] < told["size_hi"] < -1.5
+    assert told["size"] == pytest.approx(-2, abs=0.2)
+    assert told["run_ids"].split() == fits["run_id"][days == "day2"].tolist()
+
+
+@pytest.mark.parametrize(("gain", "seed", "share", "beds"), [(3, 1, 0.4, 0.2), (4, 2, 0.3, 0.25)])
+def test_a_large_gain_is_told_where_only_a_large_one_would_be_seen(gain, seed, share, beds):
+    beta, gamma, alpha = campaign(table_medium("poppy_LP"), seed, 1, STEEP)
+    alpha = alpha * np.random.default_rng(seed).normal(1, beds, beta.size)
+    named_causes, _ = find_causes(model_of(beta, gamma, alpha, ("poppy_LP",)))
+    assert not named_causes
+    alpha, days = of_second_day(alpha, share, gain, gain)
+    named_causes, _ = find_causes(model_of(beta, gamma, alpha, ("poppy_LP",), {"session": days}))
+    assert named_causes[0].cause.name == ("session", "day2", "gain")
+    size = named_causes[0].size
+    assert (1 + size / 2) / (1 - size / 2) == pytest.approx(gain, rel=0.25)
 
 
 @pytest.mark.parametrize("grid", [(-30, 0, 30), (-60, -30, 0, 30)])

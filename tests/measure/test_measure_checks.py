@@ -291,6 +291,49 @@ def test_a_run_that_is_next_is_named_where_a_single_one_is_apart(apart):
     assert "the likeliest is r4" not in check.sentence
 
 
+NEXT_TO_EACH_OTHER = "3 of the 4 runs in rows 4 to 7 of the run sheet"
+CABLE_OF_X = "the cable and the sign of the channel along x, and at the sign of beta_deg"
+
+
+@pytest.mark.parametrize(
+    ("factor", "se", "rows", "is_opposite"),
+    [
+        (-1.0, 0.001, (4, 5, 7), True),
+        (-0.6, 0.001, (4, 5, 7), True),
+        # far from the others, but not of the opposite sign, or not clearly
+        (0.4, 0.001, (4, 5, 7), False),
+        (-0.2, 0.001, (4, 5, 7), False),
+        (-1.0, 0.05, (4, 5, 7), False),
+        # scattered over the sheet
+        (-1.0, 0.001, (3, 8, 11), True),
+    ],
+)
+def test_runs_of_opposite_sign_are_told_by_their_sign_and_where_they_lie(
+    factor, se, rows, is_opposite
+):
+    sheet = sheet_of("p" * 12)
+    is_wrong = np.isin([run.row for run in sheet.values()], rows)
+    for run in sheet.values():
+        labels = {"operator": "MK", "plate": "", "rod": ""}
+        vars(run).update(labels, session="tue" if run.row in (*rows, 12) else "mon")
+    peers = peers_of(12, apart=is_wrong, off_x_ratio=0.6 * is_wrong)
+    peers = peers.assign(beside=np.where(is_wrong, "pair", "repeats"))
+    alpha = {"alpha_z": 0.3, "others_z": 0.31, "alpha_x": np.where(is_wrong, 0.1 * factor, 0.1)}
+    for name, values in {**alpha, "others_x": 0.1}.items():
+        peers[f"{name}_N_per_cm3"] = values
+    errors = {column(c, "_se"): se for c in "zx"}
+    fits = peers[["run_id", *ALPHA_NAMES]].assign(**errors)
+    check = judge("repeats", measured(sheet, peers=peers, fits=fits))
+    assert (check.verdict, check.values["count"]) == ("failed", 3)
+    assert (CABLE_OF_X in check.sentence) == is_opposite
+    assert ("opposite value of the others in 3 runs" in check.sentence) == is_opposite
+    assert (NEXT_TO_EACH_OTHER in check.sentence) == (rows == (4, 5, 7))
+    assert "all with session tue" in check.sentence
+    assert "operator" not in check.sentence
+    assert "one may be good" in check.sentence
+    assert "check again" in check.sentence
+
+
 @pytest.mark.parametrize(
     ("scatter", "pairs", "code"),
     [
@@ -1354,6 +1397,16 @@ def test_the_order_is_that_of_what_checks_wait_for_whichever_is_imported_first(m
         assert max((order.index(prior) for prior in check.after), default=-1) < order.index(name)
     monkeypatch.setattr(checks, "CHECKS", dict(reversed(CHECKS.items())))
     assert checks.sort_checks() == order
+
+
+def test_a_reversed_channel_that_runs_share_is_told_as_one():
+    sizes = {"size": -2.06, "size_lo": -2.14, "size_hi": -1.99, "inseparable": ""}
+    place = {"kind": "gain-x", "group": "session", "place": "wed", "n_runs": 3, "run_ids": "r2 r3"}
+    causes = pd.DataFrame([place | sizes | {"verdict": "told"}])
+    check = judge("shared", measured(sheet_of("ppp"), medium=SimpleNamespace(accept=()), causes=causes))  # fmt: skip
+    assert check.verdict == "failed"
+    for words in ("X reversed", "session wed", "1.06 times (0.99 to 1.14)", "cable"):
+        assert words in check.sentence
 
 
 def test_least_shared_cause_is_that_of_its_kind_and_group():

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from rftfit.campaign.columns import LABELS
 from rftfit.campaign.config import UNIT_AREA
 from rftfit.checks.declared import (
     MOST_NAMED,
@@ -29,7 +32,7 @@ from rftfit.measure.levels import FEW_RUNS, MODES, median_of_runs, sd_by_median
 from rftfit.measure.rods import estimate_share_too_much
 from rftfit.measure.samples import split_runs
 from rftfit.measure.slopes import student_limit, student_quantile
-from rftfit.measure.verdict_words import DOUBTFUL, FAILED, MAP, NOT_CHECKED, UNUSABLE
+from rftfit.measure.verdict_words import DOUBTFUL, FAILED, MAP, NOT_CHECKED, PAIR, UNUSABLE
 from rftfit.store.chosen import chosen
 
 _CHOSEN = chosen("checks", "runs")
@@ -307,8 +310,8 @@ _BESIDE = {"pair": "other run of its direction"}
             "{count} of {size} runs {differ} from the others, the most by {most_spreads:.1f} times the spread",
             "no run differs; a difference below {median:.0%} of the largest alpha (median; at most {most:.0%}) is not "
             "detected",
-            "{found} ({values} N/cm^3; {rows}): look at the medium, the unit, the angles and the logs of these runs{next}. They "
-            "are used; exclude what is a mistake.",
+            "{found} ({values} N/cm^3; {rows}): {opposite}look at the medium, the unit, the angles and the logs of these runs{next}. "
+            "{together}{pairs}They are used; exclude what is a mistake, and check again: more runs may then stand apart.",
         ),
         "repeats-single": Sentences(
             "none of {size} runs differs from the map of all others; no direction was pushed twice",
@@ -353,6 +356,10 @@ def check_repeats(measured: MediumMeasurements) -> Check:
     ranked = apart.assign(off=off).sort_values(["times_spread", "off"], ascending=False)
     # the next run may be exchanged with a single one that is apart; several are exchanged among themselves
     next_runs = not_apart.nlargest(1, "times_spread") if len(apart) == 1 else not_apart.head(0)
+    runs_apart = set(apart["run_id"])
+    runs_opposite = {} if apart.empty else _find_opposite(compared, measured)
+    opposite = {c: runs for c, runs in runs_opposite.items() if runs & runs_apart}
+    of_one_cause = set[str]().union(*opposite.values()) or runs_apart
     return Check.judge(
         "repeats",
         apart.empty,
@@ -371,6 +378,12 @@ def check_repeats(measured: MediumMeasurements) -> Check:
             map(_describe_beside_others, ranked.head(MOST_NAMED).to_dict("records"))
         ),
         rows=describe_rows(apart["run_id"], measured.sheet),
+        opposite="".join(
+            str(remark(f"opposite-{c}", count=len(runs), rows=describe_rows(runs, measured.sheet)))
+            for c, runs in opposite.items()
+        ),
+        together=_describe_together(of_one_cause, compared["run_id"], measured),
+        pairs=str(remark("one-of-pair")) if apart["beside"].eq(PAIR).any() else "",
         next="".join(
             str(
                 remark(
@@ -380,6 +393,59 @@ def check_repeats(measured: MediumMeasurements) -> Check:
             for run, times in next_runs[["run_id", "times_spread"]].to_numpy()
         ),
     )
+
+
+def _find_opposite(compared: pd.DataFrame, measured: MediumMeasurements) -> dict[str, set[str]]:
+    """Find runs with about the opposite force of the others, as by a turned cable; run_ids by component, z or x.
+
+    Both values are clear: beyond their standard error and that of ordinary beds across the force. `compared`: rows of
+    the table of peers.
+    """
+    fits = measured.tables["fits"].set_index("run_id")
+    rows = compared[compared["run_id"].isin(fits.index)]
+    if rows.empty:
+        return {}
+    alpha = np.array(alpha_columns(rows))
+    size = np.hypot(*np.nan_to_num(alpha))
+    runs = {}
+    for c, of_runs in zip("zx", alpha, strict=True):
+        others = rows[f"others_{c}_N_per_cm3"].to_numpy(float)
+        fit_se = fits.loc[rows["run_id"], column(c, "_se")].to_numpy(float)
+        least = SURE * np.hypot(np.nan_to_num(fit_se), _CHOSEN.across * size)
+        is_clear = np.minimum(np.abs(of_runs), np.abs(others)) > least
+        is_opposite = np.abs(of_runs + others) < _CHOSEN.opposite * np.abs(of_runs - others)
+        runs[c] = set(rows["run_id"][is_clear & is_opposite])
+    return runs
+
+
+def _describe_together(
+    run_ids: set[str], compared_ids: Iterable[str], measured: MediumMeasurements
+) -> str:
+    """Describe where runs lie together: most of a stretch of rows, or all with one label; empty if nowhere."""
+    if len(run_ids) < _CHOSEN.fewest_together:
+        return ""
+    sheet = measured.sheet
+    compared_runs = sorted((sheet[run_id] for run_id in compared_ids), key=lambda run: run.row)
+    places = [place for place, run in enumerate(compared_runs) if run.run_id in run_ids]
+    # stretches that begin and end with such runs, and of which these are more than a half
+    stretches = [
+        (last - first + 1, places[first], places[last])
+        for first, last in combinations(range(len(places)), 2)
+        if 2 * (last - first + 1) > places[last] - places[first] + 1
+    ]
+    remarks = []
+    count, start, end = max(stretches, default=(0, 0, 0))
+    size = end - start + 1
+    if count >= _CHOSEN.fewest_together and size < len(compared_runs):
+        rows: dict[str, Any] = {"first": compared_runs[start].row, "last": compared_runs[end].row}
+        remarks.append(remark("together-rows", count=count, size=size, **rows))
+    for name in LABELS:
+        labels = {str(getattr(sheet[run_id], name)) for run_id in run_ids}
+        if len(labels) > 1 or labels == {""}:
+            continue
+        if any(str(getattr(run, name)) not in labels for run in compared_runs):
+            remarks.append(remark("together-label", column=name, label=labels.pop()))
+    return str(remark("together", where=", ".join(map(str, remarks)))) if remarks else ""
 
 
 def _judge_spread(measured: MediumMeasurements) -> Check | None:

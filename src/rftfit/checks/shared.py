@@ -83,7 +83,7 @@ def _fail_by_causes(told_causes: list[dict[Any, Any]], measured: MediumMeasureme
     for row, cause in zip(told_causes, described, strict=True):
         if row["group"] != "all":
             flags += flags_on(row["run_ids"].split(), "shared-cause", cause=str(cause))
-    cures = dict.fromkeys(remark(f"cure-{row['kind']}") for row in told_causes)
+    cures = dict.fromkeys(remark(f"cure-{_name_fault(row)}") for row in told_causes)
     return Check.judge(
         "shared",
         False,
@@ -137,13 +137,27 @@ def _describe_told(row: Mapping[Any, Any], measured: MediumMeasurements) -> Rema
         location = remark(f"where-{group}", angle=row["place"])
     else:
         location = remark("where-label", column=group, label=row["place"], count=row["n_runs"])
-    told_cause = remark(f"told-{row['kind']}", where=str(location), **size)
+    fault = _name_fault(row)
+    if fault != row["kind"]:
+        # a change of a force below -1 is a force of the opposite sign
+        size = {
+            "times": -1 - size["size"],
+            "low_times": -1 - size["high"],
+            "high_times": -1 - size["low"],
+        }
+    told_cause = remark(f"told-{fault}", where=str(location), **size)
     rivals = [cause.split() for cause in str(row["inseparable"]).split("; ") if cause]
     if not rivals:
         return told_cause
     # kind and group of a rival, then its place
     described = dict.fromkeys(_describe_rival(kind, group) for kind, group, *_ in rivals)
     return remark("told-or", told=str(told_cause), others=", ".join(described))
+
+
+def _name_fault(row: Mapping[Any, Any]) -> str:
+    """Return the kind of a cause, with the ending ``-reversed`` where a gain has the opposite sign."""
+    is_reversed = row["kind"] in ("gain", "gain-x") and row["size"] < -1
+    return f"{row['kind']}-reversed" if is_reversed else str(row["kind"])
 
 
 def _describe_rival(kind: str, group: str) -> str:

@@ -38,7 +38,7 @@ TOLD, NOT_SEEN, NOT_CHECKED = "told", "not seen", "not checked"
 """Verdicts on a cause."""
 
 TOO_WIDE = "too-wide"
-"""Reason why a cause cannot be checked, beside `NO_RUNS` and `MIXED_UP`: only an unlikely size would be seen."""
+"""Reason why a cause that is not seen was not checked, beside `NO_RUNS` and `MIXED_UP`: only an unlikely size would be."""
 
 CAUSE_COLUMNS = columns_of("causes/{medium}.csv")
 AXES_COLUMNS = ["medium", "axes", "log_bayes_factor"]
@@ -141,8 +141,8 @@ def _row_of_cause(found_cause: FoundCause, run_ids: list[str]) -> dict[str, Any]
 def _change_with_interval(cause: Cause, size: float, se: float) -> tuple[float, float, float]:
     """Return a size as people state it with its 95 % interval, which includes what is no fault."""
     half_width = math.hypot(NORMAL_95 * se, _size_without_fault(cause))
-    middle, low, high = (_as_change(cause, size + sign * half_width) for sign in (0, -1, 1))
-    return middle, low, high
+    middle, *ends = (_as_change(cause, size + sign * half_width) for sign in (0, -1, 1))
+    return middle, min(ends), max(ends)
 
 
 def _size_without_fault(cause: Cause) -> float:
@@ -203,4 +203,5 @@ def _as_change(cause: Cause, size: float) -> float:
     if cause.kind not in ("gain", "gain-x"):
         return float(size)
     # the share of a cause is 1/2 in its runs and -1/2 in the others
-    return float((1 + size / 2) / max(1 - size / 2, LEAST_GAIN) - 1)
+    ratio = (1 + size / 2) / max(1 - size / 2, LEAST_GAIN)
+    return float((-ratio if cause.reversed_side else ratio) - 1)

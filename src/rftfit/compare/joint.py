@@ -41,8 +41,9 @@ ALL, HOLDER, FROM_RUN, WINDOW, TREND = "all", "holder", "from-run", "window", "t
 class Kind(NamedTuple):
     """A kind of cause.
 
-    `tolerated`: size up to which it is no fault. `checked_below`: a cause counts as checked where the least size that
-    would be seen is below this. `unit`: unit of sizes; empty for a share.
+    `tolerated`: size up to which it is no fault. `checked_below`: a cause that is not seen counts as checked where the
+    least size that would be seen is below this; one that is clearly seen is told in any case. `unit`: unit of sizes;
+    empty for a share.
     """
 
     tolerated: float
@@ -60,6 +61,9 @@ _FAMILY = {ALL: ALL, HOLDER: "order", FROM_RUN: "order", WINDOW: "order", TREND:
 
 LEAST_GAIN = 0.05
 """Least gain of a run that a cause may state."""
+
+_REVERSED_GAIN_DIFFERENCE = 2.0
+"""Difference of the gains of two parts of the runs, 1 and -1, where one part has the opposite sign."""
 
 _FREEDOM = Freedom(*_RUNS.freedom)
 
@@ -99,7 +103,8 @@ class Cause(NamedTuple):
 
     `group`: how the runs are grouped: by a column of the run sheet, or `ALL`, `HOLDER`, `FROM_RUN`, `WINDOW`, `TREND`.
     `place`: which runs of the group, by label, angle or numbers. `kind`: one of `KINDS`. `share`: factor of the cause in
-    each run, shape (n,). `effect`: change of alpha by a cause of size 1, shape (2 n,), z first.
+    each run, shape (n,). `effect`: change of alpha by a cause of size 1, shape (2 n,), z first. `reversed_side`: sign of
+    the share of those runs in which a gain has the opposite sign besides; 0 where it has in none.
     """
 
     group: str
@@ -107,6 +112,7 @@ class Cause(NamedTuple):
     kind: str
     share: FloatArray
     effect: FloatArray
+    reversed_side: int = 0
 
     @property
     def name(self) -> tuple[str, str, str]:
@@ -122,6 +128,22 @@ class Cause(NamedTuple):
     def tolerated(self) -> float:
         """Size that is no fault; 0 where `spread_of_media` is a part of the error instead."""
         return 0.0 if self.spread_of_media else KINDS[self.kind].tolerated
+
+    @property
+    def largest(self) -> float:
+        """Largest size that leaves each run a gain of `LEAST_GAIN`; infinite for other kinds."""
+        if self.kind not in ("gain", "gain-x"):
+            return math.inf
+        return float((1 - LEAST_GAIN) / np.abs(self.share).max())
+
+    def distance(self, size: float) -> float:
+        """Return how far a size is from none; a gain of the opposite sign is far away at any size."""
+        return _REVERSED_GAIN_DIFFERENCE if self.reversed_side else abs(size)
+
+    def may_reverse(self, size: float) -> bool:
+        """Return True if this is a gain and a first estimate of its size is nearer to a reversed force than to none."""
+        is_gain = self.kind in ("gain", "gain-x") and self.group != TREND
+        return is_gain and abs(size) > _REVERSED_GAIN_DIFFERENCE / 2
 
 
 class FoundCause(NamedTuple):
@@ -141,15 +163,17 @@ class FoundCause(NamedTuple):
 class Scan(NamedTuple):
     """Scores of all k candidates; arrays have shape (k,).
 
-    `size`, `se`: size and its standard error. `checked`: whether the runs can show the cause. `mixed_up`: whether they
-    cannot because its runs have other directions than the rest. `limit`: number of errors beyond the tolerated size from
-    which a candidate is a cause; causes by order share a limit, causes by label another, and each cause of all runs has
-    one for itself.
+    `size`, `se`: size and its standard error. `separable`: whether the runs can tell the cause from alpha in their
+    directions. `checked`: whether they would besides show a likely size, so that a score within the limit is evidence
+    against the cause. `mixed_up`: whether its runs have other directions than the rest. `limit`: number of errors
+    beyond the tolerated size from which a candidate is a cause; causes by order share a limit, causes by label another,
+    and each cause of all runs has one for itself.
     """
 
     causes: list[Cause]
     size: FloatArray
     se: FloatArray
+    separable: npt.NDArray[np.bool_]
     checked: npt.NDArray[np.bool_]
     mixed_up: npt.NDArray[np.bool_]
     limit: FloatArray
@@ -443,8 +467,10 @@ class JointModel:
         log_jacobian = 0.0
         if cause.kind in ("gain", "gain-x"):
             gain = np.maximum(1 + size * share, LEAST_GAIN)
-            transform[:, 1, 1] /= gain
             log_jacobian = float(np.log(gain).sum())
+            if cause.reversed_side:
+                gain = np.where(np.sign(share) == cause.reversed_side, -gain, gain)
+            transform[:, 1, 1] /= gain
             if cause.kind == "gain":
                 transform[:, 0, 0] /= gain
                 log_jacobian *= 2
@@ -503,8 +529,9 @@ class JointModel:
                 limit[families == family] = student_limit(normal_limit, dof)
         grouped = np.array([cause.group not in (ALL, HOLDER) for cause in causes])
         mixed_up = grouped & (se > _CHOSEN.mixed_up * self._error_with_exact_shape(effects))
-        scan = Scan(causes, size, se, is_seen & ~mixed_up, mixed_up, limit)
-        return scan._replace(checked=scan.checked & (scan.least_seen < checked_below))
+        separable = is_seen & ~mixed_up
+        scan = Scan(causes, size, se, separable, separable, mixed_up, limit)
+        return scan._replace(checked=separable & (scan.least_seen < checked_below))
 
     def _error_with_exact_shape(self, effects: FloatArray) -> FloatArray:
         """Return the standard errors that causes would have if no medium departed from the known shape.
@@ -523,10 +550,18 @@ class JointModel:
         The scatter is fitted both with the best and with the tolerated size, so a cause cannot win by making errors
         small. `size`, `se`: first estimate and its standard error.
         """
-        step = np.array([0.1, 0.3, 0.3, 0.3, max(0.5 * abs(size), se)])
+        # the first estimate is linear, and may state a gain below 0
+        size = math.copysign(min(abs(size), 0.7 * cause.largest), size)
+        step_of_size = max(0.5 * abs(size), se)
+        if size > 0.5 * cause.largest:
+            # away from the largest size
+            step_of_size *= -1
+        step = np.array([0.1, 0.3, 0.3, 0.3, step_of_size])
         model = copy(self)
 
         def cost(theta_and_size: FloatArray) -> float:
+            if abs(theta_and_size[4]) > cause.largest:
+                return math.inf
             return model.remove(cause, theta_and_size[4]).cost(theta_and_size[:4])
 
         def without_cause(theta_and_size: FloatArray) -> JointModel:
@@ -541,8 +576,8 @@ class JointModel:
         model.weight = without.weight
         best = _minimise(cost, first, 0.4 * step, 70, 0.01)
         size = float(best[4])
-        tolerated_size = math.copysign(min(abs(size), cause.tolerated), size)
-        tolerated_model = model.remove(cause, tolerated_size)
+        tolerated_size = math.copysign(min(cause.distance(size), cause.tolerated), size)
+        tolerated_model = model.remove(cause._replace(reversed_side=0), tolerated_size)
         theta = _minimise(tolerated_model.cost, self.theta, step[:4], 70)
         # twice the logarithm of the likelihood ratio is the square of a standard normal number
         errors_beyond = math.sqrt(max(2 * (tolerated_model.cost(theta) - cost(best)), 0.0))
@@ -584,8 +619,13 @@ def find_causes(model: JointModel) -> tuple[list[FoundCause], Scan]:
         scan_without = without.scan()
         se = _error_in(scan_without, trial.cause)
         error = math.hypot(se, trial.cause.spread_of_media)
-        least_seen = trial.cause.tolerated + (trial.limit + _CHOSEN.power_sigmas) * error
-        if not least_seen < KINDS[trial.cause.kind].checked_below:
+        clear_from = trial.cause.tolerated + trial.limit * error
+        is_clear = trial.cause.distance(trial.size) > clear_from
+        likely_is_seen = (
+            clear_from + _CHOSEN.power_sigmas * error < KINDS[trial.cause.kind].checked_below
+        )
+        # without the cause, too, its size must be clear, or a likely one be seen
+        if not (is_clear or likely_is_seen):
             break
         rivals = _inseparable_from(trial, trials, scan)
         causes_found.append(FoundCause(trial.cause, trial.size, se, trial.errors_beyond, rivals))
@@ -635,7 +675,8 @@ class _Trial(NamedTuple):
     """A candidate that the exact transformation decides.
 
     `errors_beyond`: number of errors by which its size exceeds the tolerated one. `errors_by_runs`: the same by errors
-    without the spread over sound media. `limit`: of `errors_beyond`, see `Scan`. `model`: the model without the cause.
+    without the spread over sound media. `limit`: of `errors_beyond`, see `Scan`; larger where only an unlikely size would
+    be seen. `model`: the model without the cause.
     """
 
     cause: Cause
@@ -648,7 +689,7 @@ class _Trial(NamedTuple):
 
 def _try_candidates(model: JointModel, scan: Scan) -> list[_Trial]:
     """Decide the candidates with the largest scores, one for each kind and group."""
-    scores = np.where(scan.checked, np.abs(scan.size) / scan.se, 0.0)
+    scores = np.where(scan.separable, np.abs(scan.size) / scan.se, 0.0)
     beyond = scan.errors_beyond
     has_spread = np.array([cause.spread_of_media > 0 for cause in scan.causes])
     # seen by the known shape alone
@@ -658,7 +699,7 @@ def _try_candidates(model: JointModel, scan: Scan) -> list[_Trial]:
         beyond > _CHOSEN.tried_of_all,
         np.where(has_spread, beyond, scores) > scan.limit - _CHOSEN.ranked_from,
     )
-    is_worth_trying &= scan.checked & (beyond > 0) & (scores > scores.max() - _CHOSEN.far_behind)
+    is_worth_trying &= scan.separable & (beyond > 0) & (scores > scores.max() - _CHOSEN.far_behind)
     trials: dict[tuple[str, str], _Trial] = {}
     for number in np.argsort(-np.where(is_worth_trying, scores, 0.0)):
         cause = scan.causes[number]
@@ -666,18 +707,28 @@ def _try_candidates(model: JointModel, scan: Scan) -> list[_Trial]:
             break
         if (cause.kind, cause.group) in trials:
             continue
-        size, errors_beyond, without = model.fit_cause(cause, scan.size[number], scan.se[number])
-        by_runs = errors_beyond / _CHOSEN.wider.get(cause.kind, 1.0)
-        by_runs *= abs(size) > cause.tolerated
-        # the error by the runs is size / by_runs; the spread over sound media is added in squares
-        beyond_spread = by_runs / math.hypot(
-            1.0, cause.spread_of_media * by_runs / (abs(size) or 1.0)
-        )
-        limit = float(scan.limit[number])
-        trials[cause.kind, cause.group] = _Trial(
-            cause, size, beyond_spread, by_runs, limit, without
-        )
+        size, se, limit = (float(column[number]) for column in (scan.size, scan.se, scan.limit))
+        # runs that scatter so much may do so in another way than the model says
+        limit *= 1.0 if scan.checked[number] else _CHOSEN.told_wider
+        variants = [_try_candidate(model, cause, size, se, limit)]
+        if cause.may_reverse(size):
+            reversed_cause = cause._replace(reversed_side=1 if size < 0 else -1)
+            variants.append(_try_candidate(model, reversed_cause, 0.0, se, limit))
+        trials[cause.kind, cause.group] = max(variants, key=lambda trial: trial.errors_by_runs)
     return list(trials.values())
+
+
+def _try_candidate(
+    model: JointModel, cause: Cause, first_size: float, se: float, limit: float
+) -> _Trial:
+    """Decide one candidate; `first_size`, `se`: first estimate and its standard error. `limit`: see `Scan`."""
+    size, errors_beyond, without = model.fit_cause(cause, first_size, se)
+    by_runs = errors_beyond / _CHOSEN.wider.get(cause.kind, 1.0)
+    distance = cause.distance(size)
+    by_runs *= distance > cause.tolerated
+    # the error by the runs is size / by_runs; the spread over sound media is added in squares
+    beyond_spread = by_runs / math.hypot(1.0, cause.spread_of_media * by_runs / (distance or 1.0))
+    return _Trial(cause, size, beyond_spread, by_runs, limit, without)
 
 
 def _limit_of_largest(correlation: FloatArray, rate: float) -> float:

@@ -342,6 +342,14 @@ SENTENCES = {
     "interval-starts": " ({low} to {high})",
     "surface-and-lag": ", by the surface {mm:.1f} mm, by a lag {s:.2f} s",
     "next-apart": "; if two rows of the run sheet were exchanged, a second run is wrong as well: the likeliest is {run} ({rows}), apart by {times:.1f} times the spread",
+    "opposite-z": "alpha_z has about the opposite value of the others in {count} runs ({rows}): look at the cable and the sign of "
+    "the channel along z there; else ",
+    "opposite-x": "alpha_x has about the opposite value of the others in {count} runs ({rows}): look at the cable and the sign of "
+    "the channel along x, and at the sign of beta_deg there; else ",
+    "together": "Such runs lie together: {where}. Look at all runs there. ",
+    "together-rows": "{count} of the {size} runs in rows {first} to {last} of the run sheet",
+    "together-label": "all with {column} {label}",
+    "one-of-pair": "Of two runs of one direction that differ from each other one may be good. ",
     "alpha-beside": "{run}: alpha_{component} {alpha:.3g} beside {others:.3g}",
     **{
         f"axes-{name}": words
@@ -360,6 +368,9 @@ SENTENCES = {
     "axes-or": "{axes} (or {others}, which these directions do not tell from it)",
     "told-gain": "force changes by {size:+.0%} ({low:+.0%} to {high:+.0%}) {where}",
     "told-gain-x": "force along x changes by {size:+.0%} ({low:+.0%} to {high:+.0%}) {where}",
+    "told-gain-reversed": "force has the opposite sign and {times:.2f} times ({low_times:.2f} to {high_times:.2f}) its size {where}",
+    "told-gain-x-reversed": "x reversed: force along x has the opposite sign and {times:.2f} times ({low_times:.2f} to {high_times:.2f}) "
+    "its size {where}",
     "told-turn": "the mount looks turned by {size:+.1f} deg ({low:+.1f} to {high:+.1f}) {where}",
     "told-beta-offset": "plates look {size:+.1f} deg ({low:+.1f} to {high:+.1f}) off the stated beta {where}",
     "told-beta-scale": "beta looks {size:+.0%} ({low:+.0%} to {high:+.0%}) larger than stated {where}",
@@ -390,6 +401,8 @@ SENTENCES = {
     "kind-crosstalk": "crosstalk",
     "cure-gain": "look at amplifier, plate, moisture and preparation of the bed",
     "cure-gain-x": "look at the channel along x and its amplifier",
+    "cure-gain-reversed": "look at the cables, at the unit and at the signs in transducer.axes",
+    "cure-gain-x-reversed": "look at the cable of the channel along x, at its sign in transducer.axes, and at the sign of beta_deg",
     "cure-turn": "look at the mount and at transducer.turn_deg",
     "cure-beta-offset": "look at how plates are clamped, and at beta_deg",
     "cure-beta-scale": "look at the scale of beta_deg",
