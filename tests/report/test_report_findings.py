@@ -98,6 +98,12 @@ def test_a_share_of_speeds_says_that_the_range_of_the_lengths_was_chosen_with_th
     assert page.count(clause) == 3
 
 
+def test_intervals_of_zeta_of_a_sand_are_told_apart_above_the_first_table(page):
+    line = re.search(r'<p class="note of-what">(.*?)</p>', page, re.DOTALL)
+    assert line is not None
+    assert "(\u03b6, \u03c7 of sands: of one further medium)" in line[1]
+
+
 def test_generic_terms_have_the_scatter_of_their_media_beside_them(results, page):
     table = results.table("coefficients.csv").query("method == 'lsq' and coefficient == 'B01'")
     zeta = results.table("penetration.csv").query("method == 'lsq'").set_index("medium")["zeta"]

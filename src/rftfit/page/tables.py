@@ -401,7 +401,8 @@ def _scatter_of_shapes(
             if medium in zeta_of_medium and medium != GENERIC
         }
     )
-    return terms_of_media.std(axis=1, ddof=1).dropna().to_dict()
+    deviations = terms_of_media.std(axis=1, ddof=1).dropna()
+    return {str(term): float(deviation) for term, deviation in deviations.items()}
 
 
 def tabulate_spreads(results: Results) -> list[tuple[str, str]]:
