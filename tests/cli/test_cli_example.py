@@ -51,6 +51,7 @@ quantities:
 remarks:
   - {{code: level-plate, match: {{gamma_deg: "0"}}, comparable: false, sentence: not pushed down}}
   - {{code: far-off, match: {{beta_deg: "30"}}, sentence: known to be wrong}}
+  - {{code: shallow, match: {{run: "fast"}}, of_inside: true, sentence: no test of what lies deeper}}
 """
 ANSWER = """\
 quantity,key,value,error,unit,where
@@ -69,7 +70,7 @@ VERDICTS = [
     ("inside", "within-errors"),
     ("not comparable", "level-plate"),
     ("not comparable", "no-row"),
-    ("inside", "in-interval"),
+    ("inside", "shallow"),
 ]
 
 
@@ -142,6 +143,7 @@ def test_an_example_is_a_folder_with_three_files(mine):
     page = (mine / "out" / "verdicts.html").read_text()
     for code in ("far-off", "level-plate", "known to be wrong"):
         assert code in page
+    assert "Inside, but with a reservation, 1 row: no test of what lies deeper." in page
     assert "data:image/png" in page
     # what is there and right is not brought again: no origin is asked
     shutil.rmtree(mine / "data")

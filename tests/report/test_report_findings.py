@@ -90,6 +90,30 @@ def test_the_first_screen_has_two_sentences_and_sections_the_rest(
     assert all(greek(finding.text).replace("_z", "z") in text for finding in later_findings)
 
 
+def test_a_share_of_speeds_says_that_the_range_of_the_lengths_was_chosen_with_them(results, page):
+    clause = "chosen with all these speeds in view"
+    (robot,) = [finding.text for finding in findings(results) if finding.section == "robot"]
+    assert clause in robot
+    # in the section, in the methods and in their table of constants
+    assert page.count(clause) == 3
+
+
+def test_intervals_of_zeta_of_a_sand_are_told_apart_above_the_first_table(page):
+    line = re.search(r'<p class="note of-what">(.*?)</p>', page, re.DOTALL)
+    assert line is not None
+    assert "(\u03b6, \u03c7 of sands: of one further medium)" in line[1]
+
+
+def test_generic_terms_have_the_scatter_of_their_media_beside_them(results, page):
+    table = results.table("coefficients.csv").query("method == 'lsq' and coefficient == 'B01'")
+    zeta = results.table("penetration.csv").query("method == 'lsq'").set_index("medium")["zeta"]
+    terms = table[table["medium"] != "generic"].set_index("medium")["value_N_per_cm3"]
+    deviation = (terms / zeta).std(ddof=1)
+    assert 0.02 < deviation < 0.04
+    assert f"s.d. of media {deviation:.4f}" in page
+    assert page.count("s.d. of media") == 9 * table["method"].nunique()
+
+
 def test_an_error_has_one_verdict():
     """By the interval of alpha and, where there is one, that with the model's own error."""
 

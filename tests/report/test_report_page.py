@@ -309,6 +309,41 @@ def test_a_window_that_moves_alpha_out_of_its_interval_is_told_beside_it(
     assert (told in "".join(row)) is is_told
 
 
+@pytest.mark.parametrize(("end_cm", "at_cm"), [(7.0, 5.6), (4.0, 4.0)])
+def test_stress_of_a_sand_where_its_legs_go_stands_beside_alpha(end_cm, at_cm, tmp_path):
+    results = sand_results(tmp_path)
+    run = results.campaign.runs[0]
+    window = {"depth_from_cm": 0.0, "depth_to_cm": 2.0, "run_ids": run.run_id}
+    write(results, "alpha/yuma.csv", results["yuma"].alpha.assign(**window))
+    row = {"medium": "yuma", "run_id": run.run_id, "window": "stated", "linear_to_cm": 2.0}
+    write(results, "sands.csv", pd.DataFrame([row | {"alpha_z_N_per_cm3": SAND_ALPHA}]))
+    depth_cm = np.arange(0.1, end_cm + 0.01, 0.1)
+    # stress over depth grows from alpha at the end of the window to twice that at 4 cm
+    stress = SAND_ALPHA * depth_cm * (1 + 0.5 * np.clip(depth_cm - 2, 0, 2))
+    area_cm2 = results.config.intruders[run.intruder].area_cm2
+    samples = {"depth_cm": depth_cm, "force_z_N": stress * area_cm2}
+    (results.root / "results" / "tared").mkdir()
+    tared = pd.DataFrame(samples).assign(run_id=pd.Categorical([run.run_id] * len(depth_cm)))
+    tared.to_parquet(results.root / "results" / "tared" / "yuma.parquet")
+    page = make_page(Results(results.campaign))
+    text = " ".join(re.sub(r"<[^>]+>", "", page.partition('id="sands"')[2]).split())
+    told = f"where the legs go: {2 * SAND_ALPHA:.2f} N/cm\u00b3 at {at_cm:.1f} cm, 2.0 times \u03b1, in Yuma sand."
+    assert told in text
+    assert "no test of \u03b1 at that depth" in text
+
+
+def test_level_runs_at_several_depths_are_not_called_repeats(tmp_path):
+    results = page_results(tmp_path)
+    for medium in results.media:
+        alpha = results[medium].alpha
+        is_level = alpha["gamma_deg"] == 0
+        counts = {"n_runs": np.where(is_level, 3, 1), "n_depths": np.where(is_level, 3, 0)}
+        write(results, f"alpha/{medium}.csv", alpha.assign(**counts))
+    results = Results(results.campaign)
+    text = " ".join(paragraphs(results, outcome_of_runs(results)))
+    assert "with 1 run in each direction, of level motion at each of 3 depths." in text
+
+
 TWELVE = [(0, 90), (-30, 90), (30, 90), (60, 90), (-60, 45), (-30, 45)]
 TWELVE += [(0, 45), (30, 45), (60, 45), (30, 34), (60, 0), (90, 0)]
 """Directions of a rig that pushes downward and level, deg."""

@@ -4,9 +4,9 @@ import json
 
 import numpy as np
 import pytest
-from result_tables import bare_campaign, write_robot
+from result_tables import bare_campaign, write, write_robot
 
-from rftfit import TableProfile
+from rftfit import Results, TableProfile
 from rftfit.errors import InputError
 from rftfit.page.robot import robot_data, robot_tables
 from rftfit.robot.config import paper_robot
@@ -39,6 +39,22 @@ def test_tables_say_what_the_errors_say(results):
     assert all(row[-2].endswith("|+100 %") for row in conditions)
     assert [float(row[0].replace("\N{MINUS SIGN}", "-")) for row in conditions[::41]] == [-1, 1]
     assert [row[1:4] for row in cells(tables["best"])] == [["5.0", "0.40", "74.8"]] * 2
+
+
+def test_speeds_inside_an_interval_are_counted_without_the_calibration_too(tmp_path):
+    results = bare_campaign(tmp_path, ("poppy_LP",), robot=True)
+    write_robot(results)
+    errors = results.table("robot/errors.csv")
+    # the interval of every condition but the first holds its measured speed
+    measured = errors["measured_cm_per_s"]
+    is_first = errors["condition"] == errors["condition"].iloc[0]
+    assert set(errors.loc[is_first, "calibrated"]) == {"no"}
+    errors["simulated_model_lo_cm_per_s"] = measured - 1 + 2 * is_first
+    errors["simulated_model_hi_cm_per_s"] = measured + 3
+    write(results, "robot/errors.csv", errors)
+    tables = robot_tables(Results(results.campaign))
+    assert tables is not None
+    assert cells(tables["shares"])[0][4] == "41 of 42|predicted: 38 of 39"
 
 
 def test_numbers_for_the_script(results):

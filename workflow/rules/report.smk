@@ -81,6 +81,8 @@ use rule stage as page with:
     input:
         made_by(*TABLES, rules.figure, endings=[".csv", ".json", ".webp"]),
         [f"results/quality/{medium}.webp" for medium in names_in("quality")],
+        # stress of the natural sands below the window of alpha
+        expand("results/tared/{medium}.parquet", medium=SANDS),
         state=state_of("page"),
     output:
         page=report("results/report.html", category="Page"),

@@ -1014,7 +1014,8 @@ class MediumSettings(Model):
 
     A laboratory medium gets a profile of its own from many directions. A natural sand is scaled by
     its pushes of a level plate straight down: these times the generic profile are its forces. Pushes
-    in other directions get their alpha, and take part in the map of all directions. Example: `{title: Yuma
+    in other directions get their alpha, and take part in the map of all directions. Leave it out for a natural
+    sand that was pushed in many directions: it is measured as a laboratory medium. Example: `{title: Yuma
     sand, role: natural_sand, linear_to_cm: 2}`.
     """
     compaction: str = ""

@@ -26,7 +26,7 @@ from rftfit.model.draws import DRAWS
 from rftfit.outputs.dictionary import columns_of
 from rftfit.robot.intervals import BEST, half_widths
 from rftfit.robot.speeds import share_within
-from rftfit.robot.sweep import best_curvature
+from rftfit.robot.sweep import RANGE_IN_VIEW, best_curvature
 
 PAPER_SHARES = {20: 90.0, 35: 100.0}
 """Share of the measured speeds, %, that the paper's simulation meets, by the percentage within which it meets them."""
@@ -124,7 +124,7 @@ def _compare_shares(errors: pd.DataFrame, profile: str) -> list[Item]:
         why = f"{within} of {total} conditions that the robot was not calibrated on"
         if len(predicted) < len(errors):
             within_all, total_all = share_within(errors, percent)
-            why += f"; {within_all} of all {total_all}"
+            why += f"; {within_all} of all {total_all}; {RANGE_IN_VIEW}"
         if within < total:
             why += f"; {_describe_outside(predicted, percent, profile)}"
         name = f"robot, {title}: speeds within {percent} %, % of conditions"

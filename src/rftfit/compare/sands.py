@@ -26,6 +26,14 @@ CORRECTION_COLUMNS = columns_of("sand_correction.csv")
 
 _CHOSEN = chosen("compare", "sands")
 
+_NO_LINEAR_REGIME = remark(
+    "no-linear-regime",
+    depth_cm=_CHOSEN.shallowest_cm,
+    wanted=FEWEST,
+    bend_percent=100 * _CHOSEN.bend,
+)
+"""Reason of a push whose shallowest regime is not linear, or cannot be judged."""
+
 
 def bend_of(depth: FloatArray, stress: FloatArray) -> float:
     """Return the bend of a curve through zero: distance of a fitted parabola from the line at its end, over the line.
@@ -111,7 +119,7 @@ def penetration_rows(
         for window, (ends_cm, _) in windows.items():
             end_cm, fit = ends_cm[run.run_id], fit_of_run[window][run.run_id]
             numbers: dict[str, float] = {}
-            reason: tuple[Remark, ...] = (remark("no-linear-regime"),)
+            reason: tuple[Remark, ...] = (_NO_LINEAR_REGIME,)
             if end_cm > 0:
                 numbers, reason = _slope_and_zeta(
                     fit, config.fit.confidence, chi, surface, bed_and_rod

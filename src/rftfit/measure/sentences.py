@@ -276,7 +276,7 @@ SENTENCES = {
     "published-media": "fewer than two laboratory media with a usable grid: scaled with the published five media",
     "no-curve": "a slope from a table: no curve of stress against depth",
     "no-tared-stroke": "it has no stroke, or its tare {tare} is of no use",
-    "no-linear-regime": "no linear regime with enough samples",
+    "no-linear-regime": "no linear regime: the upper {depth_cm:g} cm have fewer than {wanted} samples, or bend by more than {bend_percent:g} %",
     "no-linear-end": "no end of the linear regime was found: it is that of the test",
     "few-legs": "{found} of 3 legs: none can be left out",
     "not-measured": "no measured curve",

@@ -23,6 +23,7 @@ from rftfit.page.live import lacks_directions
 from rftfit.page.outcome import describe_other_kind, format_sentence, media_that_passed
 from rftfit.results import Results
 from rftfit.robot.speeds import share_within
+from rftfit.robot.sweep import RANGE_IN_VIEW
 from rftfit.store.text import count
 
 _MOST_MEDIA = 3
@@ -378,7 +379,9 @@ def _find_errors_of_robot(results: Results) -> Iterable[PageFinding]:
             # speeds on which lengths of the robot were calibrated are no test of it
             calibrated_rows = measured_rows["calibrated"] == "yes"
             count, total = share_within(measured_rows[~calibrated_rows], 20)
-            apart = " on which it was not calibrated" if calibrated_rows.any() else ""
+            apart = ""
+            if calibrated_rows.any():
+                apart = f" on which it was not calibrated; {RANGE_IN_VIEW}"
             yield PageFinding(
                 f"Simulated {source}, the robot's speed is within 20 % of the measured one in {count} of {total} conditions{apart}.",
                 "robot",

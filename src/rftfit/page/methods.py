@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
+import numpy as np
 import pandas as pd
 
 from rftfit.campaign.config import Config, Disc, FlatOutline, Leg, Plate
@@ -35,6 +36,7 @@ from rftfit.page.findings import lift_errors, list_in_words
 from rftfit.page.live import has_scale_of_map, scaled_from_print
 from rftfit.page.outcome import Outcome
 from rftfit.results import Results
+from rftfit.robot.sweep import RANGE_IN_VIEW
 from rftfit.store.digests import digest_of
 from rftfit.store.environment import versions
 from rftfit.store.text import count
@@ -162,11 +164,15 @@ def _describe_directions(results: Results) -> str:
     counts: set[int] = set()
     repeats: set[int] = set()
     repeats_down: set[int] = set()
+    level_depths: set[int] = set()
     for medium in results:
         cells = medium.alpha.dropna(subset="alpha_z_N_per_cm3")
         is_down = is_straight_down(cells["beta_deg"], cells["gamma_deg"], tolerance_deg)
         counts.add(len(cells))
-        repeats |= {*cells["n_runs"].astype(int)}
+        # level runs at several depths are one line through zero, not repeats
+        runs_of_depth = cells["n_runs"] / cells["n_depths"].fillna(1).clip(lower=1)
+        repeats |= {*np.floor(runs_of_depth).astype(int), *np.ceil(runs_of_depth).astype(int)}
+        level_depths |= {*cells.loc[cells["n_depths"] > 1, "n_depths"].astype(int)}
         repeats_down |= {*cells["n_runs"][is_down].astype(int)}
     if not repeats:
         return ""
@@ -177,9 +183,12 @@ def _describe_directions(results: Results) -> str:
     how_often_down = ""
     if repeats_down and repeats_down != repeats:
         how_often_down = f" ({_format_range(repeats_down)} straight down)"
+    at_each_depth = ""
+    if level_depths:
+        at_each_depth = f", of level motion at each of {_format_range(level_depths)} depths"
     return (
         f" Alpha was {_name_origin(results)} in {how_many} direction{'s' * (counts != {1})} (beta, gamma){in_each_medium}, with "
-        f"{how_often} run{'s' * (repeats != {1})}{in_each_direction}{how_often_down}."
+        f"{how_often} run{'s' * (repeats != {1})}{in_each_direction}{how_often_down}{at_each_depth}."
     )
 
 
@@ -663,7 +672,7 @@ def constants(results: Results) -> list[Constant]:
                     "lengths of the robot",
                     "see its table",
                     f"{fitted} speeds, by the measured table",
-                    f"{others} other speeds",
+                    f"{others} other speeds, but {RANGE_IN_VIEW}",
                 )
             )
     return listed
@@ -694,7 +703,7 @@ def _describe_robot(results: Results) -> str:
             f"The speeds that it is compared with, in {len(conditions)} conditions, are {source}."
         )
     if fitted := int((conditions["calibrated"] == "yes").sum()):
-        sentences.append(f"Its unknown lengths were found from {fitted} of them.")
+        sentences.append(f"Its unknown lengths were found from {fitted} of them; {RANGE_IN_VIEW}.")
     return " ".join(sentences)
 
 

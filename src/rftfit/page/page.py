@@ -11,6 +11,7 @@ from importlib.resources import files
 from math import isfinite
 from typing import Any
 
+import numpy as np
 import pandas as pd
 from markupsafe import Markup, escape
 
@@ -24,12 +25,14 @@ from rftfit.figures.style import format_number, level, size_of_preview
 from rftfit.forces.limits import Reach, reach_below_measured
 from rftfit.forces.motion import rotation
 from rftfit.forces.outlines import leg_outline
+from rftfit.measure.alpha import cell_at, column
 from rftfit.measure.flags import describe_shared
 from rftfit.measure.lab_frame import measured_channel
+from rftfit.measure.samples import split_runs
 from rftfit.measure.verdict_words import SOUND
 from rftfit.model.fourier import METHODS
 from rftfit.model.profiles import EPS
-from rftfit.model.scaling import published
+from rftfit.model.scaling import GENERIC, published
 from rftfit.page import tables
 from rftfit.page.findings import ON_FIRST_SCREEN, findings, list_in_words
 from rftfit.page.live import as_json, lacks_directions, live_data, scaled_from_print
@@ -135,6 +138,7 @@ def context(results: Results) -> dict[str, Any]:
         "reproduction": bool(reproduction.rows),
     }
     names = {key: name for key, name in NAVIGATION.items() if shown_sections.get(key, True)}
+    coefficients = of_method(results, "coefficients.csv")
     chi_by_method = {name: published(name).chi for name in METHODS}
     return {
         "title": config.title,
@@ -200,8 +204,9 @@ def context(results: Results) -> dict[str, Any]:
             name: tables.tabulate_coefficients(results, name)
             for name in tables.tabulate_methods(results)
         },
-        "nine_terms": bool(of_method(results, "coefficients.csv")["value_N_per_cm3"].notna().any()),
-        "dropped_terms": not of_method(results, "coefficients.csv")["kept"].all(),
+        "generic": GENERIC in set(coefficients["medium"]) and coefficients["medium"].nunique() > 2,
+        "nine_terms": bool(coefficients["value_N_per_cm3"].notna().any()),
+        "dropped_terms": not coefficients["kept"].all(),
         "zeta_errors": scaling,
         "lack_directions": [
             medium.title for medium in results if lacks_directions(results, medium.name)
@@ -286,21 +291,57 @@ def _describe_windows_of_sands(results: Results) -> str:
                 )
     elif len(by_window):
         sentences.append("No window is stated: predictions use alpha of the whole push.")
-    reaches = [
-        (results.titles[medium], reach)
+    reaches = {
+        str(medium): reach
         for medium in dict.fromkeys(table["medium"])
         if (reach := _deepest_reach(results, medium)) and reach.share_below > 0
-    ]
+    }
     if reaches:
         measured_depths = list_in_words(
-            f"{reach.measured_to_cm:.1f} cm in {title} ({100 * reach.share_below:.0f} % of depth times area lies below)"
-            for title, reach in reaches
+            f"{reach.measured_to_cm:.1f} cm in {results.titles[medium]} ({100 * reach.share_below:.0f} % of depth times area lies below)"
+            for medium, reach in reaches.items()
         )
-        deepest = max(reach.deepest_cm for _, reach in reaches)
+        deepest = max(reach.deepest_cm for reach in reaches.values())
         sentences.append(
             f"The legs reach {deepest:.1f} cm; alpha is known down to {measured_depths}."
         )
+    stresses = [
+        f"{stress} in {results.titles[medium]}"
+        for medium, reach in reaches.items()
+        if (stress := _describe_stress_below(results, medium, reach.deepest_cm))
+    ]
+    if stresses:
+        sentences.append(
+            f"Stress over depth of the same pushes where the legs go: {list_in_words(stresses)}. Forces are predicted by alpha of "
+            "the window all the same, so a peak that agrees is no test of alpha at that depth."
+        )
     return " ".join(sentences)
+
+
+def _describe_stress_below(results: Results, medium: str, deepest_cm: float) -> str:
+    """Write stress over depth of the pushes behind alpha of a sand where legs reach deepest, or where the pushes end.
+
+    Its ratio to alpha follows. Empty where the sand has no alpha, or its pushes no samples.
+    """
+    cell = cell_at(results[medium].alpha, 0, 90, results.config.grid.angle_tolerance_deg)
+    name = f"tared/{medium}.parquet"
+    if cell is None or not isfinite(cell[column("z")]) or not results.has(name):
+        return ""
+    tared = results.table(name)
+    samples = split_runs(tared)
+    pushes = []
+    for run_id in sorted(set(str(cell["run_ids"]).split()) & {*samples}):
+        intruder = results.config.intruders[results.campaign.by_id[run_id].intruder]
+        push = tared.iloc[samples[run_id]][["depth_cm", "force_z_N"]].dropna()
+        if len(push) and not isinstance(intruder, Leg):
+            depth_cm, force_z_N = push.sort_values("depth_cm").to_numpy(float).T
+            pushes.append((depth_cm, force_z_N / intruder.area_cm2))
+    if not pushes:
+        return ""
+    at_cm = min(deepest_cm, *(float(depth_cm[-1]) for depth_cm, _ in pushes))
+    stress_over_depth = float(np.mean([np.interp(at_cm, *push) for push in pushes])) / at_cm
+    times_alpha = stress_over_depth / float(cell[column("z")])
+    return f"{stress_over_depth:.2f} N/cm^3 at {at_cm:.1f} cm, {times_alpha:.1f} times alpha,"
 
 
 def _deepest_reach(results: Results, medium: str) -> Reach | None:

@@ -56,35 +56,29 @@ def _tabulate_shares(errors: pd.DataFrame) -> PageTable:
     """
     errors_by_profile = {str(name): rows for name, rows in errors.groupby("profile", sort=False)}
 
-    def within(heading: str, limit_percent: float) -> PageColumn:
-        """Make the column that counts conditions whose speeds differ by a limit at most."""
+    def shares(heading: str, count_of: Callable[[pd.DataFrame], tuple[int, int]]) -> PageColumn:
+        """Make the column of cells "n of m"; `count_of`: returns both numbers of some rows."""
 
         def cell(row: Row) -> Cell:
             rows_of_profile = errors_by_profile[row["profile"]]
             uncalibrated = rows_of_profile[rows_of_profile["calibrated"] == "no"]
-            counts = (share_within(rows, limit_percent) for rows in (rows_of_profile, uncalibrated))
+            counts = [count_of(rows) for rows in (rows_of_profile, uncalibrated)]
+            if not counts[0][1]:
+                return Cell("no value")
             share_of_all, share_of_predicted = (f"{count} of {total}" for count, total in counts)
             return Cell(share_of_all, (f"predicted: {share_of_predicted}",))
 
         return PageColumn(heading, cell, "num")
 
-    def cell_of_count(interval: str) -> Callable[[Row], Cell]:
-        """Make cells "n of m": measured speeds inside an interval of `count_inside`, and all that have it."""
-
-        def cell(row: Row) -> Cell:
-            inside, total = count_inside(errors_by_profile[row["profile"]], interval)
-            return Cell(f"{inside} of {total}" if total else "no value")
-
-        return cell
-
-    columns = [_PROFILE, within("speed within 20 %", 20), within("within 35 %", 35)]
-    intervals = {
-        "within the errors of \N{GREEK SMALL LETTER ALPHA} alone": "simulated_from_alpha",
-        "with the model's own error": "simulated_model",
-    }
-    columns += [
-        PageColumn(heading, cell_of_count(interval), "num")
-        for heading, interval in intervals.items()
+    columns = [
+        _PROFILE,
+        shares("speed within 20 %", lambda rows: share_within(rows, 20)),
+        shares("within 35 %", lambda rows: share_within(rows, 35)),
+        shares(
+            "within the errors of \N{GREEK SMALL LETTER ALPHA} alone",
+            lambda rows: count_inside(rows, "simulated_from_alpha"),
+        ),
+        shares("with the model's own error", lambda rows: count_inside(rows, "simulated_model")),
     ]
     return PageTable(
         "Share of the conditions", columns, [{"profile": name} for name in errors_by_profile]

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+import pandas as pd
 from markupsafe import Markup
 
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN
@@ -22,6 +23,7 @@ from rftfit.figures.labels import (
     name_of,
     percent,
     scatter_of_beds,
+    usable_media,
 )
 from rftfit.figures.maps import lies_on_grid, pivot
 from rftfit.figures.style import degrees, format_number
@@ -328,6 +330,10 @@ def tabulate_coefficients(results: Results, method: str) -> PageTable:
     table = results.table("coefficients.csv")
     rows = records(table[table["method"] == method])
     fit_rows = {(row["medium"], row["coefficient"]): row for row in rows}
+    scatter = {
+        term: f"s.d. of media {format_number(deviation, ALPHA_DIGITS)}"
+        for term, deviation in _scatter_of_shapes(results, fit_rows, method).items()
+    }
     reasons: dict[str, set[str]] = {}
     for row in rows:
         reasons.setdefault(row["medium"], set()).add(row["reason"])
@@ -344,7 +350,8 @@ def tabulate_coefficients(results: Results, method: str) -> PageTable:
             # a reason that all terms of a medium share is written at the first term alone
             is_written = len(reasons[medium]) > 1 or row["term"] == TERMS[0]
             reason = fit_row.get("reason", "") if is_written else ""
-            notes = (format_interval(fit_row.get("lo"), fit_row.get("hi"), ALPHA_DIGITS), reason)
+            interval = format_interval(fit_row.get("lo"), fit_row.get("hi"), ALPHA_DIGITS)
+            notes = (interval, scatter.get(row["term"], "") if medium == GENERIC else "", reason)
             if fit_row.get("kept", True):
                 return Cell(text, notes)
             return Cell(f"[{text}]", notes, "faint")
@@ -373,6 +380,29 @@ def tabulate_coefficients(results: Results, method: str) -> PageTable:
     # a single medium is one row: one column would leave the page empty beside it
     by_medium = [_medium_column(results), *(column_of_term(term) for term in terms)]
     return PageTable(label, by_medium, [{"medium": medium} for medium in media])
+
+
+def _scatter_of_shapes(
+    results: Results, fit_rows: Mapping[tuple[str, str], Row], method: str
+) -> dict[str, float]:
+    """Compute the standard deviation of each term over zeta between the media behind the generic profile; empty for one medium."""
+    penetration = results.table("penetration.csv")
+    zeta_of_medium = (
+        penetration[penetration["method"] == method].set_index("medium")["zeta"].dropna()
+    )
+    media = usable_media(results, dict.fromkeys(medium for medium, _ in fit_rows))
+    terms_of_media = pd.DataFrame(
+        {
+            medium: {
+                term: fit_rows[medium, term]["value_N_per_cm3"] / zeta_of_medium[medium]
+                for term in TERMS
+            }
+            for medium in media
+            if medium in zeta_of_medium and medium != GENERIC
+        }
+    )
+    deviations = terms_of_media.std(axis=1, ddof=1).dropna()
+    return {str(term): float(deviation) for term, deviation in deviations.items()}
 
 
 def tabulate_spreads(results: Results) -> list[tuple[str, str]]:

@@ -27,6 +27,9 @@ PHASES_TURNS = (0.0, 1 / 6, 1 / 3)
 CALIBRATED_ON = {"c-leg": (1.0, 1.954), "flat leg": (0.0, 1.998), "reversed c-leg": (-1.0, 2.246)}
 """R'/r and stride frequency (Hz) of the points of Fig. 4C on which the paper's robot was calibrated."""
 
+RANGE_IN_VIEW = "the range of its unknown lengths was chosen with all these speeds in view"
+"""Clause on every share of the speeds on which the paper's robot was not calibrated (docs/theory/robot.md)."""
+
 MOTION = ((1.0, 2.0), (-1.0, 2.2))
 """R'/r and stride frequency (Hz) of the two runs of Fig. 4B, whose motion is shown over time."""
 

@@ -172,7 +172,7 @@ class Quantity(Model):
 
 
 class RemarkOnRows(Model):
-    """What is known of some rows: why they cannot be compared, or why they lie outside."""
+    """What is known of some rows: why they cannot be compared, why they lie outside, or what being inside does not say."""
 
     code: Name
     """a short name of the reason"""
@@ -184,6 +184,8 @@ class RemarkOnRows(Model):
     """words of the key, or cells of the program's table, that the rows have"""
     comparable: bool = True
     """whether the rows are compared at all"""
+    of_inside: bool = False
+    """whether it is said of rows that lie inside, not of those outside"""
 
 
 class ExampleSettings(Model):

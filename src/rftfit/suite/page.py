@@ -73,6 +73,7 @@ def describe(
         for example in examples
     )
     yield PageBlock(f"{'; '.join(data)}.")
+    yield from _describe_reservations(examples, verdicts[verdicts["verdict"] == INSIDE])
     in_view = [
         f"{example.name} ({example.settings.in_view})"
         for example in examples
@@ -110,6 +111,15 @@ def describe(
         yield PageBlock(str(name), 3)
         cells = rows_of_example.drop(columns="example")
         yield PageBlock("", 0, tuple(map(str, cells)), cells.to_numpy().tolist())
+
+
+def _describe_reservations(
+    examples: Sequence[Example], inside: pd.DataFrame
+) -> Iterator[PageBlock]:
+    """Yield a paragraph on the verdicts `inside` whose example says what being inside does not say."""
+    for code, sentence in _remark_sentences(examples).items():
+        if rows := int((inside["reason_code"] == code).sum()):
+            yield PageBlock(f"Inside, but with a reservation, {count(rows, 'row')}: {sentence}.")
 
 
 def _describe_outside(

@@ -139,8 +139,8 @@ def _judge(
             windows_inside=float(by_windows.count_inside(row.published)),
         )
     judged = _apply_rule(row, quantity, ours, error)
-    # a remark explains why a row lies outside
-    if remark is None or judged.verdict != OUTSIDE:
+    # a remark explains why a row lies outside, or limits what being inside says
+    if remark is None or judged.verdict != (INSIDE if remark.of_inside else OUTSIDE):
         return judged
     return judged._replace(reason_code=remark.code, reason=f"{judged.reason}; {remark.sentence}")
 
