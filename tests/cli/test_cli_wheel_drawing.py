@@ -22,6 +22,12 @@ def test_a_drawing_is_the_mesh_of_python(tmp_path):
         assert [row[name] for row in answer["rows"]] == pytest.approx(list(expected.table[name]))
 
 
+@pytest.mark.parametrize(("words", "rim"), [("", (6, "given")), ("--rim 7", (7, "given"))])
+def test_a_drawing_states_the_rim(words, rim, tmp_path):
+    answer = json_of(*WORDS, "--drawing", DRAWING, *words.split(), folder=tmp_path)
+    assert (answer["rim_cm"], answer["rim_from"]) == rim
+
+
 def test_a_wheel_of_its_drawing_has_its_sizes():
     smooth = rftfit.Mesh.wheel(6, 4)
     lugged = rftfit.Mesh.wheel(6, 4, lug_cm=1, lugs=8, thickness_cm=0.8)

@@ -164,3 +164,52 @@ def test_a_smooth_path_has_no_corner():
     motion = rftfit.path(angle, -5 * (1 - np.cos(angle)), -1 - 4 * np.sin(angle), np.zeros(40))
     told = rftfit.beyond_measured(rftfit.published_medium("poppy_LP"), PLATE, motion)
     assert not [text for text in told if "corner" in text]
+
+
+def said_of_steps(body, motion):
+    """What is said of the velocities of a path, in loose poppy seeds."""
+    told = rftfit.beyond_measured(rftfit.published_medium("poppy_LP"), body, motion)
+    return [text for text in told if "of the path" in text or "path has" in text]
+
+
+@pytest.mark.parametrize("step_deg", [2.0, 5.0])
+@pytest.mark.parametrize("solid", [False, True])
+def test_a_leg_that_turns_has_no_corner_wherever_its_reference_point_is(step_deg, solid):
+    """By the velocity of a step alone a force of the solid foot is a fifth too large: its sole moves nearly along itself."""
+    angle_deg = np.arange(-50, 50.1, step_deg)
+    angle = np.radians(angle_deg)
+    x, z, zeros = -10 * np.sin(angle), 8 - 10 * np.cos(angle), np.zeros_like(angle)
+    corners = np.array([(-3, 0.3), (-1.5, 0.075), (0, 0), (1.5, 0.2), (3, 0.8), (3, 2), (-3, 2)])
+    if solid:
+        sides = [np.insert(corners, 1, y, axis=1) for y in (-2, 2)]
+        n = len(corners)
+        faces = [(0, k, k + 1) for k in range(1, n - 1)]
+        faces += [(n, n + k + 1, n + k) for k in range(1, n - 1)]
+        for k in range(n):
+            after = (k + 1) % n
+            faces += [(k, k + n, after), (after, k + n, after + n)]
+        foot: rftfit.Mesh | rftfit.Outline = rftfit.Mesh(np.concatenate(sides), faces)
+        position = np.stack([x, zeros, z], axis=-1)
+        turn = np.stack([zeros, angle_deg, zeros], axis=-1)
+        motion: Any = rftfit.Motion3D.path(angle_deg, position, turn)
+    else:
+        foot = rftfit.polyline(corners, 4.0, elements=40)
+        motion = rftfit.path(angle_deg, x, z, angle_deg)
+    assert not said_of_steps(foot, motion)
+
+
+def test_steps_that_are_too_coarse_are_told_as_such():
+    def dip(step_s):
+        time = np.arange(0, 6.3, step_s)
+        return rftfit.path(time, time / 2, -3 - np.sin(time), np.degrees(0.8 * np.sin(time)))
+
+    assert not said_of_steps(PLATE, dip(0.2))
+    told = said_of_steps(PLATE, dip(1.0))[-1]
+    assert told.startswith("the steps of the path are too coarse near t_s")
+    assert "write more poses" in told
+    assert "quote" not in told
+    [curved] = re.findall(r"force z has \S+ N in the table and (\S+) by a smooth curve", told)
+    sand = rftfit.published_medium("poppy_LP")
+    assert float(curved) == pytest.approx(
+        rftfit.predict(sand, PLATE, dip(0.02))["force_z_N"].max(), rel=0.04
+    )

@@ -88,6 +88,7 @@ def test_every_fault_is_told_at_once(command, tmp_path):
             "--mesh needs --unit, the unit of its coordinates: mm, cm, m or in; and one of --press",
         ),
         (f"{MESH} --leg c_leg --hip 1", "found --leg and --hip with --mesh"),
+        ("--mesh ball.stl --unit mm --hip 8", "with --mesh; a mesh turns about a hip along --path"),
         ("--leg c_leg --unit mm", "found --unit without --mesh"),
         ("--leg c_leg --figure a.png", "found --figure without --mesh"),
         (f"{MESH} --figure a.gif", "allowed: a name that ends in"),
@@ -96,6 +97,19 @@ def test_every_fault_is_told_at_once(command, tmp_path):
 def test_words_that_do_not_go_together(command, words, why):
     code, _, err = command(f"{words} --medium poppy_LP")
     assert (code, why in err) == (2, True)
+
+
+@pytest.mark.parametrize(("shift_cm", "words"), [(0, "deepest"), (20, "above the surface")])
+def test_a_path_says_how_deep_its_lowest_point_gets(command, tmp_path, shift_cm, words):
+    path = PATH + shift_cm * np.eye(7)[3]
+    (tmp_path / "path.csv").write_text(HEAD + "\n".join(",".join(map(str, row)) for row in path))
+    code, out, _ = command(f"{MESH} --medium poppy_LP")
+    motion = next(line for line in out.splitlines() if line.startswith("Motion:"))
+    radius_cm = np.linalg.norm(BALL.vertices_cm, axis=1).max()
+    assert (code, words in motion) == (0, True)
+    if not shift_cm:
+        depth_cm = float(motion.split("deepest ")[1].removesuffix(" cm"))
+        assert depth_cm == pytest.approx(1.5 + radius_cm, rel=0.02)
 
 
 def wheel_file(folder):

@@ -690,9 +690,13 @@ class MeshOptions:
                 )
             return
         if options_given := [*body.outlines_given, *list_given(body, "width", "hip")]:
-            raise InputError(
-                f"found {' and '.join(options_given)} with --mesh; allowed: a mesh alone"
-            )
+            cure = "allowed: a mesh alone"
+            if body.hip is not None:
+                cure = (
+                    "a mesh turns about a hip along --path FILE: the hip at (0, 0, 0) of the mesh, z_cm its height, and "
+                    "turn_y_deg the angle from z toward x"
+                )
+            raise InputError(f"found {' and '.join(options_given)} with --mesh; {cure}")
         motions_given = [*list_given(self, "press", "roll"), *list_given(body, "path")]
         if len(motions_given) > 1:
             raise InputError(f"found {' and '.join(motions_given)}; allowed: one of them")

@@ -147,6 +147,8 @@ def wheel(
         if measured is not None:
             points = read_measured_runs(measured)
     inputs.check()
+    if drawing is not None and rim is None:
+        rim = options.parse_numbers("--drawing", drawing)[0]
     read = (mesh, measured, medium_options.profile_file, medium_options.pushes)
     check_target(output, MARK, "table", force, read)
     check_picture(figure, _DRAWN, force)

@@ -1,58 +1,192 @@
-"""Corners of a path: a pose there moves as the mean of two steps, and its force may be far from that in either."""
+"""Velocities that the poses of a path do not tell: at its corners, and where its steps are too coarse.
+
+A pose moves as the mean of the steps before and after it. At a corner the direction of motion changes by an angle that
+does not shrink with the step, and the force may be far from that in either step. On a smooth path the mean is right, and
+either step alone is half a step early or late; there a smooth curve through the poses tells whether they are close enough.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import pairwise, product
+
 import numpy as np
+import numpy.typing as npt
 
 from rftfit.campaign.problems import join_words
 from rftfit.conventions import FloatArray
 from rftfit.forces.bodies import set_in_motion
 from rftfit.forces.mesh import Mesh, Motion3D
 from rftfit.forces.motion import Motion
-from rftfit.forces.moving import ForcesByName
+from rftfit.forces.moving import BodyInMotion, ForcesByName
 from rftfit.forces.outlines import Outline
-from rftfit.forces.peaks import SAME_SHARE, PeakTarget
+from rftfit.forces.peaks import SAME_SHARE, STEEP_DEG, PeakTarget
 from rftfit.model.profiles import Profile
+
+SHRINKS = 2**-0.5
+"""Change of velocity between the steps beside a pose, over that between steps twice as long, above which the pose is a
+corner: at a corner of straight lines both are the same, on a smooth path the first is half of the second."""
+
+LEAST_CHANGE = float(np.radians(STEEP_DEG))
+"""Least change of velocity at a corner, over the velocity: that of a direction by `STEEP_DEG`."""
+
+MOST_CHANGE = 0.5
+"""Greatest change of a velocity, over the velocity, that a smooth curve through poses is trusted with."""
 
 
 def describe_corners(
     profile: Profile, body: Outline | Mesh, motion: Motion | Motion3D
 ) -> list[str]:
-    """Say which largest forces a corner of a path changes; no sentence where there are none.
+    """Say which largest forces depend on velocities that a path does not tell; no sentence where none do.
 
-    Each pose moves as the mean of the steps before and after it. The forces are calculated again with the velocity of
-    either step, and a peak that differs by more than `SAME_SHARE` is named.
+    The forces are calculated again with the velocity of either step at each corner, and with those of a smooth curve
+    through the poses between corners. A peak that differs by more than `SAME_SHARE` is named.
     """
-    if motion.rates_of_steps is None:
+    steps = motion.rates_of_steps
+    if steps is None or not np.isfinite(steps).all():
         return []
     moving = set_in_motion(body, motion)
-    forces = moving.best(profile).forces
-    forces_of_steps = [
-        set_in_motion(body, motion.at_rates(rates)).best(profile).forces
-        for rates in motion.rates_of_steps
-    ]
-    corners: list[int] = []
-    changes: list[str] = []
-    for target in moving.peak_targets(forces):
-        size, pose = _largest(target, forces)
-        size_by_steps, pose_by_steps = max(_largest(target, by_step) for by_step in forces_of_steps)
-        if abs(size_by_steps - size) <= SAME_SHARE * _largest_of_kind(target, forces):
-            continue
-        corners.append(pose if size > size_by_steps else pose_by_steps)
-        name, _, unit = target.quantity.replace("_", " ").partition(" N")
-        changes.append(
-            f"the largest {name} has {target.sign * size:.4g} N{unit} in the table and "
-            f"{target.sign * size_by_steps:.4g} by the steps alone"
+    best = moving.best(profile).forces
+    is_corner = _find_corners(moving.points_cm, motion, steps)
+
+    def forces_at(rates: FloatArray) -> ForcesByName:
+        return set_in_motion(body, motion.at_rates(rates)).best(profile).forces
+
+    sentences = []
+    rates = _rates(motion)
+    if is_corner.any():
+        by_steps = [forces_at(np.where(is_corner[:, None], of_step, rates)) for of_step in steps]
+        if changes := _Changes(moving, best, by_steps, "by the steps alone"):
+            sentences.append(
+                f"the path has a corner near {changes.describe_poses(motion)}, where a pose moves as the mean of the steps "
+                f"beside it: {changes.describe()}; quote the larger, or put a pose shortly before and after it; if the path is "
+                "smooth there, write more poses"
+            )
+    smooth = _smooth_rates(moving.points_cm, motion, steps, is_corner)
+    if changes := _Changes(
+        moving, best, [forces_at(smooth)], "by a smooth curve through the poses"
+    ):
+        sentences.append(
+            f"the steps of the path are too coarse near {changes.describe_poses(motion)}: {changes.describe()}; write more "
+            "poses"
         )
-    if not changes:
-        return []
-    key, positions = next(iter(motion.columns.items()))
-    near = join_words(dict.fromkeys(f"{positions[pose]:g}" for pose in corners))
-    sentence = (
-        f"the path has a corner near {key} {near}, where a pose moves as the mean of the steps beside it: "
-        f"{'; '.join(changes)}; quote the larger, or round the corner off by a few poses"
-    )
-    return [sentence]
+    return sentences
+
+
+def _find_corners(
+    points_cm: FloatArray, motion: Motion | Motion3D, steps: FloatArray
+) -> npt.NDArray[np.bool_]:
+    """Tell which poses of a path are corners, shape (p,); `steps`: `rates_of_steps`, shape (2, p, k)."""
+    duration_s = np.diff(next(iter(motion.columns.values())))[:, None]
+    ways = steps[1, :-1] * duration_s
+    # steps twice as long end at the same pose; beside the ends of the path they are the single steps
+    of_two = (ways[:-1] + ways[1:]) / (duration_s[:-1] + duration_s[1:])
+    before = np.concatenate([steps[0, :2], of_two])
+    after = np.concatenate([of_two, steps[1, -2:]])
+    change = _relative_change(points_cm, motion, *steps)
+    change_of_two = _relative_change(points_cm, motion, before, after)
+    return (change > LEAST_CHANGE) & (change > SHRINKS * change_of_two)
+
+
+def _smooth_rates(
+    points_cm: FloatArray,
+    motion: Motion | Motion3D,
+    steps: FloatArray,
+    is_corner: npt.NDArray[np.bool_],
+) -> FloatArray:
+    """Return the rates of cubic curves through the poses between corners, shape (p, k).
+
+    Those of a motion are kept at corners, between corners of fewer than four poses, and where a curve is far from them.
+    """
+    from scipy.interpolate import CubicSpline
+
+    rates = _rates(motion)
+    time_s = next(iter(motion.columns.values()))
+    ways = steps[1, :-1] * np.diff(time_s)[:, None]
+    coordinates = np.concatenate([np.zeros((1, rates.shape[1])), np.cumsum(ways, axis=0)])
+    curved = rates.copy()
+    ends = [0, *np.flatnonzero(is_corner), len(rates) - 1]
+    for first, last in pairwise(ends):
+        if last - first >= 3:
+            poses = slice(first, last + 1)
+            curve = CubicSpline(time_s[poses], coordinates[poses])
+            curved[poses] = curve(time_s[poses], 1)
+    is_kept = is_corner | (_relative_change(points_cm, motion, rates, curved) > MOST_CHANGE)
+    return np.where(is_kept[:, None], rates, curved)
+
+
+def _rates(motion: Motion | Motion3D) -> FloatArray:
+    """Return the rates of the poses of a motion, shape (p, 3) or (p, 6)."""
+    return motion.frames[:, 3:9] if isinstance(motion, Motion3D) else motion.poses[:, 3:]
+
+
+def _relative_change(
+    points_cm: FloatArray, motion: Motion | Motion3D, rates: FloatArray, other_rates: FloatArray
+) -> FloatArray:
+    """Return the change of the velocities of a body between rates, over the larger velocity, shape (p,); 0 at rest.
+
+    Velocities are root mean squares over the corners of the box around the body, so that no choice of the reference point
+    matters.
+    """
+    change, size, other_size = np.zeros((3, len(rates)))
+    for corner in product(*zip(points_cm.min(axis=0), points_cm.max(axis=0), strict=True)):
+        velocity = _velocity_of_point(np.array(corner), motion, rates)
+        other = _velocity_of_point(np.array(corner), motion, other_rates)
+        change += ((velocity - other) ** 2).sum(axis=-1)
+        size += (velocity**2).sum(axis=-1)
+        other_size += (other**2).sum(axis=-1)
+    larger = np.maximum(size, other_size)
+    return np.sqrt(np.divide(change, larger, where=larger > 0, out=np.zeros_like(larger)))
+
+
+def _velocity_of_point(
+    point_cm: FloatArray, motion: Motion | Motion3D, rates: FloatArray
+) -> FloatArray:
+    """Return the velocity of a point of a body in each pose, cm/s, shape (p, 2 or 3)."""
+    if isinstance(motion, Motion3D):
+        arm = motion.frames[:, 9:].reshape(-1, 3, 3) @ point_cm
+        return np.asarray(rates[:, :3] + np.cross(rates[:, 3:], arm))
+    cos, sin = np.cos(motion.poses[:, 2]), np.sin(motion.poses[:, 2])
+    x, z = point_cm
+    # an angle from z toward x
+    turning = np.stack([cos * z - sin * x, -cos * x - sin * z], axis=-1)
+    return np.asarray(rates[:, :2] + rates[:, 2:] * turning)
+
+
+class _Changes:
+    """Largest forces that differ by more than `SAME_SHARE` where the same poses have other velocities.
+
+    `best`: forces of the motion. `others`: forces at other velocities. `source`: of these, in words.
+    """
+
+    def __init__(
+        self, moving: BodyInMotion, best: ForcesByName, others: Sequence[ForcesByName], source: str
+    ) -> None:
+        self.poses: list[int] = []
+        self.sentences: list[str] = []
+        for target in moving.peak_targets(best):
+            size, pose = _largest(target, best)
+            other_size, other_pose = max(_largest(target, forces) for forces in others)
+            if abs(other_size - size) <= SAME_SHARE * _largest_of_kind(target, best):
+                continue
+            self.poses.append(pose if size > other_size else other_pose)
+            name, _, unit = target.quantity.replace("_", " ").partition(" N")
+            self.sentences.append(
+                f"the largest {name} has {target.sign * size:.4g} N{unit} in the table and "
+                f"{target.sign * other_size:.4g} {source}"
+            )
+
+    def __bool__(self) -> bool:
+        return bool(self.poses)
+
+    def describe(self) -> str:
+        """List the forces that differ."""
+        return "; ".join(self.sentences)
+
+    def describe_poses(self, motion: Motion | Motion3D) -> str:
+        """Name the poses in which they are the largest."""
+        key, positions = next(iter(motion.columns.items()))
+        return f"{key} {join_words(dict.fromkeys(f'{positions[pose]:g}' for pose in self.poses))}"
 
 
 def _largest_of_kind(target: PeakTarget, forces: ForcesByName) -> float:

@@ -47,18 +47,18 @@ def face_alpha(
     velocity: FloatArray,
     law: str = "measured",
     friction: float | None = None,
+    normal_of_map: FloatArray | None = None,
 ) -> FloatArray:
     """Return the stress over depth on faces, x, y, z in N/cm^3, shape (draws, ..., 3).
 
     `normal`, `velocity`: shape (..., 3), of any length above 0. `law`: one of `LAWS`. `friction`: where given, pulling
-    and driving parts are turned, and the tangential part is at most this times the normal one.
+    and driving parts are turned, and the tangential part is at most this times the normal one. `normal_of_map`: normal by
+    which the map is read, where it is another one, shape (..., 3).
     """
-    normal, velocity = (
-        vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
-        for vectors in np.broadcast_arrays(normal, velocity)
-    )
+    normal, velocity = (_unit(vectors) for vectors in np.broadcast_arrays(normal, velocity))
     if law == "measured":
-        stress = _measured_stress(as_table(profile), normal, velocity)
+        normal_of_map = normal if normal_of_map is None else _unit(normal_of_map)
+        stress = _measured_stress(as_table(profile), normal_of_map, velocity)
     else:
         stress = np.multiply.outer(rft3d.level_of(profile), rft3d.law(normal, velocity))
     if friction is None:
@@ -96,6 +96,45 @@ def _measured_stress(profile: Profile, normal: FloatArray, velocity: FloatArray)
     return np.where(upright < NEGLIGIBLE, 0.0, upright * by_normal) + np.where(
         1 - upright < NEGLIGIBLE, 0.0, (1 - upright) * by_motion
     )
+
+
+def share_read_near_pushes(
+    profile: TableProfile, normal: FloatArray, velocity: FloatArray
+) -> FloatArray:
+    """Return the share of alpha of faces that the measured law reads in directions near a push (`FAR_DEG`), shape (n,).
+
+    Each reading counts by its weight in `_measured_stress`. `normal`, `velocity`: shape (n, 3), of any length above 0.
+    """
+    tilt, e = _split_horizontal(_unit(normal))
+    speed, r = _split_horizontal(_unit(velocity))
+    down, along_e = -_unit(velocity)[:, 2], _dot(_unit(velocity)[:, :2], e)
+    beta = np.arctan2(tilt, _unit(normal)[:, 2])
+    gamma_of_motion = np.arctan2(down, -speed)
+    same_way = (1 + _dot(e, r)) / 2
+    upright, in_plane = tilt**2, along_e**2 + down**2
+    readings = [
+        (beta, np.arctan2(down, -along_e), upright * in_plane),
+        (0 * beta, 0 * beta, upright * (1 - in_plane)),
+        (beta, gamma_of_motion, (1 - upright) * same_way),
+        (-beta, gamma_of_motion, (1 - upright) * (1 - same_way)),
+    ]
+    return np.asarray(
+        sum(weight * ~profile.far_from_pushes(beta, gamma) for beta, gamma, weight in readings)
+    )
+
+
+def turn_normals(normals: FloatArray, degrees: float) -> FloatArray:
+    """Turn normals (..., 3) about the axis x and about the axis y, shape (2, ..., 3)."""
+    cos, sin = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    x, y, z = np.moveaxis(normals, -1, 0)
+    about_x = np.stack([x, cos * y - sin * z, cos * z + sin * y], axis=-1)
+    about_y = np.stack([cos * x + sin * z, y, cos * z - sin * x], axis=-1)
+    return np.stack([about_x, about_y])
+
+
+def _unit(vectors: FloatArray) -> FloatArray:
+    """Return the directions of vectors (..., 3)."""
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=-1, keepdims=True))
 
 
 def _split_horizontal(vector: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -16,8 +16,8 @@ from rftfit.forces.mesh import Mesh, Motion3D, describe_triangles
 from rftfit.forces.model_error import eps_of, has_model_error
 from rftfit.forces.motion import Motion
 from rftfit.forces.outlines import Outline
-from rftfit.forces.peaks import STEEP, STEEP_DEG, Peak, describe_beside, unknown_peaks
-from rftfit.forces.plane import PEAKS, QUANTITIES, OutlineInMotion
+from rftfit.forces.peaks import STEEP, STEEP_DEG, Peak, describe_beside, pose_of, unknown_peaks
+from rftfit.forces.plane import PEAKS, QUANTITIES
 from rftfit.forces.prediction import predict_with_peaks
 from rftfit.forces.rolling import RULES, Rim, describe_friction
 from rftfit.forces.space import MESH_QUANTITIES, mesh_peak_targets
@@ -130,7 +130,7 @@ class ForceAnswer:
             name, parts = "outline", f"{len(body.body)} elements"
         sources = {
             name: f"{body.name}, {body.area_cm2:.4g} cm^2, {parts}",
-            "motion": self.motion.name,
+            "motion": self.motion.name + self._deepest,
             "profile": self.origin,
         }
         if self.beside is not None:
@@ -144,6 +144,18 @@ class ForceAnswer:
         if self.body_error is not None:
             sources["body"] = self.body_error.words
         return sources
+
+    @property
+    def _deepest(self) -> str:
+        """Say how deep the lowest point of a mesh gets along a path; empty of any other motion."""
+        if not isinstance(self.body, Mesh) or not isinstance(self.motion, Motion3D):
+            return ""
+        if self.motion.rates_of_steps is None:
+            return ""
+        depth_cm = self.motion.depth_of(self.body)
+        if not depth_cm > 0:
+            return ", above the surface"
+        return f", deepest {depth_cm:.3g} cm"
 
     @property
     def rim(self) -> Rim | None:
@@ -236,16 +248,17 @@ class ForceAnswer:
 
     @property
     def shares_near_pushes(self) -> dict[str, float]:
-        """Share of each peak force of an outline in directions near a push, by name of the peak; of a map alone."""
+        """Share of each peak force in directions near a push, by name of the peak; of a map alone."""
         if self.profile.form != "map" or not isinstance(self.profile, TableProfile):
             return {}
-        moving = set_in_motion(self.body, self.motion)
-        if not isinstance(moving, OutlineInMotion):
-            return {}
+        moving = set_in_motion(self.body, self.motion, friction=self.friction)
+        curves = {name: self.forces[name].to_numpy(float) for name in moving.force_names}
         return {
-            peak.name: moving.share_near_pushes(peak, self.profile)
+            peak.name: moving.share_near_pushes(
+                peak, self.profile, pose_of(peak, curves[peak.quantity])
+            )
             for peak in self.peaks
-            if peak.quantity in moving.force_names
+            if peak.quantity in moving.force_names and peak.value
         }
 
     @property

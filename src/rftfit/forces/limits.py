@@ -17,7 +17,7 @@ from rftfit.forces.mesh import Mesh, Motion3D
 from rftfit.forces.motion import Motion, rotation
 from rftfit.forces.moving import WetParts
 from rftfit.forces.outlines import Outline
-from rftfit.forces.plane import NOTICED
+from rftfit.forces.peaks import NOTICED
 from rftfit.model.known import profile_of
 from rftfit.model.profiles import EPS, PAPER_WINDOW, KnownMedium, Profile
 

@@ -669,6 +669,11 @@ class Motion3D:
         motion.rolling = self.rolling[numbers]
         return motion
 
+    def depth_of(self, mesh: Mesh) -> float:
+        """Return the depth of the lowest point of a mesh in its deepest pose, cm; below 0 above the surface."""
+        lowest_cm = [frame[2] + (mesh.vertices_cm @ frame[15:]).min() for frame in self.frames]
+        return -float(np.nanmin(lowest_cm))
+
     def at_rates(self, rates: FloatArray) -> Motion3D:
         """Return the same poses of a path at other velocities and rates, shape (p, 6)."""
         rotation = self.frames[:, 9:].reshape(-1, 3, 3)

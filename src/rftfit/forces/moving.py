@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -11,8 +12,17 @@ import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
 from rftfit.forces.model_error import Load
-from rftfit.forces.peaks import BoundsByName, Peak, PeakTarget
-from rftfit.model.profiles import Profile
+from rftfit.forces.peaks import (
+    NOTICED,
+    STEEP,
+    STEEPEST,
+    BoundsByName,
+    Peak,
+    PeakTarget,
+    pose_of,
+    withhold,
+)
+from rftfit.model.profiles import Profile, TableProfile
 
 ForcesByName = dict[str, FloatArray]
 """Forces, N, and moments, N cm, by the name of their column; shape (draws, p), or (p,) for a single profile."""
@@ -152,6 +162,42 @@ class BodyInMotion(ABC):
         self, peak: Peak, profile: Profile, best: ForcesByName, columns: Mapping[str, FloatArray]
     ) -> Peak:
         """Correct a peak for this form of body; `columns`: those of the table of the prediction."""
+
+    @abstractmethod
+    def turned_forces(self, profile: TableProfile, quantity: str, pose: int) -> FloatArray:
+        """Integrate a force in one pose with all parts turned by `STEEP_DEG` either way, N, shape (axes, 2).
+
+        Depth, area and motion of each part stay as they are. `axes`: horizontal axes about which the parts are turned.
+        """
+
+    @abstractmethod
+    def sizes_near_pushes(
+        self, profile: TableProfile, quantity: str, pose: int
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the size of a force on each part in one pose, N, and the share of it by alpha near a push, shape (n,)."""
+
+    def withhold_if_steep(self, peak: Peak, profile: Profile, best: ForcesByName) -> Peak:
+        """Withhold the interval of alpha of a peak that lies between pushes and changes fast with the attack angle.
+
+        Alpha may there have an edge that no push shows, and all parts on that edge err alike.
+        """
+        if not isinstance(profile, TableProfile) or np.isnan(peak.lo):
+            return peak
+        if peak.quantity not in self.force_names or not peak.value:
+            return peak
+        pose = pose_of(peak, best[peak.quantity])
+        less, more = self.turned_forces(profile, peak.quantity, pose).T
+        # a turn about any other horizontal axis changes the force less
+        steepness = float(np.linalg.norm(more - less)) / 2 / abs(peak.value)
+        peak = replace(peak, steepness=steepness)
+        if steepness <= STEEPEST or self.share_near_pushes(peak, profile, pose) >= 1 - NOTICED:
+            return peak
+        return withhold(peak, STEEP)
+
+    def share_near_pushes(self, peak: Peak, profile: TableProfile, pose: int) -> float:
+        """Return the share of a peak force, summed without cancellation, that acts in directions near a push (`FAR_DEG`)."""
+        sizes, near = self.sizes_near_pushes(profile, peak.quantity, pose)
+        return float((sizes * near).sum() / sizes.sum())
 
     def force_draws(self, stack: Profile) -> FloatArray:
         """Integrate the forces by each of a stack of draws, N, in all poses: shape (draws, forces, p)."""

@@ -64,7 +64,8 @@ class Peak:
         Why there is no interval of alpha although its errors are known. ``other-form``: the peak `beside` lies outside of
         it; ``steep``: the force changes with the attack angle faster than pushes around can tell.
     steepness : float
-        Relative change of the force with 5 degrees of the attack angle.
+        Relative change of the force with 5 degrees of the attack angle; of a mesh all faces are turned alike, about the
+        horizontal axis with which the force changes most.
 
     Examples
     --------
@@ -100,6 +101,14 @@ STEEP_DEG: float = _CHOSEN.steep_deg
 STEEPEST: float = _CHOSEN.steepest
 """Change of the attack angle, degrees, and the relative change of a peak with it above which its interval of alpha is
 withheld."""
+
+NOTICED: float = _CHOSEN.noticed
+"""Share of the force on a body above which it is said that this share lies outside of what was measured."""
+
+
+def pose_of(peak: Peak, curve: FloatArray) -> int:
+    """Return the number of the pose of a peak, from the curve of its quantity, shape (p,)."""
+    return int(np.nanargmax(curve if peak.value > 0 else -curve))
 
 
 def withhold(peak: Peak, code: str) -> Peak:

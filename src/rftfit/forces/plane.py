@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,11 +14,10 @@ from rftfit.forces.model_error import MOST_AT_ONCE, outline_load, outline_progre
 from rftfit.forces.motion import Motion
 from rftfit.forces.moving import BestForces, BodyInMotion, DrawnForces, ForcesByName, WetParts
 from rftfit.forces.outlines import Outline
-from rftfit.forces.peaks import STEEP, STEEP_DEG, STEEPEST, BoundsByName, Peak, PeakTarget, withhold
+from rftfit.forces.peaks import STEEP_DEG, BoundsByName, Peak, PeakTarget
 from rftfit.forces.reference_kernel import WetElements
 from rftfit.model.compiling import is_worth_compiling
 from rftfit.model.profiles import Profile, TableProfile, weighted_sum
-from rftfit.store.chosen import chosen
 
 
 @dataclass(frozen=True)
@@ -236,40 +235,27 @@ class OutlineInMotion(BodyInMotion):
     def finish_peak(
         self, peak: Peak, profile: Profile, best: ForcesByName, columns: Mapping[str, FloatArray]
     ) -> Peak:
-        """Withhold the interval of alpha of a peak that lies between pushes and changes fast with the attack angle.
+        """Withhold the interval of alpha of a steep peak."""
+        return self.withhold_if_steep(peak, profile, best)
 
-        Alpha may there have an edge that no push shows, and all elements on that edge err alike.
-        """
-        if not isinstance(profile, TableProfile) or np.isnan(peak.lo):
-            return peak
-        if peak.quantity not in self.force_names or not peak.value:
-            return peak
-        wet = self._wet_elements_at(peak)
+    def turned_forces(self, profile: TableProfile, quantity: str, pose: int) -> FloatArray:
+        """Integrate a force with all elements turned by `STEEP_DEG` either way, N, shape (1, 2)."""
+        wet, component = self._wet_elements_at(quantity, pose)
         beta, gamma = wet.angles
         turned = np.radians(STEEP_DEG) * np.array([[-1.0], [1.0]])
-        component = self.force_names.index(peak.quantity)
         forces = wet.load * profile.alpha(beta + turned, gamma)[component]
-        less, more = forces.sum(axis=-1)
-        steepness = abs(float(more - less)) / 2 / abs(peak.value)
-        peak = replace(peak, steepness=steepness)
-        if steepness <= STEEPEST or self.share_near_pushes(peak, profile) >= 1 - NOTICED:
-            return peak
-        return withhold(peak, STEEP)
+        return np.asarray(forces.sum(axis=-1)[None])
 
-    def share_near_pushes(self, peak: Peak, profile: TableProfile) -> float:
-        """Return the share of the elements' forces at a peak that act in directions near a push (`FAR_DEG`)."""
-        wet = self._wet_elements_at(peak)
+    def sizes_near_pushes(
+        self, profile: TableProfile, quantity: str, pose: int
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return sizes of a force on elements, N, and 1 for each whose direction lies near a push, shape (elements,)."""
+        wet, component = self._wet_elements_at(quantity, pose)
         beta, gamma = wet.angles
-        component = self.force_names.index(peak.quantity)
         sizes = np.abs(wet.load * profile.alpha(beta, gamma)[component])[0]
-        return float(sizes[~profile.far_from_pushes(beta[0], gamma[0])].sum() / sizes.sum())
+        return np.asarray(sizes), np.where(profile.far_from_pushes(beta[0], gamma[0]), 0.0, 1.0)
 
-    def _wet_elements_at(self, peak: Peak) -> WetElements:
-        """Return the elements in the pose of a peak alone."""
-        positions = self.motion.columns[self.motion.key]
-        pose = int(np.argmin(np.abs(positions - peak.position)))
-        return WetElements.of(self.outline, self.motion.poses[pose : pose + 1])
-
-
-NOTICED: float = chosen("forces", "peaks").noticed
-"""Share of the force on a body above which it is said that this share lies outside of what was measured."""
+    def _wet_elements_at(self, quantity: str, pose: int) -> tuple[WetElements, int]:
+        """Return the elements in one pose alone, and the number of the component of alpha that makes a force."""
+        elements = WetElements.of(self.outline, self.motion.poses[pose : pose + 1])
+        return elements, self.force_names.index(quantity)

@@ -13,7 +13,15 @@ from rftfit.campaign.problems import choose
 from rftfit.conventions import FloatArray
 from rftfit.forces import model_error as errors
 from rftfit.forces.body_error import frame_states
-from rftfit.forces.faces import LAWS, as_table, moving_faces
+from rftfit.forces.faces import (
+    LAWS,
+    LoadedFaces,
+    as_table,
+    face_alpha,
+    moving_faces,
+    share_read_near_pushes,
+    turn_normals,
+)
 from rftfit.forces.mesh import IntArray, Mesh, Motion3D, area_vectors
 from rftfit.forces.moving import (
     BestForces,
@@ -23,7 +31,7 @@ from rftfit.forces.moving import (
     WetParts,
     has_forces,
 )
-from rftfit.forces.peaks import ROUNDING, BoundsByName, Peak, PeakTarget
+from rftfit.forces.peaks import ROUNDING, STEEP_DEG, BoundsByName, Peak, PeakTarget
 from rftfit.model import rft3d
 from rftfit.model.draws import end_names
 from rftfit.model.packs import Pack
@@ -285,7 +293,38 @@ class MeshInMotion(BodyInMotion):
             if getattr(peak, field) == 0 and column in columns:
                 farthest = np.nanmin if field.endswith("lo") else np.nanmax
                 changes[field] = float(farthest(columns[column], initial=0.0)) + 0.0
-        return replace(peak, **changes)
+        peak = replace(peak, **changes)
+        # by 3D-RFT alpha in one direction alone counts, and how it runs between pushes does not
+        return self.withhold_if_steep(peak, profile, best) if self.law == "measured" else peak
+
+    def turned_forces(self, profile: TableProfile, quantity: str, pose: int) -> FloatArray:
+        """Integrate a force with all faces turned by `STEEP_DEG` either way about x and about y, N, shape (2, 2)."""
+        faces = moving_faces(self.mesh, self.poses[pose], self.motion.rolling[pose])
+        either_way = [turn_normals(faces.area_vectors, sign * STEEP_DEG) for sign in (-1, 1)]
+        forces = self._forces_along(quantity, profile, faces, np.stack(either_way, axis=1))
+        return np.asarray(forces.sum(axis=-1))
+
+    def sizes_near_pushes(
+        self, profile: TableProfile, quantity: str, pose: int
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return sizes of a force on faces, N, and the share that is read near a push, shape (faces,)."""
+        faces = moving_faces(self.mesh, self.poses[pose], self.motion.rolling[pose])
+        forces = self._forces_along(quantity, profile, faces, faces.area_vectors)
+        near = share_read_near_pushes(profile, faces.area_vectors, faces.velocity)
+        return np.abs(forces), near
+
+    def _forces_along(
+        self, quantity: str, profile: TableProfile, faces: LoadedFaces, normals: FloatArray
+    ) -> FloatArray:
+        """Return the force on each face along one axis, N, shape (..., faces); `normals`: by which the map is read."""
+        stress = face_alpha(
+            profile,
+            faces.area_vectors,
+            faces.velocity,
+            friction=self.friction,
+            normal_of_map=normals,
+        )
+        return np.asarray(faces.load_cm3 * stress[..., self.force_names.index(quantity)])
 
     def _least_size(self, name: str, best: ForcesByName) -> float:
         """Return the size below which a force or a moment is rounding; 0 for another column."""

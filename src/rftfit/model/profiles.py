@@ -272,6 +272,9 @@ class Profile(KnownMedium):
 FAR_DEG = 18.0
 """Half the diagonal of the largest cell of the published grid: greatest distance of a direction from its pushes."""
 
+_MOST_COMPARED = 5000
+"""Most directions that are compared with all pushes at once."""
+
 
 class TableProfile(Profile):
     """Alpha interpolated from a measured table, completed by symmetry.
@@ -507,10 +510,14 @@ class TableProfile(Profile):
         """Return True for directions (n,), rad, farther than `far_deg` from every push and its mirror image."""
         pushed = np.radians(self.pushed[:2])
         pushed_beta, pushed_gamma = np.concatenate([pushed, mirror(*pushed)], axis=1)
-        apart_beta = wrap_beta(beta[:, None] - pushed_beta)
-        apart_gamma = wrap_gamma(gamma[:, None] - pushed_gamma)
-        apart_deg = np.degrees(np.hypot(apart_beta, apart_gamma))
-        return np.asarray(apart_deg.min(axis=1, initial=np.inf) > far_deg)
+        is_far = np.empty(len(beta), dtype=bool)
+        for start in range(0, len(beta), _MOST_COMPARED):
+            part = slice(start, start + _MOST_COMPARED)
+            apart_beta = wrap_beta(beta[part, None] - pushed_beta)
+            apart_gamma = wrap_gamma(gamma[part, None] - pushed_gamma)
+            apart_deg = np.degrees(np.hypot(apart_beta, apart_gamma))
+            is_far[part] = apart_deg.min(axis=1, initial=np.inf) > far_deg
+        return is_far
 
     @property
     def parameters(self) -> tuple[FloatArray, FloatArray]:
