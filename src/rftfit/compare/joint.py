@@ -140,6 +140,11 @@ class Cause(NamedTuple):
         """Return how far a size is from none; a gain of the opposite sign is far away at any size."""
         return _REVERSED_GAIN_DIFFERENCE if self.reversed_side else abs(size)
 
+    @property
+    def moves_angles(self) -> bool:
+        """Whether the cause changes the angles of its runs; others change their forces."""
+        return self.kind not in ("gain", "gain-x", "turn", "crosstalk")
+
     def may_reverse(self, size: float) -> bool:
         """Return True if this is a gain and a first estimate of its size is nearer to a reversed force than to none."""
         is_gain = self.kind in ("gain", "gain-x") and self.group != TREND
@@ -544,6 +549,12 @@ class JointModel:
         _, information = self._gaussian(theta).score(mean, mean, effects)
         return 1 / np.sqrt(np.maximum(np.diag(information), 1e-12))
 
+    def errors_at(self, cause: Cause, size: float) -> float:
+        """Return by how many errors a size of a cause exceeds the tolerated one, at the scatter of the model."""
+        tolerated_size = math.copysign(min(cause.distance(size), cause.tolerated), size)
+        costs = [self.remove(cause, s).cost(self.theta) for s in (tolerated_size, size)]
+        return math.sqrt(max(2 * (costs[0] - costs[1]), 0.0))
+
     def fit_cause(self, cause: Cause, size: float, se: float) -> tuple[float, float, JointModel]:
         """Find the best size of a cause, the errors by which it exceeds the tolerated size, and the model without it.
 
@@ -708,8 +719,12 @@ def _try_candidates(model: JointModel, scan: Scan) -> list[_Trial]:
         if (cause.kind, cause.group) in trials:
             continue
         size, se, limit = (float(column[number]) for column in (scan.size, scan.se, scan.limit))
-        # runs that scatter so much may do so in another way than the model says
-        limit *= 1.0 if scan.checked[number] else _CHOSEN.told_wider
+        if not scan.checked[number]:
+            # runs that scatter so much may do so in another way than the model says
+            limit *= _CHOSEN.told_wider
+            # the known shape at moved angles takes long
+            if cause.moves_angles and model.errors_at(cause, size) < limit / 2:
+                continue
         variants = [_try_candidate(model, cause, size, se, limit)]
         if cause.may_reverse(size):
             reversed_cause = cause._replace(reversed_side=1 if size < 0 else -1)

@@ -153,10 +153,13 @@ def mean_speed(table: pd.DataFrame) -> pd.DataFrame:
     """
     rows = []
     for condition, phases in table.groupby(["curvature_times_R", "frequency_Hz"]):
-        is_steady = phases["outcome"] == "steady"
-        speeds = phases.loc[is_steady, "speed_cm_per_s"].to_numpy(float)
+        # as records: selections of a table take longer
+        runs = phases.to_dict("records")
+        speeds = np.array([run["speed_cm_per_s"] for run in runs if run["outcome"] == "steady"])
         reason: list[Remark] = []
-        for run in phases[~is_steady].to_dict("records"):
+        for run in runs:
+            if run["outcome"] == "steady":
+                continue
             outcome = Remark(run["outcome"].replace(" ", "-"), words=run["outcome"])
             reason += attach_run(f"phase {run['phase_turns']:.3g}", (outcome, *reason_of(run)))
         numbers = (speeds.mean(), speeds.min(), speeds.max()) if speeds.size else (math.nan,) * 3
