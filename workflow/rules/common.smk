@@ -41,7 +41,7 @@ def names_in(folder):
 
 
 def of_figure(folder):
-    """Return the input function of a rule that draws the figures of a folder: the files each reads, as declared beside it."""
+    """Return the input function for the figures of a folder, each of which declares the files that it reads."""
 
     def inputs(wildcards):
         figure, medium = FIGURES[f"{folder}/{wildcards[0]}"]
