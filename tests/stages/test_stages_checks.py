@@ -106,8 +106,10 @@ def test_diagnose_reads_the_logs_and_writes_nothing(lab, tmp_path):
         lab.write(tmp_path / name)
     good = Folder(tmp_path / "good").rftfit("check", "--diagnose")
     assert (good.returncode, " is sound" in good.stdout) == (0, True)
+    assert good.stdout.endswith("0 failed checks.\n")
     completed = Folder(tmp_path / "bad").rftfit("check", "--diagnose", "--strict")
     assert completed.returncode == 2
+    assert completed.stdout.endswith("0 errors, 1 warning, 1 failed check.\n")
     (told,) = re.findall(rf"^{MEDIUM}, unusable: (.*)", completed.stdout, re.MULTILINE)
     assert str(remark("axes-z-reversed")) in told
     assert not list(tmp_path.glob("*/results"))

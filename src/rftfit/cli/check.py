@@ -14,7 +14,9 @@ from rftfit.workflow.check import check_all
 
 def check(
     config: options.ConfigFile = options.CONFIG,
-    strict: Annotated[bool, typer.Option("--strict", help="Count warnings as errors.")] = False,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Count warnings and failed checks as errors.")
+    ] = False,
     diagnose: Annotated[
         bool,
         typer.Option(
@@ -26,10 +28,11 @@ def check(
     """Check configuration, run sheet and logs, and the robot's file, sheet and tracks; print every problem at once.
 
     Every log of up to 20 MB is measured as `rftfit run` measures it. With --diagnose the physical checks of `rftfit run` are made, and what
-    fails is told with its likely cause: each counts as a warning. Ends with exit code 2 when there are errors, with 0 when there
-    are warnings only.
+    fails is told with its likely cause. Ends with exit code 2 when there are errors, with 0 when there are only warnings and
+    failed checks.
     """
     checked = check_all(config, diagnose=diagnose)
     print_answer(checked, as_json)
-    if checked.campaign is None or checked.errors or (strict and checked.warnings):
+    found_doubts = checked.warnings or checked.failed_checks
+    if checked.campaign is None or checked.errors or (strict and found_doubts):
         raise typer.Exit(INPUT_NOT_VALID)

@@ -136,6 +136,10 @@ class Cause(NamedTuple):
             return math.inf
         return float((1 - LEAST_GAIN) / np.abs(self.share).max())
 
+    def tolerated_part(self, size: float) -> float:
+        """Return the tolerated size that is nearest to a size."""
+        return math.copysign(min(self.distance(size), self.tolerated), size)
+
     def distance(self, size: float) -> float:
         """Return how far a size is from none; a gain of the opposite sign is far away at any size."""
         return _REVERSED_GAIN_DIFFERENCE if self.reversed_side else abs(size)
@@ -551,9 +555,11 @@ class JointModel:
 
     def errors_at(self, cause: Cause, size: float) -> float:
         """Return by how many errors a size of a cause exceeds the tolerated one, at the scatter of the model."""
-        tolerated_size = math.copysign(min(cause.distance(size), cause.tolerated), size)
-        costs = [self.remove(cause, s).cost(self.theta) for s in (tolerated_size, size)]
-        return math.sqrt(max(2 * (costs[0] - costs[1]), 0.0))
+        tolerated, whole = (
+            self.remove(cause, removed).cost(self.theta)
+            for removed in (cause.tolerated_part(size), size)
+        )
+        return math.sqrt(max(2 * (tolerated - whole), 0.0))
 
     def fit_cause(self, cause: Cause, size: float, se: float) -> tuple[float, float, JointModel]:
         """Find the best size of a cause, the errors by which it exceeds the tolerated size, and the model without it.
@@ -587,7 +593,7 @@ class JointModel:
         model.weight = without.weight
         best = _minimise(cost, first, 0.4 * step, 70, 0.01)
         size = float(best[4])
-        tolerated_size = math.copysign(min(cause.distance(size), cause.tolerated), size)
+        tolerated_size = cause.tolerated_part(size)
         tolerated_model = model.remove(cause._replace(reversed_side=0), tolerated_size)
         theta = _minimise(tolerated_model.cost, self.theta, step[:4], 70)
         # twice the logarithm of the likelihood ratio is the square of a standard normal number

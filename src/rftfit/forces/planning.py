@@ -334,7 +334,7 @@ def plan(
     target: Target | Outline | Mesh | Sequence[Outline | Mesh] | str = "map",
     current_map: Map | None = None,
     rig: Rig | None = None,
-    count: int = 10,
+    count: int = 8,
     confidence: float = 0.95,
     turns: Sequence[tuple[Outline, Motion]] = (),
     motion: Motion | Motion3D | None = None,

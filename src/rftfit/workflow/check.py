@@ -75,9 +75,13 @@ class Checked:
 
     @property
     def warnings(self) -> int:
-        """Number of the problems that are no errors, plus that of the failed checks."""
-        failed = self.diagnosis.failed if self.diagnosis else 0
-        return len(self.problems) - self.errors + failed
+        """Number of the problems that are no errors."""
+        return len(self.problems) - self.errors
+
+    @property
+    def failed_checks(self) -> int | None:
+        """Number of the physical checks that failed; None where they were not asked for."""
+        return None if self.diagnosis is None else self.diagnosis.failed
 
     def summary(self) -> str:
         """Format problems, diagnosis, campaign and plan for people."""
@@ -101,8 +105,10 @@ class Checked:
             paragraphs.append(
                 "Not checked here: signs, units, exchanged runs (rftfit check --diagnose)."
             )
-        total = f"{count(self.errors, 'error')}, {count(self.warnings, 'warning')}."
-        return "\n\n".join([*filter(None, paragraphs), total])
+        totals = [count(self.errors, "error"), count(self.warnings, "warning")]
+        if self.failed_checks is not None:
+            totals.append(count(self.failed_checks, "failed check"))
+        return "\n\n".join([*filter(None, paragraphs), f"{', '.join(totals)}."])
 
     def as_dict(self) -> dict[str, Any]:
         """Return everything as plain numbers, words and lists."""
@@ -110,6 +116,7 @@ class Checked:
             "campaign": self.campaign and self.campaign.config.title,
             "errors": self.errors,
             "warnings": self.warnings,
+            "failed_checks": self.failed_checks,
             "problems": [asdict(problem) | {"message": str(problem)} for problem in self.problems],
             "checks": self.diagnosis and self.diagnosis.checks,
             "verdicts": self.diagnosis
