@@ -729,7 +729,7 @@ def _try_candidates(model: JointModel, scan: Scan) -> list[_Trial]:
             # runs that scatter so much may do so in another way than the model says
             limit *= _CHOSEN.told_wider
             # the known shape at moved angles takes long
-            if cause.moves_angles and model.errors_at(cause, size) < limit / 2:
+            if cause.moves_angles and model.errors_at(cause, size) < _CHOSEN.worth_fitting * limit:
                 continue
         variants = [_try_candidate(model, cause, size, se, limit)]
         if cause.may_reverse(size):
