@@ -75,15 +75,20 @@ Logs = Sequence[tuple[Run, dict[Any, Any]]]
 
 def causes_in_readings(measured: MediumMeasurements) -> tuple[Logs, list[Cause]]:
     """Return the logs of plates and legs, and faults of channels that their readings show without alpha."""
-    facts = measured.tables["runs"]
-    read = facts[facts["status"].eq("read") & facts["F1_low_N"].notna()].to_dict("records")
-    logs = [(measured.sheet[row["run_id"]], row) for row in read]
-    logs = [(run, row) for run, row in logs if run.kind in ("plate", "leg")]
+    logs = _logs_read(measured)
     # a frozen, clipped or exchanged channel also shows no force: report the more exact cause first
     config = measured.config
     return logs, find_stuck_channels(config, logs) or find_exchanged_channels(
         config.transducer, logs
     )
+
+
+def _logs_read(measured: MediumMeasurements) -> Logs:
+    """Return the logs of plates and legs that were read."""
+    facts = measured.tables["runs"]
+    read = facts[facts["status"].eq("read") & facts["F1_low_N"].notna()].to_dict("records")
+    logs = [(measured.sheet[row["run_id"]], row) for row in read]
+    return [(run, row) for run, row in logs if run.kind in ("plate", "leg")]
 
 
 def _pushes(logs: Logs) -> Logs:
@@ -140,6 +145,14 @@ def _find_clipping_ends(
 
 def find_exchanged_channels(transducer: Transducer, logs: Logs) -> list[Cause]:
     """Find exchanged channels x and y: the force across the plane of motion (y) is larger than that in it (x)."""
+    if (ratio := _exchange_ratio(transducer, logs)) is None:
+        return []
+    y, x = transducer.axes.y[1:], transducer.axes.x[1:]
+    return [(remark("cause-exchanged", across=y, along=x, ratio=ratio), [])]
+
+
+def _exchange_ratio(transducer: Transducer, logs: Logs) -> float | None:
+    """Return how many times the force along x the channel y shows in slanted pushes; None where x is no smaller."""
     slanted = [row for run, row in _pushes(logs) if not is_symmetric(run)]
     y, x = transducer.axes.y[1:], transducer.axes.x[1:]
     ranges_N = [
@@ -147,10 +160,9 @@ def find_exchanged_channels(transducer: Transducer, logs: Logs) -> list[Cause]:
     ]
     across, along = np.array(ranges_N, dtype=float).reshape(-1, 2).T
     if not slanted or np.median(across) <= 10 * transducer.precision_N:
-        return []
+        return None
     ratio = float(np.median(across / np.maximum(along, 1e-9)))
-    cause = remark("cause-exchanged", across=y, along=x, ratio=ratio)
-    return [(cause, [])] if ratio > _CHOSEN.exchanged else []
+    return ratio if ratio > _CHOSEN.exchanged else None
 
 
 def find_axes_of_part(measured: MediumMeasurements) -> list[Cause]:
@@ -229,9 +241,10 @@ def compare_with_known(
         faint = np.abs(mount_force[component]) < _CHOSEN.silent * scale
         must_act = np.abs(expected[component]) >= _CHOSEN.must_feel
         opposite = (np.sign(force[component]) != np.sign(expected[component])) & ~faint & must_act
-        values: dict[str, Any] = {"channel": name}
+        of_flag: dict[str, Any] = {"channel": name}
+        of_cause: dict[str, Any] = {}
         if not explained and (count := directions.count_silent(faint, must_act)):
-            code, is_wrong, size = "silent", faint, directions.count(must_act)
+            code, is_wrong, size = "silent", faint & must_act, directions.count(must_act)
         elif not explained and (count := directions.count_reversed(opposite, strong[component])):
             code, is_wrong, size = "reversed", opposite, directions.count(strong[component])
         elif gain := _find_other_gain(
@@ -240,7 +253,8 @@ def compare_with_known(
             expected[component],
             strong[component],
         ):
-            values["times"], is_wrong = gain
+            of_cause["times"], is_wrong = gain
+            of_flag |= of_cause
             code, count, size = "gain", int(is_wrong.sum()), is_wrong.size
         else:
             continue
@@ -250,15 +264,20 @@ def compare_with_known(
             if _points_to_beta(table, is_wrong, is_right, measured.tolerance_deg):
                 mistake = "reversed-beta"
         runs = table["run_id"][is_wrong]
+        if code == "silent" and axis == "x":
+            logs = [log for log in _logs_read(measured) if log[1]["run_id"] in set(runs)]
+            if ratio := _exchange_ratio(config.transducer, logs):
+                mistake = "silent-turned"
+                of_cause = {"across": config.transducer.axes.y[1:], "ratio": ratio}
         cause = remark(
             f"cause-{mistake}",
             whose=f"alpha_{axis}" if config.table else f"{name}, along {axis},",
             count=count,
             size=size,
             rows=describe_rows(runs, measured.sheet),
-            **{name: value for name, value in values.items() if name == "times"},
+            **of_cause,
         )
-        causes.append((cause, flags_on(runs, f"channel-{code}", **values)))
+        causes.append((cause, flags_on(runs, f"channel-{code}", **of_flag)))
     return causes
 
 

@@ -314,6 +314,8 @@ SENTENCES = {
     "along it: look at transducer.axes",
     "cause-silent": "{whose} shows no force in {count} of {size} directions in which it must show one ({rows}): look at its cable "
     "and its column",
+    "cause-silent-turned": "{whose} shows no force in {count} of {size} directions in which it must show one, and {across}, across "
+    "the motion, {ratio:.3g} times as much ({rows}): look whether the load cell was turned about its axis or two cables exchanged",
     "cause-reversed": "{whose} has the opposite sign in {count} of {size} directions with a clear sign ({rows}): look at its "
     "wires, and at beta_deg and the motion of these runs (on a slanted path a level plate keeps its sign where only beta is wrong)",
     "cause-reversed-beta": "{whose} has the opposite sign in {count} of {size} directions with a clear sign ({rows}), but the right "
