@@ -91,6 +91,10 @@ class Run:
         """Angle gamma of the motion itself: an extraction goes back along a path that is stated on the way down."""
         return motion_gamma_deg(self.direction, self.gamma_deg)
 
+    def surface_of(self, arm: Arm) -> float:
+        """Arm z of the free surface, mm: that of the row, else that of the configuration."""
+        return arm.surface_z_mm if self.surface_z_mm is None else self.surface_z_mm
+
 
 @dataclass(frozen=True)
 class Vocabulary:

@@ -107,11 +107,10 @@ def path_in_lab_frame(log: Log, run: Run, arm: Arm) -> IntruderPath:
         column_label = f"{log.path.name}: {quantity}"
         return log.columns[quantity] * unit_factor(table, log.units[quantity], unit, column_label)
 
-    surface_mm = arm.surface_z_mm if run.surface_z_mm is None else run.surface_z_mm
     x, z = (column(quantity, LENGTH_TO_CM, arm.position_unit) for quantity in ("x", "z"))
     angle = column("angle", ANGLE_TO_RAD, "deg")
     x -= arm.middle_x_mm / 10
-    return IntruderPath(column("time", TIME_TO_S, "s"), x, z - surface_mm / 10, angle)
+    return IntruderPath(column("time", TIME_TO_S, "s"), x, z - run.surface_of(arm) / 10, angle)
 
 
 def logs_in_lab_frame(

@@ -256,13 +256,16 @@ def _read_quantity(
 
 
 def complete_motion_log(
-    log: Log, run: Run, units: Mapping[str, str], middle_cm: float = 0.0
+    log: Log, run: Run, units: Mapping[str, str], middle_cm: float = 0.0, surface_cm: float = 0.0
 ) -> Log:
-    """Add to a motion log what the run sheet states: beta, x of a vertical path, or the path of a position along it."""
+    """Add to a motion log what the run sheet states: beta, x of a vertical path, or the path of a position along it.
+
+    `middle_cm`, `surface_cm`: x and z of the arm where a path meets the surface.
+    """
     columns, units_of_columns, notes = dict(log.columns), dict(log.units), list(log.notes)
     if "along" in columns:
         columns["x"], columns["z"] = _split_along_path(
-            columns.pop("along"), run, units["x"], middle_cm
+            columns.pop("along"), run, units["x"], middle_cm, surface_cm
         )
         units_of_columns["x"] = units_of_columns["z"] = units_of_columns.pop("along")
         notes.append("x and z are those of the position along the path, by gamma of the run sheet")
@@ -284,17 +287,20 @@ def complete_motion_log(
 
 
 def _split_along_path(
-    along: FloatArray, run: Run, unit: str, middle_cm: float
+    along: FloatArray, run: Run, unit: str, middle_cm: float, surface_cm: float
 ) -> tuple[FloatArray, FloatArray]:
     """Return x and z of a position along the straight path of a run.
 
-    `along` is 0 at the surface and grows on the way in. `unit`: Unit of `along`, x and z.
+    `along` grows on the way in. `unit`: Unit of `along`, x and z. `middle_cm`, `surface_cm`: x and z where the path meets
+    the surface, which is where `along` is 0 unless a surface is stated.
     """
     scale = LENGTH_TO_CM[unit]
     inward_gamma_deg = run.gamma_deg if run.gamma_deg >= 0 else run.gamma_deg + 180
     x, z = (float(component) for component in direction(math.radians(inward_gamma_deg)))
-    level = run.depth_cm / scale if run.direction == "horizontal" else 0.0
-    return middle_cm / scale + along * x, along * z - level
+    if run.direction == "horizontal":
+        return middle_cm / scale + along * x, along * z - run.depth_cm / scale
+    along_at_surface = surface_cm / scale / z
+    return middle_cm / scale + (along - along_at_surface) * x, along * z
 
 
 def check_complete(log: Log, run: Run, quantities: tuple[str, ...], kind: str) -> Log:

@@ -53,7 +53,8 @@ def _motion_of_columns(campaign: Campaign, run: Run, log: Log) -> Log:
     log = readings.without_missing(log, config.motion_log.missing)
     log = log_columns.map_columns(log, source, units, "motion_log")
     if not {"z", "along"}.isdisjoint(log.columns):
-        log = log_columns.complete_motion_log(log, run, units, config.arm.middle_x_mm / 10)
+        middle_cm, surface_cm = config.arm.middle_x_mm / 10, run.surface_of(config.arm) / 10
+        log = log_columns.complete_motion_log(log, run, units, middle_cm, surface_cm)
     return log_columns.check_complete(log, run, log_columns.MOTION_QUANTITIES, "motion")
 
 
