@@ -137,7 +137,8 @@ def describe_other_kind(results: Results, medium: str) -> str:
     media = float(f"{1 / max(chance, 1e-9):.1g}")
     return (
         f"only one in {media:,.0f} media of the known kind lies so far from their shape: the medium is "
-        "of another kind, or a sign or an angle of the run sheet is wrong"
+        "of another kind, or a sign or an angle of the run sheet is wrong; the intervals of its zeta and of directions that "
+        "nobody pushed hold for media of the known kind alone"
     )
 
 
