@@ -185,6 +185,12 @@ class ForceAnswer:
             notes.append(
                 f"_beside: by {self.beside.name}; where it lies outside of _lo and _hi, these are empty"
             )
+        notes += [
+            f"{peak.quantity}_lo and {peak.quantity}_hi are too narrow near {self._position_column} = {peak.position:g}: there "
+            f"{STEEP_DEG:g} degrees of the attack angle change the force by {100 * peak.steepness:.0f} %"
+            for peak in self.peaks
+            if peak.withheld == STEEP
+        ]
         return [*notes, self.reason and f"empty cells: {self.short_reason}"]
 
     @property
@@ -355,6 +361,8 @@ class ForceAnswer:
             f"{', '.join(ends).replace('_', ' ')}: {meaning}"
             for ends, meaning in ends_shown.items()
         ]
+        if self.interval_of_bed:
+            sentences.append("Compare a measured force with next lo, next hi")
         if ends_shown:
             sentences.append(
                 "All are of the largest value along the motion; the table of poses has those of each pose"

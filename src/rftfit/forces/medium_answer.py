@@ -252,7 +252,7 @@ def _format_map(medium_map: Map, routine: ScaledMedium | None, description: str,
         + f"\n\nN/cm^3; beta and gamma in degrees; {level}, of the mean over beds (a further bed differs by "
         f"{100 * medium_map.bed_spread:.3g} %, one standard deviation); * measured.\n{zeta}\n{agree}\n"
         "Intervals are of draws that take energy in every direction, as any medium does; "
-        f"{100 * medium_map.not_passive:.0f} % of all gave energy back somewhere and were left out: the fewer pushes, the more."
+        f"{100 * medium_map.not_passive:.0f} % of all gave energy back somewhere and were left out, as usual: the fewer pushes, the more."
     )
 
 

@@ -48,7 +48,8 @@ class Target:
 
     `parts`: names of the numbers. `numbers`: function that returns them for some alpha and a map. `divisor`: function that
     takes the numbers by the map's own alpha, and returns what the half width of each is divided by; `divisor_name` says
-    it. `linear`: whether the numbers are linear in alpha.
+    it. `linear`: whether the numbers are linear in alpha. `of_model`: whether the numbers are those of the force model, whose
+    own error no push makes smaller.
     """
 
     name: str
@@ -57,6 +58,7 @@ class Target:
     divisor: Callable[[FloatArray], FloatArray]
     divisor_name: str
     linear: bool = True
+    of_model: bool = True
 
 
 def largest_size(numbers: FloatArray) -> FloatArray:
@@ -132,9 +134,14 @@ def _zeta(alpha: FloatArray, medium_map: Map) -> FloatArray:
 
 
 WHOLE_MAP = Target(
-    "map", ("alpha in all directions",), _alpha_on_lines, largest_size, "the largest alpha"
+    "map",
+    ("alpha in all directions",),
+    _alpha_on_lines,
+    largest_size,
+    "the largest alpha",
+    of_model=False,
 )
-ZETA = Target("zeta", ("zeta",), _zeta, np.abs, "zeta")
+ZETA = Target("zeta", ("zeta",), _zeta, np.abs, "zeta", of_model=False)
 
 
 def peaks(
@@ -244,6 +251,8 @@ class Plan:
         Pushes that were made before.
     divisor_name : str, optional
         What half widths in percent are percent of.
+    of_model : bool, optional
+        Whether the model's own error comes on top of these half widths, as with forces and speeds.
 
     Examples
     --------
@@ -259,6 +268,7 @@ class Plan:
     confidence: float
     made_already: int = 0
     divisor_name: str = "its number"
+    of_model: bool = False
 
     def table(self) -> pd.DataFrame:
         """Return the pushes, and the half width after each, as a table.
@@ -267,7 +277,7 @@ class Plan:
         -------
         pandas.DataFrame
             ``push`` (0: now), ``beta_deg, gamma_deg``, ``way_back`` (whether the plate is also measured
-            on its way back), ``runs`` (so far), ``half_width_percent`` of the target's interval, root
+            on its way back), ``runs`` (of the plan so far), ``half_width_percent`` of the target's interval, root
             mean square over its parts; where turns of bodies were offered too ``turn``, the body.
         """
         rows, runs = [], 0
@@ -292,19 +302,26 @@ class Plan:
                 way = "down and back" if push["way_back"] else ""
                 where = [f"({push['beta_deg']:g}, {push['gamma_deg']:.4g})", way, f"{push['runs']}"]
             rows.append([str(push["push"]), *where, f"{push['half_width_percent']:.1f} %"])
-        head = ["push", "(beta, gamma), deg", "", "runs so far", "half width"]
+        head = ["push", "(beta, gamma), deg", "", "new runs so far", "half width"]
         widths = [100 * step.typical for step in self.steps]
+        by_alpha, remainder = "", ""
+        if self.of_model:
+            by_alpha = ", as far as alpha decides"
+            remainder = (
+                "\nThis is the interval of alpha. The model's own error and the scatter of the next bed come on top, and no push makes "
+                "them smaller: the interval of the next bed, which a prediction prints, has both."
+            )
         enough_for = ""
         for limit in (30, 20, 15, 10, 5):
             if widths[0] > limit and min(widths) <= limit:
                 enough = next(i for i, half_width in enumerate(widths) if half_width <= limit)
                 pushes = "1 more push is" if enough == 1 else f"{enough} more pushes are"
-                enough_for = f"\n{pushes} enough for {self.target} within {limit} %."
+                enough_for = f"\n{pushes} enough for {self.target} within {limit} %{by_alpha}."
         before = f"{self.made_already} made already" if self.made_already else "none made yet"
         return (
             f"Pushes for {self.target}, {before}\n\n{format_table(head, rows)}\n\n"
             f"Half width of the {100 * self.confidence:g} % interval, percent of {self.divisor_name}, root mean square "
-            f"over {'; '.join(self.parts)}.{enough_for}"
+            f"over {'; '.join(self.parts)}.{enough_for}{remainder}"
         )
 
     def as_dict(self) -> dict[str, Any]:
@@ -427,7 +444,13 @@ def plan(
         variance_left = np.maximum(np.diag(covariance)[size:], 0.0)
         steps.append(Step(directions, runs, quantile * np.sqrt(variance_left), turn))
     return Plan(
-        target.name, target.parts, tuple(steps), confidence, current_map.pushes, target.divisor_name
+        target.name,
+        target.parts,
+        tuple(steps),
+        confidence,
+        current_map.pushes,
+        target.divisor_name,
+        target.of_model,
     )
 
 
