@@ -279,7 +279,11 @@ def _describe_windows_of_sands(results: Results) -> str:
         index=["medium", "run_id"], columns="window", values="alpha_z_N_per_cm3"
     )
     sentences = []
-    if "stated" in by_window:
+    if table.empty:
+        sentences.append(
+            "No push shows where its linear beginning ends: alpha and zeta above are of all readings in the windows of the pushes."
+        )
+    elif "stated" in by_window:
         sentences.append("Quote alpha of the stated window, which all predictions use.")
         if "detected" in by_window:
             changes = (100 * (by_window["detected"] / by_window["stated"] - 1)).dropna()
