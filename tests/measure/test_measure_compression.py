@@ -8,8 +8,6 @@ import pandas as pd
 import pytest
 
 from rftfit.checks.declared import CHECKS, MediumMeasurements
-from rftfit.directions import TOLERANCE_DEG
-from rftfit.measure.alpha import column
 
 
 def pushes(bend_of_medium=0.0, compression=0.0, directions=20, repeats=3, seed=3):
@@ -25,7 +23,7 @@ def pushes(bend_of_medium=0.0, compression=0.0, directions=20, repeats=3, seed=3
     )
     exponent = 1 + bend_of_medium + random.normal(0, 0.04, alpha.size)
     for component, factor in (("z", 1.0), ("x", 0.3)):
-        fits[column(component)] = factor * alpha
+        fits[f"alpha_{component}_N_per_cm3"] = factor * alpha
         bent = exponent - compression * factor * alpha
         fits[f"exponent_{component}"] = bent + random.normal(0, 0.01, alpha.size) / alpha
     return fits
@@ -41,7 +39,7 @@ def error_of_trend(check):
 
 
 def judged(fits):
-    config: Any = SimpleNamespace(grid=SimpleNamespace(angle_tolerance_deg=TOLERANCE_DEG))
+    config: Any = SimpleNamespace(grid=SimpleNamespace(angle_tolerance_deg=0.5))
     medium: Any = SimpleNamespace()
     return CHECKS["compression"].check(MediumMeasurements(config, medium, {}, {"fits": fits}, {}))
 

@@ -1,0 +1,24 @@
+"""What several tests of this room share."""
+
+import pytest
+from campaigns import chain
+from makers import config_of_push, row_of_push, write_campaign
+
+from rftfit.campaign.load import load_campaign
+
+
+@pytest.fixture
+def measure_push(tmp_path):
+    """What the stages make of a campaign of one push, whose logs of force and motion hold the same columns."""
+
+    def measure(push, motion_log="p.csv", **sections):
+        text = push.log().text()
+        config = write_campaign(
+            tmp_path,
+            config_of_push("time", {c: {"column": c, "unit": "mm"} for c in "xz"}, **sections),
+            rows=[row_of_push(push.gamma_deg, motion_log=motion_log)],
+            logs={"p.csv": text, motion_log: text},
+        )
+        return chain(load_campaign(config), "sand")
+
+    return measure
