@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from mistakes import GRIDS
 from result_tables import LABORATORY, alpha_frame, make_campaign
 from scipy.stats import chi2, norm
 
@@ -24,8 +23,6 @@ from rftfit import reference, rft3d_profile
 from rftfit.checks.declared import CHECKS, MediumMeasurements
 from rftfit.checks.medium import check_medium
 from rftfit.compare.peers import compare_runs
-from rftfit.lab.plan import parse_directions
-from rftfit.lab.truth import table_s5
 from rftfit.measure.flags import remark
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.levels import two_clusters
@@ -34,19 +31,27 @@ SCHEMA = Path(__file__).parents[2] / "config" / "config.schema.json"
 SETTINGS_OF_MEDIUM = json.loads(SCHEMA.read_text("utf-8"))["$defs"]["MediumSettings"]["properties"]
 CHECK_NAMES = SETTINGS_OF_MEDIUM["accept"]["propertyNames"]["enum"]
 """Checks whose failure a config may accept, in the order of the table."""
-GRID_NAMES = ["few", *(name for name in GRIDS if name != "one-push")]
-"""Grids of directions; `few` is the published table as it is."""
+GRIDS = {
+    "coarse": itertools.product((-30, 0, 30, 90), range(-90, 91, 30)),
+    "other": itertools.product((-75, -40, -10, 20, 55, 80), (-70, -45, -25, 25, 45, 70)),
+    "no-vertical": itertools.product((-60, -20, 20, 60), (-75, -50, -20, 20, 50, 75)),
+    "one-row": itertools.product((0,), (-90, -60, -30, 30, 60, 90)),
+    "scattered": np.random.default_rng(5).uniform(-90, 90, (25, 2)),
+    "straight-down": itertools.product((-60, -30, 0, 30, 60), (90,)),
+}
+"""Directions, beta and gamma, deg, of grids beside `few`, which is the published table as it is."""
+DIRECTIONS_OF_GRID = {name: np.array([*directions], float) for name, directions in GRIDS.items()}
 
 
 def on_grid(medium, grid):
     """The published table of a medium on another grid."""
     if grid == "few":
         return alpha_frame(medium, reference.alpha_grid(medium))
-    cells = parse_directions(GRIDS[grid], 5)
-    z, x = np.array([table_s5(medium, *cell) for cell in cells]).T
+    directions = DIRECTIONS_OF_GRID[grid].T
+    alphas = rftfit.TableProfile.published(medium).alpha(*np.radians(directions))
     columns: dict[str, Any] = {"alpha_x_turn_N_per_cm3": 0.0, "run_ids": ""}
-    columns |= dict(zip(("beta_deg", "gamma_deg"), np.array(cells).T, strict=True))
-    for c, values in (("z", z), ("x", x)):
+    columns |= dict(zip(("beta_deg", "gamma_deg"), directions, strict=True))
+    for c, values in zip("zx", alphas, strict=True):
         columns |= {f"alpha_{c}_N_per_cm3": values, f"alpha_{c}_se_N_per_cm3": 0.003}
     return pd.DataFrame(columns | {"medium": medium, "spread": "scatter between beds not included"})
 
@@ -111,7 +116,6 @@ def axes(table, config=None, **evidence):
     ("evidence", "verdict", "code"),
     [
         ({"z-reversed": -9.0}, "passed", "axes"),
-        ({"z-reversed": -9.0, PULLS: -9.0}, "passed", "axes"),
         ({"z-reversed": -9.0, PULLS: 1.0}, "passed", "axes-pulls-open"),
         ({"z-reversed": -9.0, PULLS: 9.0}, "failed", "axes-pulls"),
         ({"z-reversed": -9.0, "beta-reversed": -9.0}, "passed", "axes"),
@@ -120,7 +124,6 @@ def axes(table, config=None, **evidence):
         ({"z-reversed": -3.0, "beta-reversed": -3.0}, "not checked", "axes-open"),
         # what is told comes before what is open
         ({"z-reversed": 1.0, PULLS: 9.0}, "failed", "axes-pulls"),
-        ({"z-reversed": 1.0, PULLS: 1.0}, "not checked", "axes-open"),
         ({"z-reversed": 9.0, PULLS: 9.0}, "failed", "axes-others"),
         ({}, "not checked", "axes-no-runs"),
     ],
@@ -176,7 +179,7 @@ def turned(table, angle_deg):
     )
 
 
-@pytest.mark.parametrize("grid", GRID_NAMES)
+@pytest.mark.parametrize("grid", ["few", *GRIDS])
 @pytest.mark.parametrize("medium", reference.MEDIA)
 def test_no_published_table_fails(medium, grid):
     table = on_grid(medium, grid)
@@ -251,15 +254,6 @@ def test_a_difference_that_would_not_be_seen_is_not_checked(least, verdict):
     check = judge("repeats", measured(sheet_of("p" * 6), peers=peers))
     assert (check.verdict, check.values["median"]) == (verdict, least)
     assert (check.code == "repeats-blind") == (verdict == "not checked")
-
-
-@pytest.mark.parametrize(("off_z", "off_x", "component"), [(0.1, -0.4, "x"), (0.4, 0.1, "z")])
-def test_a_run_apart_is_told_by_the_component_that_is_farther_off(off_z, off_x, component):
-    peers = peers_of(1, times_spread=8.1, apart=True, off_z_ratio=off_z, off_x_ratio=off_x)
-    for c, alpha in (("z", 0.35), ("x", -0.04)):
-        peers[f"alpha_{c}_N_per_cm3"], peers[f"others_{c}_N_per_cm3"] = alpha, alpha + 0.2
-    check = judge("repeats", measured(sheet_of("p"), peers=peers))
-    assert f"r2: alpha_{component} {0.35 if component == 'z' else -0.04} beside" in check.sentence
 
 
 @pytest.mark.parametrize("apart", [1, 2])
@@ -808,7 +802,6 @@ def test_rods_run_by_run(way, tare_N, force_N, which):
     [
         # of 10 N: 1.5 % of the force is 0.15 N, of a single run 15 %
         ("trend", [0.16] * 9, "failed", range(9)),
-        ("trend", [-0.16] * 9, "failed", range(9)),
         ("trend", [0.14] * 9, "passed", []),
         ("trend", [0.0] * 8 + [1.6], "failed", [8]),
         ("trend", [0.0] * 8 + [1.4], "passed", []),

@@ -84,13 +84,3 @@ def test_repeats_make_the_trend_better_known():
     once, four_times = (error_of_trend(judged(pushes(repeats=repeats))) for repeats in (1, 4))
     # what a medium may have of its own does not become smaller
     assert 0.4 * once < four_times < 0.75 * once
-
-
-def test_measured_angles_tell_what_typed_ones_do():
-    typed = pushes(directions=12, compression=0.1)
-    turns = np.random.default_rng(2).uniform(-0.2, 0.2, len(typed))
-    measured = typed.assign(
-        beta_deg=10 * typed["beta_deg"] + turns, gamma_deg=typed["gamma_deg"] - turns
-    )
-    of_typed = judged(typed.assign(beta_deg=10 * typed["beta_deg"]))
-    assert judged(measured).values == pytest.approx(of_typed.values)

@@ -16,7 +16,6 @@ from rftfit.compare.joint import RunSlopes
 from rftfit.compare.misplaced import find_misplaced
 from rftfit.measure.ledger import RowStatus
 
-GRID = SimpleNamespace(angle_tolerance_deg=0.5)
 DIRECTIONS = [(b, g) for b in (-60.0, -30.0, 0.0, 30.0, 60.0) for g in (30.0, 60.0, 75.0, 90.0)]
 
 
@@ -111,6 +110,13 @@ def test_two_exchanged_runs_are_single_mistakes():
 # --- by the motion logs
 
 
+def judge(name, sheet, tables, **settings):
+    """Outcome of a check of the medium of a run sheet, by the sections of the config that it reads."""
+    config: Any = SimpleNamespace(grid=SimpleNamespace(angle_tolerance_deg=0.5), **settings)
+    medium: Any = SimpleNamespace()
+    return CHECKS[name].check(MediumMeasurements(config, medium, sheet, tables, {}))
+
+
 def check_refused(sheet, seen, size_of_alpha=20):
     """Check of runs that are refused since their logs show other angles, by run_id: (beta, gamma), NaN: not asked."""
     rows = [
@@ -122,10 +128,7 @@ def check_refused(sheet, seen, size_of_alpha=20):
         "misplaced": pd.DataFrame(),
         "peers": pd.DataFrame(index=range(size_of_alpha)),
     }
-    config: Any = SimpleNamespace(arm=SimpleNamespace(angle_tolerance_deg=2.0))
-    medium: Any = SimpleNamespace()
-    measured = MediumMeasurements(config, medium, sheet, tables, {})
-    return CHECKS["sheet"].check(measured)
+    return judge("sheet", sheet, tables, arm=SimpleNamespace(angle_tolerance_deg=2.0))
 
 
 @pytest.mark.parametrize("shift", [1, -1, 2, -2])
@@ -222,9 +225,7 @@ def rods(fits, tared, windows, confidence=0.95):
     tares = fits.assign(tare_rms_N=1.0, force_rms_N=2.0)
     tables = {"fits": fits, "tared": tared, "windows": windows, "tares": tares}
     sheet: Any = {name: SimpleNamespace(run_id=name, kind="plate") for name in fits["run_id"]}
-    config: Any = SimpleNamespace(grid=GRID, fit=SimpleNamespace(confidence=confidence))
-    medium: Any = SimpleNamespace()
-    return CHECKS["rods"].check(MediumMeasurements(config, medium, sheet, tables, {}))
+    return judge("rods", sheet, tables, fit=SimpleNamespace(confidence=confidence))
 
 
 @pytest.mark.parametrize(
@@ -257,20 +258,3 @@ def test_nothing_tells_the_rods_where_all_runs_share_one_or_go_straight_down():
     for alike in (fits.assign(tare_run="one"), fits[fits["gamma_deg"] == 90]):
         assert rods(alike, tared, windows).code == "rods"
     assert rods(fits.assign(tare_run=""), tared, windows).code == "rods-no-tare"
-
-
-def test_rods_of_measured_angles_are_those_of_typed_ones():
-    """A direction is one witness however its repeats were typed."""
-    fits, tared, windows = samples_of(0.6)
-    samples = tared["run_id"].astype(str)
-    twice = pd.concat([tared, tared.assign(run_id="again " + samples)], ignore_index=True)
-    twice["run_id"] = twice["run_id"].astype("category")
-    typed = pd.concat([fits, fits.assign(run_id="again " + fits["run_id"])], ignore_index=True)
-    turns = np.random.default_rng(2).uniform(-0.2, 0.2, len(typed))
-    measured = typed.assign(
-        beta_deg=typed["beta_deg"] + turns, gamma_deg=typed["gamma_deg"] - turns
-    )
-    windows_of_both = pd.concat([windows, windows], ignore_index=True)
-    of_typed, of_measured = (rods(table, twice, windows_of_both) for table in (typed, measured))
-    assert of_typed.code == "rods-other"
-    assert of_measured.values == pytest.approx(of_typed.values)

@@ -1,4 +1,4 @@
-"""A stage with one position along its path: the surface of a run, as docs/howto/home-rig.md says to write it."""
+"""Clocks, zero and path of a push are those that its config and run sheet state, as docs/howto/home-rig.md says to write them."""
 
 import numpy as np
 import pytest

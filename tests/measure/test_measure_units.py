@@ -1,6 +1,6 @@
 """Unit factors follow from their definitions, and a unit that is not stated is never guessed.
 
-Also tested: the calibration of gauges.
+Also tested: the calibration of gauges, and positions that are stated by a rate.
 """
 
 import math

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rftfit.measure.flags import Refused
-from rftfit.measure.lab_frame import find_zero, height_needed
+from rftfit.measure.lab_frame import find_zero
 
 TIME = np.arange(2000) / 100
 
@@ -46,12 +46,6 @@ def test_no_rest(rests):
     with pytest.raises(Refused) as caught:
         find_zero(TIME, FORCE, stretches(*rests), 10.0, 0.0)
     assert caught.value.remark.code == "no-zero"
-
-
-@pytest.mark.parametrize(("angle_rad", "height_cm"), [(0.0, 0.82), (math.pi / 2, 2.405)])
-def test_height_of_a_plate_clear_of_the_surface(paper_config, angle_rad, height_cm):
-    heights = height_needed(paper_config.intruders["plate"], np.full(3, angle_rad), 0.5)
-    np.testing.assert_allclose(heights, [height_cm] * 3)
 
 
 @pytest.mark.parametrize(
