@@ -13,7 +13,7 @@ import pytest
 from paper import paper_config
 
 from rftfit.measure.flags import Refused
-from rftfit.measure.session_clocks import SessionClocks
+from rftfit.measure.session_clocks import SessionClocks, flags_of_clock
 
 ESTIMATE = paper_config().clock.model_copy(update={"method": "estimate"})
 """The clocks are to be found from the force."""
@@ -100,9 +100,12 @@ def test_a_clock_that_was_restarted_is_told_with_what_was_found_for_which_runs()
     assert re.findall(r"[pq]+\d+|\d+ more|\+\d", told) == (
         ["p00", "p01", "p02", "1 more", "+5", "qp00", "qp01", "qp02", "2 more"]
     )
-    # a push that shows its own offset keeps it
-    clock = clocks(RESTARTED).of_run(row("qp02"), TIME + START_S, 0.1)
+    # a push that shows its own offset keeps it, and says so
+    session_clocks = clocks(RESTARTED)
+    clock = session_clocks.of_run(row("qp02"), TIME + START_S, 0.1)
     assert clock.offset_s == pytest.approx(5.1, abs=0.1)
     assert clock.shared_se_s == BUILD_UP_S < clock.se_s
-    # and so do two that need an impossible drift
+    flags = flags_of_clock(row("qp02"), session_clocks)
+    assert [flag.code for flag in flags] == ["clock-by-itself"]
+    # two pushes that need an impossible drift contradict each other, too
     assert refusal([push("a", 0, 0.0), push("b", 100, 3.0)]).code == "clocks-contradict"
