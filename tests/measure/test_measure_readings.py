@@ -132,25 +132,28 @@ def test_a_log_of_which_nobody_knows_the_good_readings_is_refused(measure_push):
     assert list(results.runs["reason_code"]) == ["spikes"]
 
 
-def motion_of(time, height):
-    """Motion log of an arm that goes along z."""
-    return log_of(time=time, x=np.zeros(time.size), z=height, angle=np.zeros(time.size))
+def motion_of(time, way, moving="z"):
+    """Motion log of an arm that goes along one axis."""
+    still = dict.fromkeys(("x", "z", "angle"), np.zeros(time.size))
+    return log_of(time=time, **still | {moving: way})
 
 
-@pytest.mark.parametrize("rows", [3, 5, 10, 25])
-def test_a_position_that_is_read_seldom_counts_when_it_is_new(rows):
+@pytest.mark.parametrize(
+    ("rows", "moving"), [(3, "z"), (5, "z"), (10, "z"), (25, "z"), (5, "x"), (5, "angle")]
+)
+def test_a_position_that_is_read_seldom_counts_when_it_is_new(rows, moving):
     random = np.random.default_rng(rows)
     time, height, _ = push(random)
     # an arm never moves quite steadily
     height = height + 0.02 * np.sin(2.3 * time) * (time > 1)
     held = height[np.arange(height.size) // rows * rows]
-    new = without_holds(motion_of(time, held)).columns
+    new = without_holds(motion_of(time, held, moving)).columns
     assert np.median(np.diff(new["time"])) == pytest.approx(rows / RATE_HZ)
-    moving = (time > 2) & (time < 13)
-    between = np.interp(time[moving], new["time"], new["z"])
-    assert np.abs(between - height[moving]).mean() < 0.1 * SPEED_CM_PER_S * rows / RATE_HZ / 2
+    during = (time > 2) & (time < 13)
+    between = np.interp(time[during], new["time"], new[moving])
+    assert np.abs(between - height[during]).mean() < 0.1 * SPEED_CM_PER_S * rows / RATE_HZ / 2
     # the rest in air is one, not a slow way down
-    assert np.interp(0.8, new["time"], new["z"]) == pytest.approx(1.0)
+    assert np.interp(0.8, new["time"], new[moving]) == pytest.approx(1.0)
 
 
 def test_a_coarse_sensor_is_no_position_that_is_held():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from campaigns import chain
-from makers import MadePush, TextLog, config_of_push, row_of_push, write_campaign
+from makers import NOT_MEASURED, MadePush, TextLog, config_of_push, row_of_push, write_campaign
 
 from rftfit.campaign.load import load_campaign
 
@@ -65,3 +65,12 @@ def test_a_stated_zero_is_turned_into_the_lab_frame(measure_push):
     force_z_N, force_x_N = push.forces_N
     np.testing.assert_allclose(results.traces["force_z_N"], -(force_x_N - 0.1), atol=1e-6)
     np.testing.assert_allclose(results.traces["force_x_N"], -(force_z_N - 0.4), atol=1e-6)
+
+
+@pytest.mark.parametrize(("gamma_deg", "is_unknown"), [(90, False), (60, True)])
+def test_a_force_along_x_that_nobody_measured_is_none_by_symmetry_alone(
+    measure_push, gamma_deg, is_unknown
+):
+    results = measure_push(MadePush(gamma_deg=gamma_deg), force_columns=NOT_MEASURED)
+    assert ("no-force-x" in results.codes("p")) == is_unknown
+    assert np.isnan(results.fit("p")["alpha_x_N_per_cm3"]) == is_unknown
