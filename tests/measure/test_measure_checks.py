@@ -676,7 +676,7 @@ def test_turn_of_the_mount_by_mirror_images(rows, turn, se, turned_deg, confiden
         # numbers of a remark have six digits
         half_deg = norm.ppf(0.5 + confidence / 2) * math.degrees(se)
         ends = [check.values["interval"].values[end] for end in ("low", "high")]
-        assert ends == pytest.approx(math.degrees(turn) + half_deg * np.array([-1, 1]), abs=1e-5)
+        assert ends == pytest.approx(math.degrees(turn) + half_deg * np.array([-1, 1]), rel=1e-5)
 
 
 @pytest.mark.parametrize(
