@@ -31,7 +31,7 @@ SCHEMA = Path(__file__).parents[2] / "config" / "config.schema.json"
 SETTINGS_OF_MEDIUM = json.loads(SCHEMA.read_text("utf-8"))["$defs"]["MediumSettings"]["properties"]
 CHECK_NAMES = SETTINGS_OF_MEDIUM["accept"]["propertyNames"]["enum"]
 """Checks whose failure a config may accept, in the order of the table."""
-GRIDS = {
+GRIDS: dict[str, Any] = {
     "coarse": itertools.product((-30, 0, 30, 90), range(-90, 91, 30)),
     "other": itertools.product((-75, -40, -10, 20, 55, 80), (-70, -45, -25, 25, 45, 70)),
     "no-vertical": itertools.product((-60, -20, 20, 60), (-75, -50, -20, 20, 50, 75)),
@@ -1216,10 +1216,10 @@ def test_later_checks_wait_until_a_first_is_put_right(failed, accept, held, monk
     """All others would pass; a check that waits keeps its flags of single runs."""
     flag = remark("gives-back", run_id="a")
     passed = replace(judge("same_logs", measured(copies={})), verdict="passed", flags=(flag,))
-    for name, declared in CHECKS.items():
+    for name in CHECK_NAMES:
         verdict = "failed" if name == failed else "passed"
         outcome = replace(passed, check=name, code=name, verdict=verdict)
-        instead = replace(declared, check=lambda _, outcome=outcome: outcome)
+        instead = replace(CHECKS[name], check=lambda _, outcome=outcome: outcome)
         monkeypatch.setitem(CHECKS, name, instead)
     media = {"m": SimpleNamespace(accept=accept)}
     campaign: Any = SimpleNamespace(config=SimpleNamespace(media=media), runs_of=lambda _: [])

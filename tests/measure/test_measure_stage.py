@@ -28,7 +28,7 @@ def test_the_surface_of_a_run_follows_from_the_reading_of_its_stage(
     sine = np.sin(np.radians(gamma_deg))
     surface_z_mm = -(at_surface_mm * factor + offset_mm) * sine
     along = {"column": "stage", "unit": "mm", "factor": factor, "offset": offset_mm}
-    arm, cells = {"middle_x_mm": 40.0}, {}
+    arm, cells = {"middle_x_mm": 40.0}, dict[str, float]()
     (cells if is_of_run else arm)["surface_z_mm"] = float(surface_z_mm)
     config = write_campaign(
         tmp_path,
