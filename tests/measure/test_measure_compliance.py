@@ -35,22 +35,15 @@ def push(peak_N, in_air=40, contact=400):
     return depth, force
 
 
-def test_it_does_not_extrapolate():
-    compliance = compliance_of(*push(100.0), 0.001)
-    travel, in_range = compliance.travel_at(np.array([-5.0, 50.0, 99.9, 101.0]))
-    np.testing.assert_allclose(travel, [0, 0.05, 0.0999, 0.1], rtol=1e-9)
-    assert in_range.tolist() == [True, True, True, False]
-
-
 @pytest.mark.parametrize("peak_N", [8.0, 200.0, 5000.0])
-def test_a_spring_is_exact_up_to_its_last_newton(peak_N):
+def test_a_spring_is_exact_up_to_its_last_newton_and_not_extrapolated(peak_N):
     compliance = compliance_of(*push(peak_N), 0.001)
-    force = np.linspace(0, peak_N, 77)
+    force = np.append(np.linspace(0, peak_N, 77), [-5.0, 1.01 * peak_N])
     travel, in_range = compliance.travel_at(force)
-    np.testing.assert_allclose(travel, 1e-3 * force, atol=1e-12 * peak_N)
-    assert in_range[:-1].all()
+    np.testing.assert_allclose(travel, 1e-3 * np.clip(force, 0, peak_N), atol=1e-12 * peak_N)
+    assert in_range[:76].all()
+    assert in_range[-2:].tolist() == [True, False]
     assert compliance.force[-1] == pytest.approx(peak_N, rel=1e-12)
-    assert compliance.travel[-1] == pytest.approx(1e-3 * peak_N, rel=1e-9)
 
 
 def test_the_way_back_is_not_used():
@@ -95,24 +88,3 @@ def test_a_blow_shows_no_yielding():
     curve = compliance_of(np.concatenate([np.linspace(0, 1, 40), np.ones(40)]), force, 0.01)
     np.testing.assert_array_equal(curve.travel, 0)
     assert curve.force[-1] == pytest.approx(100, abs=0.1)
-
-
-def test_the_zero_is_the_median_of_the_first_twentieth():
-    depth, force = push(50.0)
-    plain = compliance_of(depth, force, 0.01)
-    shifted = force + 7.5
-    shifted[:10] += 30.0  # 10 of the 22 readings that make the zero
-    curve = compliance_of(depth, shifted, 0.01)
-    np.testing.assert_allclose(curve.force, plain.force, atol=1e-9)
-    np.testing.assert_allclose(curve.travel, plain.travel, atol=1e-9)
-
-
-def test_one_bad_reading_at_the_peak_is_one_of_many():
-    depth, force = push(200.0)
-    bad = depth.copy()
-    bad[-1] += 0.05
-    # the last level has 20 readings; from its middle to its end their mean counts half as much again
-    moved = (
-        compliance_of(bad, force, 0.01).travel[-1] - compliance_of(depth, force, 0.01).travel[-1]
-    )
-    assert 0 < moved < 2 * 0.05 / 20

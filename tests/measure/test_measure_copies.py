@@ -69,15 +69,6 @@ def test_a_hum_that_all_runs_have_in_common_makes_no_copy(hum):
     assert near_copies([["a", "b", "c"]], runs) == {}
 
 
-def test_a_hum_of_the_drive_in_short_runs_makes_no_copy():
-    """A drive that speeds up hums in the same way in each run; no reading of one is that of another."""
-    chirp = np.sin(np.cumsum(np.linspace(0.6, 2.0, 130)))[:, None]
-    short = {name: force(seed)[:130] + 0.2 * chirp for name, seed in (("a", 1), ("b", 2))}
-    assert near_copies([["a", "b"]], tared(**short)) == {}
-    copy = short["a"][3:].round(1)
-    assert near_copies([["a", "b"]], tared(a=short["a"], b=copy)) == {"a": ("b",), "b": ("a",)}
-
-
 @pytest.mark.parametrize("digits", [2, 3, 4])
 def test_a_hum_far_above_the_noise_makes_no_copy(digits):
     """Their noise correlates by 0.95, yet readings differ by far more than their last digits."""

@@ -9,6 +9,7 @@ import pytest
 from scipy.signal import lfilter
 from seeds import ALL, assert_share, seeds
 
+import rftfit
 from rftfit.measure.lab_frame import find_zero
 from rftfit.measure.slopes import fit_slope
 
@@ -101,7 +102,7 @@ def test_error_of_the_clock_is_covered():
     lo, hi = fit_slope(depth, stress, *nothing, sd).interval(0.95)
     # a few degrees of freedom are taken for it, though `depth_sd` is given: a little too wide
     assert_share((lo <= ALPHA) & (hi >= ALPHA), 0.93, 0.98)
-    lo, hi = fit_slope(depth, stress, *nothing).interval(0.95)
+    lo, hi = rftfit.fit_slope(depth, stress).interval(0.95)
     assert np.mean((lo <= ALPHA) & (hi >= ALPHA)) < 0.6
 
 

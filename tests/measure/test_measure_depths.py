@@ -5,7 +5,6 @@ import pytest
 from coverage_levels import forces_held
 from seeds import seeds
 
-from rftfit.directions import TOLERANCE_DEG
 from rftfit.measure.depths import curved_law
 
 
@@ -43,4 +42,4 @@ def test_the_check_of_linearity_decides_what_is_curved(verdict, code, law):
             "code": ["surface-off", code],
         }
     )
-    assert str(curved_law(fits, checks, TOLERANCE_DEG)) == law
+    assert str(curved_law(fits, checks, 0.5)) == law

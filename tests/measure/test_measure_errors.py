@@ -5,7 +5,6 @@ Common: several runs or cells have it, so that their mean has it too.
 
 import itertools
 import math
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,12 +15,12 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 from seeds import seeds
 
+import rftfit
+from rftfit import reference
 from rftfit.campaign.config import ErrorSettings
-from rftfit.measure.alpha import alpha_table, column
-from rftfit.measure.errors import Spread, gradient, spread_of_beds, surface_error
-from rftfit.measure.repeats import FLOORS, RunScatter
-from rftfit.measure.slopes import fit_slope
-from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
+from rftfit.measure.alpha import alpha_table
+from rftfit.measure.errors import gradient, spread_of_beds, surface_error
+from rftfit.measure.repeats import FLOORS
 
 NONE = ErrorSettings(
     surface_run_mm=0, surface_session_mm=0, angle_deg=0, turn_deg=0, tare_percent=0, bed_percent=0
@@ -35,13 +34,13 @@ def fits(repeats=1, scatter=0.0):
     """Runs of loose poppy seeds in twelve directions, without noise but for the stated scatter."""
     random = np.random.default_rng(5)
     rows = []
-    table = alpha_grid("poppy_LP")
+    table = reference.alpha_grid("poppy_LP")
     for i, j in itertools.product((2, 3, 4), (0, 3, 9, 12)):
         for number in range(repeats):
             row: dict[str, Any] = {
                 "run_id": f"{i}_{j}_{number}",
-                "beta_deg": BETA_DEG[i],
-                "gamma_deg": GAMMA_DEG[j],
+                "beta_deg": reference.BETA_DEG[i],
+                "gamma_deg": reference.GAMMA_DEG[j],
                 "depth_from_cm": 1.0,
                 "depth_to_cm": 8.0,
                 "lever_per_cm": 0.2,
@@ -52,10 +51,10 @@ def fits(repeats=1, scatter=0.0):
             for c, alphas in zip("zx", table, strict=True):
                 value = float(alphas[i, j]) * (1 + scatter * random.standard_normal())
                 row |= {
-                    column(c): value,
-                    column(c, "_se"): 0.001,
+                    f"alpha_{c}_N_per_cm3": value,
+                    f"alpha_{c}_se_N_per_cm3": 0.001,
                     f"alpha_{c}_dof": 12.0,
-                    column(c, "_tare"): 0.0005,
+                    f"alpha_{c}_tare_N_per_cm3": 0.0005,
                 }
             rows.append(row)
     return pd.DataFrame(rows)
@@ -71,9 +70,7 @@ def cell_table(errors=NONE, surface=None, runs=None):
 def test_a_surface_moves_alpha_by_what_the_lever_says():
     """The slope through zero of a stress that begins 2 mm deeper, against its own lever."""
     depth = np.linspace(1.0, 8.0, 700)
-    nothing = np.zeros((1, 1))
-    right = fit_slope(depth, 0.3 * depth[None], nothing, np.ones((1, 1)))
-    late = fit_slope(depth, 0.3 * (depth - 0.2)[None], nothing, np.ones((1, 1)))
+    right, late = (rftfit.fit_slope(depth, 0.3 * (depth - late_cm)) for late_cm in (0.0, 0.2))
     assert right.alpha[0] - late.alpha[0] == pytest.approx(0.3 * 0.2 * right.lever, rel=1e-9)
     assert late.offset[0] == pytest.approx(0.2, abs=1e-9)
     assert right.offset[0] == pytest.approx(0.0, abs=1e-9)
@@ -81,7 +78,7 @@ def test_a_surface_moves_alpha_by_what_the_lever_says():
     stated = ErrorSettings(surface_run_mm=2, surface_session_mm=0)
     surface = surface_error(np.zeros(3), np.zeros(3), stated)
     cell = cell_table(surface=surface).loc[(0, 90)]
-    assert cell["alpha_z_surface_N_per_cm3"] == pytest.approx(0.2 * 0.2 * cell[column("z")])
+    assert cell["alpha_z_surface_N_per_cm3"] == pytest.approx(0.2 * 0.2 * cell["alpha_z_N_per_cm3"])
 
 
 def test_gradient_of_a_plane():
@@ -91,10 +88,13 @@ def test_gradient_of_a_plane():
     # where neighbours lie on all sides within the turn of a plate, which is 180 degrees
     inner = np.abs(beta) < 30
     np.testing.assert_allclose(slopes[inner], np.tile([0.01, -0.002], (inner.sum(), 1)), atol=1e-9)
-    apart = np.array([0.0, 80.0]), np.array([90.0, -90.0]), np.array([0.3, 0.1])
-    assert (gradient(*apart) == 0).all()
+    # a neighbour is up to 45 degrees away
     elsewhere = np.array([[0.001, 0.002], [-0.003, 0.004]])
-    np.testing.assert_allclose(gradient(*apart, elsewhere), elsewhere)
+    for apart_deg, of_neighbours in ((45.0, True), (45.1, False)):
+        gamma = np.array([0.0, apart_deg])
+        slopes = gradient(np.zeros(2), gamma, 0.3 + 0.01 * gamma, elsewhere)
+        expected_slopes = [0.01, 0.01] if of_neighbours else elsewhere[:, 1]
+        np.testing.assert_allclose(slopes[:, 1], expected_slopes, atol=1e-12)
 
 
 @pytest.mark.parametrize("off_deg", [0.0, 0.5])
@@ -117,12 +117,10 @@ def test_the_surface_is_judged_by_the_offsets():
     assert np.mean([surface.run for surface in surfaces]) == pytest.approx(0.1, rel=0.08)
     assert np.mean([surface.session for surface in surfaces]) == pytest.approx(0.2, rel=0.05)
     # what says nothing of the surface, or is told, does not count
-    blind = surface_error(np.full(60, 3.0), np.full(60, 0.5), UNKNOWN)
-    assert (blind.run, blind.session) == (0.1, 0.0)
-    stated = surface_error(
-        np.full(60, 3.0), noise, ErrorSettings(surface_run_mm=1, surface_session_mm=2)
-    )
-    assert (stated.run, stated.session) == (0.1, 0.2)
+    stated = ErrorSettings(surface_run_mm=1, surface_session_mm=2)
+    for noise_cm, errors, session_cm in ((0.5, UNKNOWN, 0.0), (0.01, stated, 0.2)):
+        surface = surface_error(np.full(60, 3.0), np.full(60, noise_cm), errors)
+        assert (surface.run, surface.session) == (0.1, session_cm)
     assert surface_error(np.full(3, 0.3), noise[:3], UNKNOWN).run > 0.1
     assert surface_error(np.full(60, 0.3), noise, UNKNOWN, is_given=False).run == 0
 
@@ -150,7 +148,9 @@ def test_no_error_when_enlarged_narrows_an_interval(start, name, increase, scatt
         errors = ErrorSettings(**values)
         surface = surface_error(np.zeros(12), np.zeros(12), errors)
         table = cell_table(errors, surface, runs)
-        return np.concatenate([table[column(c, "_hi")] - table[column(c, "_lo")] for c in "zx"])
+        return np.concatenate(
+            [table[f"alpha_{c}_hi_N_per_cm3"] - table[f"alpha_{c}_lo_N_per_cm3"] for c in "zx"]
+        )
 
     assert (widths(start | {name: start[name] + increase}) >= widths(start) * (1 - 1e-9)).all()
 
@@ -205,47 +205,17 @@ def test_the_scatter_of_repeats_is_the_most_likely_one():
     assert FLOORS[spread.scatter.weight.argmax()] in (0.2, 0.4, 1.0)
 
 
-def test_the_error_of_a_component_by_hand():
-    """Along and across a force of (0.24, 0.07) N/cm^3, of the largest one, whose floor makes no difference."""
-    along, across, dof = 0.05, 0.02, 9.0
-    one_floor = np.eye(FLOORS.size)[2]
-    scatter = RunScatter(np.full(FLOORS.size, along), np.full(FLOORS.size, across), one_floor, dof)
-    spread = Spread(scatter=scatter, largest=0.25, source="repeats")
-    # the force lies at cos = 0.96 and sin = 0.28
-    of_z = (0.25 * along * 0.96) ** 2, (0.25 * across * 0.28) ** 2
-    error = spread.error_at(np.array([0.24, 0.07]), 0)
-    assert error.sd == pytest.approx(math.sqrt(sum(of_z)))
-    assert error.dof == pytest.approx(dof * sum(of_z) ** 2 / (of_z[0] ** 2 + of_z[1] ** 2))
-    # a component that nobody measured has no error, and z has its own
-    assert math.isnan(spread.error_at(np.array([0.24, math.nan]), 1).sd)
-    assert spread.error_at(np.array([0.25, math.nan]), 0).sd == pytest.approx(0.25 * along)
-    # floors that repeats cannot tell apart leave less known of a weak direction
-    floors = np.where(FLOORS < 1, 0.2, 0.0)
-    unknown = Spread(scatter=replace(scatter, weight=floors), largest=0.25, source="repeats")
-    weak = unknown.error_at(np.array([0.01, 0.0]), 0)
-    assert weak.dof < dof
-    assert weak.sd > 0.01 * along
-
-
 def test_fewer_than_five_degrees_of_freedom_do_not_speak_for_all_cells():
     five, six = (
         [(np.stack([np.linspace(0.2, 0.3, runs)] * 2), np.full((2, runs), 0.001))]
         for runs in (5, 6)
     )
     assert spread_of_beds(five).source == "few repeats"
-    assert spread_of_beds([]).source == "assumed"
     assert spread_of_beds(six).source == "repeats"
     stated = spread_of_beds(five, (0.003, 0.1))
-    alpha = np.array([0.4, 0.1])
     assert stated.source == "stated"
-    assert stated.error_at(alpha, 0).sd == pytest.approx(math.hypot(0.003, 0.04))
-    assert stated.error_at(alpha, 1).sd == pytest.approx(math.hypot(0.003, 0.01))
+    alpha = np.array([0.4, 0.1])
+    for component, part in enumerate((0.04, 0.01)):
+        assert stated.error_at(alpha, component).sd == pytest.approx(math.hypot(0.003, part))
     assert spread_of_beds(five, (0.0, 0.0)).error_at(alpha, 0).sd == 0
     assert spread_of_beds([]).error_at(alpha, 0).sd == pytest.approx(0.02)
-
-
-def test_a_neighbour_is_up_to_45_degrees_away():
-    beta = np.zeros(2)
-    for apart, expected_slope in ((45.0, 0.01), (45.1, 0.0)):
-        slopes = gradient(beta, np.array([0.0, apart]), np.array([0.3, 0.3 + 0.01 * apart]))
-        np.testing.assert_allclose(slopes[:, 1], expected_slope, atol=1e-12)

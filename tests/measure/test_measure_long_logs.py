@@ -3,14 +3,12 @@
 import numpy as np
 import pytest
 import yaml
+from campaigns import chain
 from makers import GOLDEN, MadePushes, write_campaign
 
 from rftfit.campaign.load import load_campaign
-from rftfit.measure.fits import fit_medium
-from rftfit.measure.ingest import ingest_medium
-from rftfit.measure.ledger import check_ledger, join
+from rftfit.measure.ledger import check_ledger
 from rftfit.measure.long_logs import memory_need
-from rftfit.measure.tare import tare_medium
 
 MOST_ROWS = 200
 """In place of a million: the logs of this page have 380 and 420 rows."""
@@ -50,13 +48,10 @@ def averaged(parted, monkeypatch):  # noqa: ARG001
 
 
 def measure(campaign):
-    """Samples, fits and tables of runs, whose rows add up."""
-    samples, runs, ingested = ingest_medium(campaign, "sand")
-    tared, tares, tare_book = tare_medium(campaign, "sand", samples, runs)
-    fits, _, fit_book = fit_medium(campaign, "sand", runs, tared, tares)
-    books = [book.table() for book in (ingested, tare_book, fit_book)]
-    check_ledger(join(books), runs)
-    return samples, fits.set_index("run_id"), runs.set_index("run_id"), join(books)
+    """What the stages make of the logs, whose rows add up."""
+    results = chain(campaign, "sand")
+    check_ledger(results.book, results.runs)
+    return results
 
 
 def edit_force_log(campaign, edit):
@@ -66,32 +61,30 @@ def edit_force_log(campaign, edit):
 
 
 def test_a_log_in_parts_is_that_of_one_piece(campaign, request):
-    whole_samples, whole_fits, _, _ = measure(campaign)
+    whole = measure(campaign)
     request.getfixturevalue("parted")
-    samples, fits, _, _ = measure(campaign)
-    assert samples.equals(whole_samples)
-    assert fits.equals(whole_fits)
+    parted = measure(campaign)
+    assert parted.traces.equals(whole.traces)
+    assert parted.fits.equals(whole.fits)
 
 
 def test_means_give_the_same_alpha(campaign, request):
-    whole_samples, whole_fits, _, _ = measure(campaign)
-    assert len(whole_samples) > 3 * MOST_ROWS
+    whole = measure(campaign)
+    assert len(whole.traces) > 3 * MOST_ROWS
     request.getfixturevalue("averaged")
-    samples, fits, runs, book = measure(campaign)
-    counts = samples["run_id"].value_counts()
+    averaged = measure(campaign)
+    counts = averaged.traces["run_id"].value_counts()
     assert counts.between(MOST_ROWS / 2, MOST_ROWS).all()
-    step_s = runs["sample_step_s"].to_numpy()
-    np.testing.assert_allclose(step_s, 2 / 20, rtol=0.02)
-    went_into_means = book.query("reason_code == 'averaged-rows' and file == 'a_force.csv'")["rows"]
-    assert went_into_means.sum() == 380 - counts["a"]
-    fit, whole_fit = fits.loc["a"], whole_fits.loc["a"]
+    np.testing.assert_allclose(averaged.runs["sample_step_s"], 2 / 20, rtol=0.02)
+    assert averaged.fates("a_force.csv")["dropped", "averaged-rows"] == 380 - counts["a"]
+    fit, whole_fit = averaged.fit("a"), whole.fit("a")
     half = whole_fit["alpha_z_hi_N_per_cm3"] - whole_fit["alpha_z_N_per_cm3"]
     assert abs(fit["alpha_z_N_per_cm3"] - whole_fit["alpha_z_N_per_cm3"]) < half / 5
 
 
 @pytest.mark.usefixtures("averaged")
 def test_readings_that_stand_alone_are_in_no_mean(campaign):
-    _, sound_fits, _, _ = measure(campaign)
+    sound = measure(campaign)
     alone = [201, 202, 300]
 
     def disturb(lines):
@@ -100,12 +93,11 @@ def test_readings_that_stand_alone_are_in_no_mean(campaign):
         return lines
 
     edit_force_log(campaign, disturb)
-    _, fits, _, book = measure(campaign)
+    disturbed = measure(campaign)
     # two that lie at the edge of two parts are seen as their mean
-    assert book.query("reason_code == 'lone-readings'")["rows"].sum() == len(alone) - 1
-    assert fits.loc["a", "alpha_z_N_per_cm3"] == pytest.approx(
-        sound_fits.loc["a", "alpha_z_N_per_cm3"], rel=2e-3
-    )
+    assert disturbed.fates("a_force.csv")["dropped", "lone-readings"] == len(alone) - 1
+    alpha, sound_alpha = (results.fit("a")["alpha_z_N_per_cm3"] for results in (disturbed, sound))
+    assert alpha == pytest.approx(sound_alpha, rel=2e-3)
 
 
 @pytest.mark.usefixtures("averaged")
@@ -118,9 +110,9 @@ def test_a_mean_shows_that_a_reading_was_saturated(campaign):
             for row, line in enumerate(lines)
         ],
     )
-    _, fits, _, book = measure(campaign)
-    assert book.query("reason_code == 'saturated'")["rows"].sum() >= 10
-    assert "window-saturated" in fits.loc["a", "reason_code"]
+    results = measure(campaign)
+    assert results.fates("a_force.csv")["dropped", "saturated"] >= 10
+    assert "window-saturated" in results.fit("a")["reason_code"]
 
 
 @pytest.mark.usefixtures("averaged")
@@ -128,18 +120,16 @@ def test_a_time_that_stands_is_refused_with_all_rows(campaign):
     edit_force_log(
         campaign, lambda lines: [*lines[:250], *(f"7.0,{row},1.0" for row in range(250, 381))]
     )
-    _, _, runs, book = measure(campaign)
-    assert runs.loc["a", "reason_code"] == "time"
-    assert book.query("file == 'a_force.csv'")["rows"].sum() == 380
+    results = measure(campaign)
+    assert results.run("a")["reason_code"] == "time"
+    assert sum(results.fates("a_force.csv").values()) == 380
 
 
 def test_the_need_of_memory_grows_with_rows_and_is_bounded(tmp_path):
     for name, megabytes in (("small", 1), ("large", 40), ("huge", 4000)):
         with (tmp_path / name).open("wb") as file:
             file.truncate(megabytes * 10**6)
-    needs = {name: memory_need(tmp_path, [name]) for name in ("small", "large", "huge")}
-    assert not needs["small"].long_logs
-    assert needs["large"].long_logs == {"large": 40 * 10**6}
-    assert needs["small"].megabytes < needs["large"].megabytes == needs["huge"].megabytes
-    together = memory_need(tmp_path, ["large", "huge", "none"])
-    assert together.megabytes > needs["huge"].megabytes
+    small, large, huge = (memory_need(tmp_path, [name]) for name in ("small", "large", "huge"))
+    assert (small.long_logs, large.long_logs) == ({}, {"large": 40 * 10**6})
+    assert small.megabytes < large.megabytes == huge.megabytes
+    assert memory_need(tmp_path, ["large", "huge", "none"]).megabytes > huge.megabytes

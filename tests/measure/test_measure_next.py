@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from rftfit.campaign.config import ErrorSettings
-from rftfit.measure.alpha import alpha_table, column
+from rftfit.measure.alpha import alpha_table
 
 DIRECTIONS = [(beta, gamma) for beta in (-30.0, 0.0, 30.0) for gamma in (-60.0, 30.0, 60.0, 90.0)]
 NOISE, NOISE_DOF, BED = 0.004, 12, 0.05
@@ -44,7 +44,11 @@ def measured(random, repeats):
             row |= {"depth_from_cm": 1.0, "depth_to_cm": 8.0, "lever_per_cm": 0.2, "reason": ""}
             for c, value in zip("zx", alpha, strict=True):
                 seen = NOISE * math.sqrt(random.chisquare(NOISE_DOF) / NOISE_DOF)
-                row |= {column(c): value, column(c, "_se"): seen, f"alpha_{c}_dof": NOISE_DOF}
+                row |= {
+                    f"alpha_{c}_N_per_cm3": value,
+                    f"alpha_{c}_se_N_per_cm3": seen,
+                    f"alpha_{c}_dof": NOISE_DOF,
+                }
             rows.append(row)
     return pd.DataFrame(rows)
 
@@ -58,7 +62,10 @@ def shares_inside(random, campaigns, repeats, fresh):
             alphas = pushes(random, cell["beta_deg"], cell["gamma_deg"], fresh)
             for c, alpha in zip("zx", alphas, strict=True):
                 for end in ("", "_next"):
-                    low, high = cell[column(c, f"_lo{end}")], cell[column(c, f"_hi{end}")]
+                    low, high = (
+                        cell[f"alpha_{c}_lo{end}_N_per_cm3"],
+                        cell[f"alpha_{c}_hi{end}_N_per_cm3"],
+                    )
                     inside.append(np.mean((low <= alpha) & (alpha <= high)))
     return np.reshape(inside, (-1, 2)).mean(axis=0)
 

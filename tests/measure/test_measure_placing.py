@@ -15,7 +15,6 @@ from pushes import Push, make_push
 
 import rftfit
 from rftfit.campaign.load import load_campaign
-from rftfit.errors import InputError
 from rftfit.measure.ledger import RowStatus, check_ledger
 
 YIELD_CM_PER_N = 1e-3
@@ -173,7 +172,7 @@ def test_a_rigid_contact_that_is_none(folder):
     def logs_of(name):
         return {"force_log": f"{name}_force.csv", "motion_log": f"{name}_motion.csv"}
 
-    with pytest.raises(InputError, match=r"rigid_contact.force_log: found 'gone_force"):
+    with pytest.raises(rftfit.RftfitError, match=r"rigid_contact.force_log: found 'gone_force"):
         campaign(folder, rigid_contact=logs_of("gone"))
     write(folder, "soft", make_push(3, stiffness=0.0, medium_N=0.0))
     for quantity in ("force", "motion"):

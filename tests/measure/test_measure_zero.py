@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rftfit.measure.flags import Refused
-from rftfit.measure.lab_frame import find_zero, height_needed, stated_zero
+from rftfit.measure.lab_frame import find_zero
 
 TIME = np.arange(2000) / 100
 
@@ -32,17 +32,6 @@ def test_a_rest_cut_in_two_is_no_look_at_the_drift(ends):
     assert (zero.variance > (0.01 * 8) ** 2 / 3).all()
 
 
-def test_a_stated_zero_is_turned_into_the_lab_frame(paper_config):
-    """The sensor has x along -F2 and z along -F3."""
-    stated = {"method": "stated", "readings_N": (0.1, 0.2, 0.4), "sd_N": 0.03}
-    zero = stated_zero(
-        paper_config.zero.model_copy(update=stated),
-        paper_config.transducer.model_copy(update={"turn_deg": 0.0}),
-    )
-    np.testing.assert_allclose(zero.force, [[-0.4], [-0.2]])  # z, x
-    np.testing.assert_allclose(zero.variance, [0.0009, 0.0009])
-
-
 @pytest.mark.parametrize(
     "rests",
     [
@@ -57,14 +46,6 @@ def test_no_rest(rests):
     with pytest.raises(Refused) as caught:
         find_zero(TIME, FORCE, stretches(*rests), 10.0, 0.0)
     assert caught.value.remark.code == "no-zero"
-
-
-def test_height_of_a_plate_clear_of_the_surface(paper_config):
-    plate = paper_config.intruders["plate"]
-    flat = height_needed(plate, np.zeros(3), 0.5)
-    np.testing.assert_allclose(flat, [0.82] * 3)
-    upright = height_needed(plate, np.full(2, math.pi / 2), 0.5)
-    np.testing.assert_allclose(upright, [2.405] * 2)
 
 
 @pytest.mark.parametrize(

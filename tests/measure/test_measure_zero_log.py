@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from campaigns import chain
 from makers import MadePush, TextLog, config_of_push, row_of_push, write_campaign
 
 from rftfit.campaign.load import load_campaign
-from rftfit.measure.ingest import ingest_medium
 
 HOUR_S = 3600.0
 DRIFT_N_PER_MIN = 0.02
@@ -46,8 +46,8 @@ def measure(folder, zero_log, form, push_at_s):
     row = row_of_push(zero_log="zero.csv")
     logs = {"p.csv": log(MadePush(start_s=push_at_s, seed=2), form), "zero.csv": zero_log}
     config = write_campaign(Path(folder), CONFIG, rows=[row], logs=logs)
-    _, runs, ledger = ingest_medium(load_campaign(config), "sand")
-    return runs.iloc[0], {flag.code: flag.values for flag in ledger.flags}
+    results = chain(load_campaign(config), "sand")
+    return results.run("p"), {flag.code: flag.values for flag in results.flags.of_run("p")}
 
 
 REST = slice(0, 35)
