@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from log_files import refused, text_reader
 
-from rftfit.logs.labels import may_be_labels
 from rftfit.logs.registry import dialect
 
 ARRAYS = dialect("arrays")
@@ -91,17 +90,22 @@ def hdf5_log(path, force, **attributes):
 
 
 @pytest.mark.parametrize(
-    "attributes", [{"gain": 0.5}, {"Skalierung": 2.0}, {"zero_offset": -3.0}, {"N_per_count": 0.01}]
+    ("attributes", "is_scaling"),
+    [
+        ({"gain": 0.5}, True),
+        ({"Skalierung": 2.0}, True),
+        ({"zero_offset": -3.0}, True),
+        ({"N_per_count": 0.01}, True),
+        ({"gain": 1.0}, False),
+        ({"offset": 0.0}, False),
+        ({"serial": 1234}, False),
+    ],
 )
-def test_a_scaling_in_words_of_a_lab_is_named(tmp_path, attributes):
-    path = hdf5_log(tmp_path / "log.h5", np.arange(50.0), **attributes)
-    assert next(iter(attributes)) in ARRAYS.load(path).unapplied["force"]
-
-
-@pytest.mark.parametrize("attributes", [{"gain": 1.0}, {"offset": 0.0}, {"serial": 1234}, {}])
-def test_an_attribute_that_scales_nothing_is_no_scaling(tmp_path, attributes):
-    path = hdf5_log(tmp_path / "log.h5", np.arange(50.0), **attributes)
-    assert not ARRAYS.load(path).unapplied
+def test_a_scaling_in_words_of_a_lab_is_named(tmp_path, attributes, is_scaling):
+    log = ARRAYS.load(hdf5_log(tmp_path / "log.h5", np.arange(50.0), **attributes))
+    names = [name for name in attributes if name in log.unapplied.get("force", "")]
+    assert names == [*attributes] * is_scaling
+    assert bool(log.unapplied) == is_scaling
 
 
 @pytest.mark.parametrize(
@@ -185,17 +189,3 @@ def test_rows_of_several_widths_are_those_of_the_chosen_source(tmp_path):
         for word in "FP"
     }
     assert sizes == {"F": 60, "P": 30}
-
-
-@pytest.mark.parametrize(
-    ("numbers", "is_label"),
-    [
-        ([1, 2], True),
-        ([0.5, 1.5], False),
-        ([3, 3], False),
-        (range(40), False),
-        ([1, np.nan], False),
-    ],
-)
-def test_labels_are_a_few_whole_numbers(numbers, is_label):
-    assert may_be_labels(np.tile(np.array(numbers, dtype=float), 40 // len(numbers))) == is_label

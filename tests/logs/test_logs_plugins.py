@@ -3,6 +3,7 @@
 Dialect: the log format of a program.
 """
 
+import contextlib
 import importlib
 import re
 import shutil
@@ -11,13 +12,11 @@ from pathlib import Path
 
 import pytest
 from log_files import refused
+from makers import json_of
 
 import rftfit
-from rftfit.errors import InputError
 from rftfit.logs import registry as plugins_module
-from rftfit.logs.base import LogError
-from rftfit.logs.inspect import recognised
-from rftfit.logs.registry import dialect, load_each
+from rftfit.logs.registry import dialect
 from rftfit.store import digests
 from rftfit.workflow.provenance import changes_between, present_provenance
 from rftfit.workflow.state import States, read_states
@@ -67,20 +66,17 @@ def test_the_example_of_the_documentation(install, tmp_path):
     (log_text,) = blocks("text")
     path = tmp_path / "run1.olf"
     path.write_text(log_text, "utf-8")
-    recognition = recognised(path)
-    reader = recognition.reader
-    assert (reader.name, recognition.other_dialects) == (name, [])
-    assert "package ourlab-dialect" in reader.describe()
-    log = reader.load(path)
+    assert json_of("inspect", path)["dialect"] == name
+    assert "package ourlab-dialect" in dialect(name).describe()
+    log = rftfit.read_log(path)
     assert log.size == len(log_text.splitlines()) - 2
     assert log.units == {"time": "s", "Fx": "N", "Fy": "N", "Fz": "N"}
-    assert load_each([(dialect(name), path)])[0].rows == log.rows
     # cut anywhere, it behaves as the program's own readers do
     content = log_text.encode()
     for stop in range(len(content)):
         path.write_bytes(content[:stop])
-        cut_log = load_each([(reader, path)])[0]
-        if not isinstance(cut_log, LogError):
+        with contextlib.suppress(rftfit.RftfitError):
+            cut_log = rftfit.read_log(path, name)
             assert cut_log.size <= content[:stop].count(b"\n") - 2
 
 
@@ -116,10 +112,11 @@ def test_broken_ones_say_so_and_harm_nobody(install, tmp_path):
         assert words in text
     assert "ourlab-one" in dialect("same").describe()
     assert "package" not in dialect("rig").describe()
-    with pytest.raises(InputError, match="a-broken of package ourlab-broken"):
-        dialect("a-broken")
+    with pytest.raises(rftfit.RftfitError, match="a-broken of package ourlab-broken"):
+        rftfit.read_log(path, "a-broken")
     path.write_bytes(b"OURS 1\n")
-    assert recognised(path).reader.name == "failing"
+    with pytest.raises(rftfit.RftfitError, match="package ourlab-failing failed"):
+        rftfit.read_log(path)
     assert not dialect("wrong").detect(b"OURS")
     for name, values in (
         ("failing", "package ourlab-failing failed: ZeroDivisionError"),
