@@ -2,8 +2,7 @@
 
 import pytest
 
-EXCLUDED = "sheet.excluded-without-reason"
-"""Code of the problem of an excluded run, which stands in column `reason`."""
+from .conftest import cases_of
 
 
 def place(problem):
@@ -103,66 +102,12 @@ def test_a_blank_cell_that_is_needed(room, column):
     assert errors == [("required", 8, column)]
 
 
-@pytest.mark.parametrize(
-    ("run", "column", "cell", "code", "value"),
-    [
-        (
-            "p1",
-            "medium",
-            "popy_LP",
-            "sheet.unknown-word",
-            "poppy_LP, poppy_CP; did you mean 'poppy_LP'?",
-        ),
-        (
-            "p1",
-            "kind",
-            "Plate",
-            "sheet.unknown-word",
-            "plate, rod, leg, leg_air; did you mean 'plate'?",
-        ),
-        ("p1", "direction", "intrution", "sheet.unknown-word", "'intrusion'?"),
-        (
-            "p1",
-            "intruder",
-            "plat",
-            "sheet.unknown-word",
-            "plate, disc, c_leg, flat_leg; did you mean 'plate'?",
-        ),
-        ("p1", "intruder", "c_leg", "sheet.intruder-kind", ": plate, disc"),
-        ("c1", "intruder", "disc", "sheet.intruder-kind", ": c_leg, flat_leg"),
-        ("p1", "direction", "rotation", "sheet.direction-kind", "intrusion or extraction or hor"),
-        ("c1", "direction", "intrusion", "sheet.direction-kind", "rotation for "),
-        ("p1", "beta_deg", "thirty", "sheet.not-a-number", "'thirty'; allowed: -90 to 90 "),
-        ("p1", "beta_deg", "3_0", "sheet.not-a-number", ""),
-        ("p1", "beta_deg", "30,5", "sheet.decimal-comma", "'30.5'?"),
-        ("p1", "beta_deg", "NaN", "sheet.not-finite", "'NaN'"),
-        ("p1", "surface_z_mm", "-inf", "sheet.not-finite", ""),
-        ("p1", "surface_z_mm", "1e999", "sheet.not-finite", ""),
-        ("p1", "beta_deg", "90.1", "sheet.out-of-range", "-90 to 90 "),
-        ("p1", "beta_deg", "-91", "sheet.out-of-range", ""),
-        ("p1", "gamma_deg", "-91", "sheet.out-of-range", "-90 to 90 "),
-        ("p1", "gamma_deg", "-45", "sheet.gamma-up", "above 0 "),
-        ("p1", "gamma_deg", "91", "sheet.out-of-range", ""),
-        ("h1", "depth_cm", "0", "sheet.out-of-range", "above 0 cm"),
-        ("h1", "depth_cm", "", "sheet.required", ""),
-        ("p1", "run_id", "p 1", "sheet.bad-name", "A-Z a-z"),
-        ("p1", "run_id", "../p", "sheet.bad-name", ""),
-        ("p1", "run_id", ".p", "sheet.bad-name", " . or -"),
-        ("p1", "run_id", "p" * 101, "sheet.bad-name", " 100"),
-        ("p1", "excluded", "maybe", "sheet.bad-flag", "yes, no or blank"),
-        ("p1", "excluded", "yes", EXCLUDED, ""),
-        ("p1", "reason", "dropped", "sheet.reason-without-excluded", ""),
-        ("c1", "beta_deg", "30", "sheet.ignored", "a leg "),
-        ("p1", "depth_cm", "3", "sheet.ignored", "a plate run "),
-        ("a1", "medium", "poppy_LP", "sheet.ignored", "a leg_air "),
-        ("t1", "tare_run", "t1", "sheet.ignored", "a rod "),
-    ],
-)
+@pytest.mark.parametrize(("run", "column", "cell", "code", "value"), cases_of("sheet_cells"))
 def test_one_bad_cell(room, run, column, cell, code, value):
     room.rows[run][column] = cell
-    (problem,) = [problem for problem in room.check() if problem.code == code]
+    (problem,) = [problem for problem in room.check() if problem.code == f"sheet.{code}"]
     row = 2 + list(room.rows).index(run)
-    assert place(problem)[1:] == (row, column if code != EXCLUDED else "reason")
+    assert place(problem)[1:] == (row, "reason" if code.startswith("excluded-") else column)
     assert value in str(problem)
 
 
