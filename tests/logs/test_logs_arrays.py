@@ -70,7 +70,9 @@ def test_every_column_by_its_path(name, tmp_path):
     inspected = json_of("inspect", path)
     assert inspected["dialect"] == "arrays"
     lines = "\n".join(inspected["config"])
-    assert all(f"F{k}: run.F column {k}" in lines for k in (1, 2, 3))
+    assert all(f"F{k}: {{column: run.F column {k}, unit: N}}" in lines for k in (1, 2, 3))
+    assert "time: {column: run.time, unit: s}" in lines
+    assert "z: z" in lines
 
 
 def test_arrays_of_numpy(tmp_path):
@@ -164,6 +166,8 @@ def test_a_damaged_file_costs_the_logs_of_others_nothing(tmp_path):
         for name in "abc"
     ]
     write_campaign(tmp_path / "lab", config, rows=rows, logs=contents)
-    problems = rftfit.check(tmp_path / "lab")
-    print([str(p) for p in problems])
-    assert {problem.place.row for problem in problems if problem.code.startswith("log")} == {3}
+    problems = [str(problem) for problem in rftfit.check(tmp_path / "lab")]
+    (damaged,) = (problem for problem in problems if "damaged" in problem)
+    assert "1 run would be dropped: b (row 3): b.mat: " in damaged
+    # the others were read: their pushes have no rest in air
+    assert sum("a (row 2), c (row 4): no zero" in problem for problem in problems) == 1

@@ -74,17 +74,6 @@ def test_the_rate_counts_rows_of_one_source_in_blocks_of_any_size(tmp_path, monk
     assert (log.rows, [*log.dropped.values()]) == (400, [200])
 
 
-def test_a_workbook_of_two_sensors(tmp_path):
-    table, is_other = table_of(1, 0.5, "sensor", ("ft_plate", "ft_other"))
-    path = tmp_path / "log.xlsx"
-    WRITERS["xlsx"](table, path)
-    refused(READERS["xlsx"], path, "several-sources", " sensor ", "'ft_other', 'ft_plate'")
-    log = READERS["xlsx"].of_source({"sensor": ("ft_other",)}).load(path)
-    np.testing.assert_allclose(log.columns["Fz"], table["Fz_N"][is_other], rtol=1e-12)
-    misnamed = READERS["xlsx"].of_source({"senser": ("ft_other",)})
-    refused(misnamed, path, "where", "'senser'", "did you mean 'sensor'")
-
-
 def ramp(seed=1, rows=ROWS):
     """Readings of one source that grow."""
     return 20.0 * np.arange(rows) / rows + np.random.default_rng(seed).normal(0, 0.05, rows)
@@ -151,6 +140,8 @@ def test_no_name_tells_a_column_of_sources(tmp_path, name, kind):
     refused(reader, path, "several-sources", f" {name} ", "'1', '2'")
     log = reader.of_source({name: ("2",)}).load(path)
     np.testing.assert_allclose(log.columns["Fz"], table["Fz_N"][is_other], rtol=1e-12)
+    misnamed = reader.of_source({f"{name}r": ("2",)})
+    refused(misnamed, path, "where", f"'{name}r'", f"did you mean '{name}'")
 
 
 @pytest.mark.parametrize("often", [0.05, 0.3])

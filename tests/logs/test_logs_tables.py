@@ -174,24 +174,6 @@ def test_a_column_of_a_table_that_nobody_asks_for_costs_no_row(tmp_path):
     assert dialect("parquet").only({"Fx", "z"}).load(path).size == 50
 
 
-@pytest.mark.parametrize(
-    ("content", "name"),
-    [
-        ("größe".encode("cp1252"), "8"),
-        ("größe".encode(), "UTF-8"),
-        (("größe\r\n" * 9).encode("utf-16-be"), "UTF-16"),
-        (b"\x00\x01", "binary"),
-    ],
-)
-def test_encodings_are_named(content, name, tmp_path):
-    """Of a file that nobody can read, which is told what it looks like."""
-    path = tmp_path / "words"
-    path.write_bytes(content)
-    with pytest.raises(rftfit.RftfitError) as caught:
-        rftfit.read_log(path)
-    assert f"It looks like: {name}" in str(caught.value)
-
-
 def test_types_of_parquet_that_hold_numbers(tmp_path):
     start = dt.datetime(2026, 1, 1, 23, 59, 50)
     rows = range(20)
