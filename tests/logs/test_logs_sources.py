@@ -164,5 +164,5 @@ def test_numbers_are_compared_as_numbers(tmp_path, cells, word, rows):
     WRITERS["xlsx"](table, tmp_path / "log.xlsx")
     reader = READERS["xlsx"].only({"time", "Fz"}).of_source({"label": (word,)})
     assert reader.load(tmp_path / "log.xlsx").columns["Fz"].tolist() == rows
-    with pytest.raises(rftfit.RftfitError, match="'lable'.*did you mean 'label'"):
+    with pytest.raises(rftfit.RftfitError, match=r"'lable'.*did you mean 'label'"):
         READERS["xlsx"].of_source({"lable": (word,)}).load(tmp_path / "log.xlsx")
