@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from campaigns import Room
 from log_files import refused
 from makers import json_of
 
@@ -127,26 +128,6 @@ def test_broken_ones_say_so_and_harm_nobody(install, tmp_path):
 
 # --- the code of a plug-in is part of what made a result ------------------------------------------------
 
-CONFIG = PAGE.parents[1] / "config" / "config.yaml"
-RUNS = (
-    "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,force_log,motion_log\n"
-    "p1,plate,poppy_LP,plate,intrusion,0,90,p1_f.csv,p1_m.csv\n"
-)
-
-
-@pytest.fixture
-def campaign(tmp_path):
-    """One run; its logs need not be there."""
-    config = tmp_path / "campaign" / "config" / "config.yaml"
-    sheet = tmp_path / "campaign" / "raw" / "paper" / "runs.csv"
-    for path in (config, sheet):
-        path.parent.mkdir(parents=True)
-    sheet.write_text(RUNS, "utf-8")
-    text = CONFIG.read_text("utf-8").split("\nrobot:")[0] + "\ndialect: ours\n"
-    text = re.sub(r"^dialect: rig.*\n", "", text, flags=re.MULTILINE)
-    config.write_text(text, "utf-8")
-    return config
-
 
 def fresh():
     """What a new process knows."""
@@ -154,12 +135,14 @@ def fresh():
     digests.plugin_digest.cache_clear()
 
 
-def test_a_changed_plug_in_is_told(install, campaign, tmp_path):
+def test_a_changed_plug_in_is_told(install, tmp_path):
     code = GOOD + "    def load(self, path): raise OSError\n"
     install("ourlab-dialect", "ourlab_dialect", code, ours="ourlab_dialect:D")
-    text = campaign.read_text("utf-8").replace("method: sync_line", "method: estimate")
-    campaign.write_text(text, "utf-8")
-    states = read_states(campaign)
+    (tmp_path / "campaign").mkdir()
+    room = Room(tmp_path / "campaign")
+    room.config += "dialect: ours\nclock: {method: estimate}\n"
+    room.write()
+    states = read_states(room.path)
     jobs = (("ingest", "poppy_LP"), ("figure", "clocks_poppy_LP"), ("fourier", ""))
     codes_before = [states.state_of(*job)["code"] for job in jobs]
     state = present_provenance(states)
@@ -189,10 +172,3 @@ def test_a_changed_plug_in_is_told(install, campaign, tmp_path):
         if change.now == "not there"
     ]
     assert ("code", "ourlab_dialect") in [(change.sort, change.name) for change in removals]
-
-
-def test_the_rig_needs_no_search_for_plug_ins(campaign, monkeypatch):
-    text = campaign.read_text("utf-8").replace("dialect: ours", "dialect: rig")
-    campaign.write_text(text, "utf-8")
-    monkeypatch.setattr(plugins_module, "plugins", lambda: pytest.fail("searched"))
-    assert read_states(campaign).dialects == []

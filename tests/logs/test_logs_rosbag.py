@@ -232,24 +232,6 @@ def test_messages_that_do_not_fit(tmp_path):
     assert (log.size, [*log.dropped.values()]) == (1, [1])
 
 
-def test_a_bag_without_the_definition_of_its_type(tmp_path, monkeypatch):
-    from rosbags.interfaces import MessageDefinition, MessageDefinitionFormat
-    from rosbags.rosbag2.storage_mcap import McapReader
-
-    path = write_ros2(tmp_path / "bag", [wrench(1)])
-    empty = MessageDefinition(MessageDefinitionFormat.NONE, "")
-    read = McapReader.open
-
-    def without(bag):
-        read(bag)
-        bag.connections = [connection._replace(msgdef=empty) for connection in bag.connections]
-
-    monkeypatch.setattr(McapReader, "open", without)
-    bare = typesys.get_typestore(typesys.Stores.EMPTY)
-    monkeypatch.setattr(typesys, "get_typestore", lambda _: bare)
-    assert refused(BAGS, path, "type", WRENCH).rows == 1
-
-
 DOUBLED = "lab/D0 x\n" + "".join(
     f"{'=' * 80}\nMSG: lab/D{level}\nlab/D{level + 1} a\nlab/D{level + 1} b\n"
     for level in range(40)
@@ -305,16 +287,36 @@ def test_units_are_those_that_ros_lays_down_for_a_type(tmp_path):
     assert (units["twist.angular.y"], units["own.angular.y"]) == ("rad/s", "")
 
 
-def test_what_a_library_raises_is_a_reason_on_one_line(tmp_path):
-    """A definition that does not parse: its text is the stranger's, and stays inside one line."""
-    definition = "float64[ x\nimport os\n\x1b[31m"
-    bag = rosbag2.Writer(tmp_path / "bag", version=9, storage_plugin=rosbag2.StoragePlugin.MCAP)
+def mcap_of(folder, definition):
+    """A bag of ROS 2 with one message of a lab's own type."""
+    bag = rosbag2.Writer(folder, version=9, storage_plugin=rosbag2.StoragePlugin.MCAP)
     with bag:
         topic = bag.add_connection("/force", "lab/msg/Force", msgdef=definition, rihs01="0" * 64)
         bag.write(topic, 10**9, bytes(12))
-    (mcap,) = (tmp_path / "bag").glob("*.mcap")
+    return next(folder.glob("*.mcap"))
+
+
+def test_what_a_library_raises_is_a_reason_on_one_line(tmp_path):
+    """A definition that does not parse: its text is the stranger's, and stays inside one line."""
+    definition = "float64[ x\nimport os\n\x1b[31m"
     ros1 = write_ros1(tmp_path / "b.bag", definition, bytes(8))
-    for path, code in ((mcap, "damaged"), (ros1, "type")):
+    for path, code in ((mcap_of(tmp_path / "bag", definition), "damaged"), (ros1, "type")):
         message = str(refused(BAGS, path, code, "lab/msg/Force"))
         assert "\n" not in message
         assert "\x1b" not in message
+
+
+def test_a_bag_without_the_definition_of_its_type(tmp_path, monkeypatch):
+    from rosbags.interfaces import MessageDefinition, MessageDefinitionFormat
+    from rosbags.rosbag2.storage_mcap import McapReader
+
+    path = mcap_of(tmp_path / "bag", "float64 x\n")
+    empty = MessageDefinition(MessageDefinitionFormat.NONE, "")
+    read = McapReader.open
+
+    def without(bag):
+        read(bag)
+        bag.connections = [connection._replace(msgdef=empty) for connection in bag.connections]
+
+    monkeypatch.setattr(McapReader, "open", without)
+    assert refused(BAGS, path, "type", "lab/msg/Force").rows == 1

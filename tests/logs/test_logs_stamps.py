@@ -108,25 +108,3 @@ def test_a_cell_far_below_all_rows(tmp_path):
             new.writestr(name, text)
     error = refused(dialect("xlsx"), tmp_path / "b.xlsx", "too_large", "row 1048576")
     assert error.rows == 1048576
-
-
-OPEN_DOCUMENT = b"mimetypeapplication/vnd.oasis.opendocument.spreadsheet"
-
-
-@pytest.mark.parametrize(
-    ("content", "advice"),
-    [
-        (b"\xd0\xcf\x11\xe0" + bytes(600), "save it as .xlsx"),
-        (b'{"time": [0, 1]}\n', "JSON"),
-        (b"PK\x03\x04" + bytes(600), "unpack it"),
-        (b"\x80\x04\x95" + bytes(80), "numpy.savez"),
-        (b"\r\n<HTML>\n<table><tr><td>1</td><td>2</td></tr></table>", "save it as .xlsx or .csv"),
-        (b"PK\x03\x04" + bytes(26) + OPEN_DOCUMENT + bytes(200), ".ods"),
-    ],
-)
-def test_what_is_refused_says_how_to_export_it(content, advice, tmp_path):
-    path = tmp_path / "a.dat"
-    path.write_bytes(content)
-    with pytest.raises(rftfit.RftfitError) as caught:
-        rftfit.read_log(path)
-    assert advice in str(caught.value).splitlines()[0]
