@@ -18,18 +18,19 @@ def log_of(path, header, rows):
     return path
 
 
-def test_a_unit_that_changes_from_row_to_row_is_refused_until_the_config_chooses(tmp_path):
-    rows = [f"{row / 50},{row},{'mN' if row < 40 else 'N'},{row}" for row in range(ROWS)]
-    path = log_of(tmp_path / "log.csv", "Time (s),Load,Unit,z (mm)", rows)
-    refused(READER, path, "unit_changes", " Unit ", "'mN', 'N'")
-    log = READER.of_source({"Unit": ("N",)}).load(path)
-    assert log.columns["Load"].tolist() == [*range(40, ROWS)]
-
-
-def test_a_unit_in_rows_that_contradicts_the_header_is_refused(tmp_path):
-    rows = [f"{row / 50},{row},kgf,{row}" for row in range(ROWS)]
-    path = log_of(tmp_path / "log.csv", "Time (s),Load (N),Unit,z (mm)", rows)
-    refused(READER, path, "unit_changes", " Load ", "'kgf'")
+@pytest.mark.parametrize(
+    ("header", "units", "found"),
+    [("Load", ("mN", "N"), (" Unit ", "'mN', 'N'")), ("Load (N)", ("kgf",), (" Load ", "'kgf'"))],
+)
+def test_a_unit_in_rows_that_changes_or_contradicts_the_header(tmp_path, header, units, found):
+    """The log is refused until the config chooses."""
+    unit_of_row = [units[0]] * 40 + [units[-1]] * (ROWS - 40)
+    rows = [f"{row / 50},{row},{unit},{row}" for row, unit in enumerate(unit_of_row)]
+    path = log_of(tmp_path / "log.csv", f"Time (s),{header},Unit,z (mm)", rows)
+    refused(READER, path, "unit_changes", *found)
+    if len(units) > 1:
+        log = READER.of_source({"Unit": ("N",)}).load(path)
+        assert log.columns["Load"].tolist() == [*range(40, ROWS)]
 
 
 HEADER = "Time (s),Load (N),z (mm),T (C)"

@@ -202,18 +202,6 @@ def test_results_are_untouched_and_two_watches_agree(bench):
     assert {path: path.stat().st_mtime_ns for path in bench.root.rglob("*")} == files
 
 
-def test_a_refused_log_says_why(bench):
-    name = bench.plates[0]
-    bench.push(name)
-    bench.put(bench.logs(name)[0], b"")
-    watch = bench.watch()
-    (facts,) = [
-        facts for facts in facts_of_kind(bench.settle(watch), "push") if facts["run_id"] == name
-    ]
-    assert facts["state"] == "no alpha"
-    assert "empty" in facts["reason"]
-
-
 def test_a_log_without_row_is_told_with_the_row_that_would_name_it(bench):
     name, loose = bench.plates[:2]
     bench.push(name)
