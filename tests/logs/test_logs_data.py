@@ -164,12 +164,3 @@ def test_each_quantity_has_its_own_words(tmp_path):
             words_of_quantity[quantity].add(proposed[column])
     assert all(len(words) == 1 for words in words_of_quantity.values()), words_of_quantity
     assert len(set.union(*words_of_quantity.values())) == len(words_of_quantity) == 9
-
-
-def test_columns_whose_unit_could_be_that_of_a_missing_quantity_are_named(tmp_path):
-    rows = [f"{row / 10},{row},{2 * row},{3 * row}" for row in range(100)]
-    path = tmp_path / "log.csv"
-    path.write_text("\n".join(["time [s],F3 [N],cell left [mN],lamp [V]", *rows, ""]), "utf-8")
-    lines = json_of("inspect", path)["config"]
-    assert "    # F2: no column looks like it; with such a unit: cell left" in lines
-    assert "lamp" not in "".join(lines)
