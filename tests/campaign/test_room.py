@@ -5,6 +5,8 @@ problem reads as text, and what is suggested for a misspelled word.
 """
 
 import math
+import subprocess
+import sys
 
 import pytest
 from makers import answer_of, write_campaign
@@ -122,3 +124,15 @@ def test_did_you_mean(room, word, expected):
 def test_shown_text_has_no_control_characters_and_an_end(room, cell, shown):
     room.rows["p1"]["medium"] = cell
     assert f"found '{shown}';" in str(room.only("sheet.unknown-word"))
+
+
+def test_loading_needs_no_heavy_library(room):
+    room.write()
+    code = (
+        "import sys; from pathlib import Path; from rftfit.campaign.load import load_campaign; "
+        f"load_campaign(Path({str(room.path)!r})); "
+        "print([m for m in ('openpyxl', 'matplotlib', 'scipy', 'numba') if m in sys.modules])"
+    )
+    command = [sys.executable, "-c", code]
+    process = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert process.stdout.strip() == "[]"
