@@ -115,8 +115,9 @@ def test_groups_and_lengths(tmp_path):
     refused(TDMS, path, "group", "{group: ...}", "one, two")
     refused(TDMS.with_options({"group": "Other"}), path, "group", "'Other'", ": one, two")
     assert TDMS.with_options({"group": "two"}).load(path).size == 4
-    with pytest.raises(ValueError, match="rate_Hz: found -1"):
-        TDMS.with_options({"rate_Hz": -1})
+    for words in ({"topic": "x"}, {"rate_Hz": -1}):
+        with pytest.raises(ValueError, match=r"allowed: group|rate_Hz: found -1"):
+            TDMS.with_options(words)
     # only the channels asked for must be of one length
     channels = {"F": (np.arange(3.0), WAVE), "G": (np.zeros(9), WAVE)}
     uneven = write(tmp_path / "b.tdms", one=channels)
