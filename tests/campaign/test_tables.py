@@ -84,7 +84,11 @@ def test_a_unit_in_the_head_of_a_block(tmp_path, unit, factor):
 
 
 def test_any_table_may_be_a_workbook_or_tab_separated(tmp_path):
-    rows = [["beta_deg", GAMMA, "depth (mm)", "qc (kPa)"], [0, 90, 25, 10], [None] * 4]
+    rows: list[list[Any]] = [
+        ["beta_deg", GAMMA, "depth (mm)", "qc (kPa)"],
+        [0, 90, 25, 10],
+        [None] * 4,
+    ]
     pd.DataFrame(rows).to_excel(tmp_path / "t.xlsx", header=False, index=False)
     text = "\n".join("\t".join(map(str, row)) for row in rows[:2])
     for name, content in (("t.xlsx", (tmp_path / "t.xlsx").read_bytes()), ("t.tsv", text.encode())):

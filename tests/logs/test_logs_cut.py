@@ -64,7 +64,7 @@ def check_cut(foreign_log, full, stop, place):
     complete = int((ends <= stop).sum())
     log = read(foreign_log.reader, foreign_log.content[:stop], place)
     if isinstance(log, Exception):
-        assert complete == log.rows == 0
+        assert complete == getattr(log, "rows", None) == 0
         return
     # a last line without an end is read where all of its cells are there
     assert log.size - complete in (0, 1)
