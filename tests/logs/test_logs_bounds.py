@@ -21,6 +21,7 @@ from campaigns import make_campaign, run_rules
 from log_files import ROS1_TYPE, refused, wrench, write_ros1, write_ros2
 from makers import answer_of, read_rows
 
+import rftfit
 from rftfit.logs.registry import dialect
 
 h5py = pytest.importorskip("h5py")
@@ -336,11 +337,15 @@ def test_a_message_of_a_bag_is_asked_for_its_size_before_it_is_read(tmp_path):
 def test_a_large_record_of_a_bag_is_not_read(tmp_path, monkeypatch):
     pytest.importorskip("rosbags")
     monkeypatch.setattr("rftfit.logs.rosbag.MOST_OF_BLOCK", 100_000)
-    monkeypatch.setattr(Path, "read_bytes", lambda _: pytest.fail("the bag was read"))
     ros1 = write_ros1(tmp_path / "a.bag", ROS1_TYPE, bytes(28), count=9000)
     ros2 = write_ros2(tmp_path / "b", [wrench(1)] * 3000)
-    for path in (ros1, ros2, ros2.with_name("metadata.yaml")):
-        refused(dialect("ros-bag"), path, "too_large")
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "read_bytes", lambda _: pytest.fail("the bag was read"))
+        for path in (ros1, ros2):
+            refused(dialect("ros-bag"), path, "too_large")
+    # named by its folder, it is the same bag
+    with pytest.raises(rftfit.RftfitError, match=r"\.mcap: .*larger"):
+        rftfit.read_log(tmp_path / "b")
 
 
 def test_messages_of_a_topic_are_counted_by_their_sizes(tmp_path, monkeypatch):
