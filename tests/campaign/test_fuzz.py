@@ -1,6 +1,5 @@
 """Any bytes in a config file or run sheet give a list of problems and never an exception."""
 
-import contextlib
 import tempfile
 from functools import cache
 from pathlib import Path
@@ -11,8 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from seeds import example_count
 
-from rftfit.campaign.load import check_campaign, load_campaign
-from rftfit.campaign.problems import CampaignError
+from rftfit.campaign.load import check_campaign
 
 from .test_workbook import book_of
 
@@ -33,15 +31,13 @@ def sound_files():
 
 
 def run(config, sheet, name):
-    """Check and load a campaign with this config and this sheet."""
+    """Check a campaign with this config and this sheet."""
     with tempfile.TemporaryDirectory() as folder:
         room = Room(Path(folder))
         room.write(sheet, name)
         if config is not None:
             room.path.write_bytes(config)
         check(room)
-        with contextlib.suppress(CampaignError):
-            load_campaign(room.path)
 
 
 def with_hole(data, content, filling):

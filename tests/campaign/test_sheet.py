@@ -1,35 +1,13 @@
 """A run sheet gives the same runs in every form of csv, and each bad cell is named."""
 
-from dataclasses import replace
-
 import pytest
 
-from rftfit.campaign import rows, sheet
-from rftfit.campaign.load import check_campaign
-from rftfit.campaign.problems import Place
-
-EXCLUDED = "sheet.excluded-without-reason"
-"""Code of the problem of an excluded run, which stands in column `reason`."""
+from .conftest import cases_of
 
 
-def test_missing_sheet(room):
-    room.write()
-    (room.folder / "runs.csv").unlink()
-    room.config = room.config.replace("runs.csv", "other.csv")
-    room.path.write_text(room.config, "utf-8")
-    problems = check_campaign(room.path)[1]
-    assert [(problem.code, problem.place) for problem in problems] == [
-        ("sheet.missing", Place("other.csv"))
-    ]
-
-
-def test_sheet_by_a_link_out_is_refused(room, tmp_path_factory):
-    target = tmp_path_factory.mktemp("far") / "sheet.csv"
-    target.write_text(room.text(), "utf-8")
-    (room.folder / "link.csv").symlink_to(target)
-    room.config = room.config.replace("runs.csv", "link.csv")
-    problem = room.only("config.path-outside")
-    assert (problem.place.key, problem.found) == ("run_sheet", "link.csv")
+def place(problem):
+    """Code without its kind, row and column."""
+    return problem.code.partition(".")[2], problem.place.row, problem.place.column
 
 
 def test_the_encodings_of_spreadsheets_are_read_and_what_is_no_text_is_refused(room):
@@ -38,7 +16,7 @@ def test_the_encodings_of_spreadsheets_are_read_and_what_is_no_text_is_refused(r
         campaign = room.campaign(room.text().encode(encoding))
         assert campaign.by_id["p1"].note == "Körner"
     for data, code in ((bytes(range(256)) * 20, "not-text"), (b"<html><table>", "web-page")):
-        assert room.only(f"sheet.{code}", data).place == Place("runs.csv")
+        assert room.only(f"sheet.{code}", data).place.file == "runs.csv"
 
 
 @pytest.mark.parametrize("change", ["bom", "crlf", "cr", "semicolon", "tab", "quotes", "columns"])
@@ -65,7 +43,7 @@ def test_blank_rows_are_skipped_but_counted(room):
 def test_a_cell_of_two_lines_is_one_row_of_the_spreadsheet(room):
     room.rows["p1"]["note"] = "two\nlines"
     room.rows["t1"]["kind"] = "rodd"
-    assert Place("runs.csv", 3, "kind") in [problem.place for problem in room.check()]
+    assert ("unknown-word", 3, "kind") in map(place, room.check())
 
 
 def test_a_stray_quote(room):
@@ -73,7 +51,7 @@ def test_a_stray_quote(room):
     lines[2] += 'x"y'
     lines[3] = lines[3].replace("h1", '"h1', 1)
     problem = room.only("sheet.not-csv", "\n".join(lines).encode())
-    assert problem.place == Place("runs.csv", 4)
+    assert problem.place.row == 4
     assert "stray quote" in problem.allowed
 
 
@@ -99,8 +77,7 @@ def test_a_horizontal_run_needs_the_depth_column(room):
         room.columns.remove(name)
     assert room.check() == []
     room.columns.remove("depth_cm")
-    rows_and_codes = [(problem.place.row, problem.code) for problem in room.check()]
-    assert rows_and_codes == [(row, "sheet.required") for row in (4, 5)]
+    assert [*map(place, room.check())] == [("required", row, "depth_cm") for row in (4, 5)]
 
 
 def test_more_cells_than_columns(room):
@@ -110,7 +87,7 @@ def test_more_cells_than_columns(room):
     lines = room.text().splitlines()
     last_line = "p1" + lines[1][2:].replace('"30,5"', "30") + ",x"
     problem = room.only("sheet.no-header", "\n".join([lines[0], *lines[2:], last_line]).encode())
-    assert (problem.place, problem.found) == (Place("runs.csv", 7, "number 27"), "x")
+    assert (place(problem), problem.found) == (("no-header", 7, "number 27"), "x")
     assert "decimal comma" in problem.allowed
 
 
@@ -121,110 +98,38 @@ def test_more_cells_than_columns(room):
 def test_a_blank_cell_that_is_needed(room, column):
     room.add("p2", "p1", tare_run="")
     room.rows["p2"][column] = ""
-    problems = [problem for problem in room.check() if problem.severity == "error"]
-    codes_and_places = [(problem.code, problem.place) for problem in problems]
-    assert codes_and_places == [("sheet.required", Place("runs.csv", 8, column))]
+    errors = [place(problem) for problem in room.check() if problem.severity == "error"]
+    assert errors == [("required", 8, column)]
 
 
-@pytest.mark.parametrize(
-    ("run", "column", "cell", "code", "value"),
-    [
-        (
-            "p1",
-            "medium",
-            "popy_LP",
-            "sheet.unknown-word",
-            "poppy_LP, poppy_CP; did you mean 'poppy_LP'?",
-        ),
-        (
-            "p1",
-            "kind",
-            "Plate",
-            "sheet.unknown-word",
-            "plate, rod, leg, leg_air; did you mean 'plate'?",
-        ),
-        ("p1", "direction", "intrution", "sheet.unknown-word", "'intrusion'?"),
-        (
-            "p1",
-            "intruder",
-            "plat",
-            "sheet.unknown-word",
-            "plate, disc, c_leg, flat_leg; did you mean 'plate'?",
-        ),
-        ("p1", "intruder", "c_leg", "sheet.intruder-kind", ": plate, disc"),
-        ("c1", "intruder", "disc", "sheet.intruder-kind", ": c_leg, flat_leg"),
-        ("p1", "direction", "rotation", "sheet.direction-kind", "intrusion or extraction or hor"),
-        ("c1", "direction", "intrusion", "sheet.direction-kind", "rotation for "),
-        ("p1", "beta_deg", "thirty", "sheet.not-a-number", "'thirty'; allowed: -90 to 90 "),
-        ("p1", "beta_deg", "3_0", "sheet.not-a-number", ""),
-        ("p1", "beta_deg", "30,5", "sheet.decimal-comma", "'30.5'?"),
-        ("p1", "beta_deg", "NaN", "sheet.not-finite", "'NaN'"),
-        ("p1", "surface_z_mm", "-inf", "sheet.not-finite", ""),
-        ("p1", "surface_z_mm", "1e999", "sheet.not-finite", ""),
-        ("p1", "beta_deg", "90.1", "sheet.out-of-range", "-90 to 90 "),
-        ("p1", "beta_deg", "-91", "sheet.out-of-range", ""),
-        ("p1", "gamma_deg", "-91", "sheet.out-of-range", "-90 to 90 "),
-        ("p1", "gamma_deg", "-45", "sheet.gamma-up", "above 0 "),
-        ("p1", "gamma_deg", "91", "sheet.out-of-range", ""),
-        ("h1", "depth_cm", "0", "sheet.out-of-range", "above 0 cm"),
-        ("h1", "depth_cm", "", "sheet.required", ""),
-        ("p1", "run_id", "p 1", "sheet.bad-name", "A-Z a-z"),
-        ("p1", "run_id", "../p", "sheet.bad-name", ""),
-        ("p1", "run_id", ".p", "sheet.bad-name", " . or -"),
-        ("p1", "run_id", "p" * 101, "sheet.bad-name", " 100"),
-        ("p1", "excluded", "maybe", "sheet.bad-flag", "yes, no or blank"),
-        ("p1", "excluded", "yes", EXCLUDED, ""),
-        ("p1", "reason", "dropped", "sheet.reason-without-excluded", ""),
-        ("c1", "beta_deg", "30", "sheet.ignored", "a leg "),
-        ("p1", "depth_cm", "3", "sheet.ignored", "a plate run "),
-        ("a1", "medium", "poppy_LP", "sheet.ignored", "a leg_air "),
-        ("t1", "tare_run", "t1", "sheet.ignored", "a rod "),
-    ],
-)
+@pytest.mark.parametrize(("run", "column", "cell", "code", "value"), cases_of("sheet_cells"))
 def test_one_bad_cell(room, run, column, cell, code, value):
     room.rows[run][column] = cell
-    problems = [problem for problem in room.check() if problem.code == code]
-    assert len(problems) == 1
+    (problem,) = [problem for problem in room.check() if problem.code == f"sheet.{code}"]
     row = 2 + list(room.rows).index(run)
-    assert problems[0].place == Place("runs.csv", row, column if code != EXCLUDED else "reason")
-    assert value in str(problems[0])
+    assert place(problem)[1:] == (row, "reason" if code.startswith("excluded-") else column)
+    assert value in str(problem)
 
 
 @pytest.mark.parametrize(
-    ("word", "value"),
-    [
-        ("yes", True),
-        ("TRUE", True),
-        ("1", True),
-        ("no", False),
-        ("0", False),
-        ("False", False),
-        ("", False),
-    ],
+    ("words", "flag"), [(["yes", "TRUE", "1"], True), (["no", "0", "False", ""], False)]
 )
-def test_flags(room, word, value):
-    room.rows["p1"]["tare_shared"] = word
-    assert room.campaign().by_id["p1"].tare_shared is value
-
-
-def test_the_raw_folder_is_not_written(room, tmp_path):
-    room.write()
-    times_before = sorted((path, path.stat().st_mtime_ns) for path in tmp_path.rglob("*"))
-    check_campaign(room.path)
-    assert sorted((path, path.stat().st_mtime_ns) for path in tmp_path.rglob("*")) == times_before
+def test_flags(room, words, flag):
+    for room.rows["p1"]["tare_shared"] in words:
+        assert room.campaign().by_id["p1"].tare_shared is flag
 
 
 def test_a_sheet_that_is_none(room, monkeypatch):
     assert {problem.code for problem in room.check(b"")} == {"sheet.empty", "sheet.missing-column"}
     problem = room.only("sheet.wrong-delimiter", room.text("|").encode())
-    assert problem.place == Place("runs.csv", 1)
+    assert problem.place.row == 1
     assert str(problem.found).startswith("run_id|kind|medium")
-    monkeypatch.setattr(sheet, "SCHEMA", replace(sheet.SCHEMA, most_rows=3))
-    assert " 3 rows" in room.only("sheet.too-many-rows").allowed
-    monkeypatch.setattr(rows, "MAX_BYTES", 100)
-    assert room.only("sheet.too-large").place == Place("runs.csv")
-    room.rows.clear()
+    monkeypatch.setattr("rftfit.campaign.rows.MAX_BYTES", 100)
+    room.only("sheet.too-large")
     monkeypatch.undo()
-    assert room.only("sheet.empty").place == Place("runs.csv")
+    room.rows.clear()
+    room.only("sheet.empty")
     room.config = room.config.replace("runs.csv", "raw")
-    assert room.only("sheet.not-a-file").place == Place("raw")
+    assert room.only("sheet.not-a-file").place.file == "raw"
+    room.config = room.config.replace("run_sheet: raw", "run_sheet: other.csv")
+    assert room.only("sheet.missing").place.file == "other.csv"

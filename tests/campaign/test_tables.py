@@ -9,28 +9,35 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
+from makers import json_of, refused, write_campaign
 from numpy.testing import assert_allclose, assert_array_equal
 
-from rftfit import reference
-from rftfit.campaign.config import Config, TableSettings
-from rftfit.campaign.formats import STRESS
+import rftfit
 from rftfit.campaign.load import check_campaign
-from rftfit.campaign.problems import CampaignError
-from rftfit.campaign.rows import read_table_columns
-from rftfit.campaign.tables import pushes_in, read_pushes, rows_against_gamma
 
-HEAD = "beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3"
+ALPHA_Z, ALPHA_X, DEPTH, GAMMA = "alpha_z_N_per_cm3", "alpha_x_N_per_cm3", "depth_cm", "gamma_deg"
+HEAD = f"beta_deg,{GAMMA},{ALPHA_Z},{ALPHA_X}"
 """Header of a table of alpha."""
-STRESS_HEAD = "beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2"
+STRESS_HEAD = f"beta_deg,{GAMMA},{DEPTH},stress_z_N_per_cm2,stress_x_N_per_cm2"
 """Header of a table of stress."""
+SAND = {"sand": {"title": "sand", "role": "natural_sand"}}
 
 
-def read(path, table=None, *media):
-    pushes, problems, *_ = read_pushes(
-        path, path.name, table or TableSettings(holds="alpha"), media or ("sand",), path.name
-    )
-    return pushes, problems
+def read(folder, content, name="t.csv", *, media=SAND, intruders=None, **settings):
+    """Write a campaign that is a table; its runs, those with errors left out, and its problems.
+
+    `content`: Lines or bytes. `settings`: Of the table, beside those of a table of alpha.
+    """
+    config = {"title": "t", "raw": "raw", "run_sheet": f"raw/{name}", "media": media}
+    config |= {"table": {"holds": "alpha"} | settings, "intruders": intruders or {}}
+    log = content if isinstance(content, bytes) else "\n".join(content) + "\n"
+    return check_campaign(write_campaign(folder, config, logs={name: log}), good_rows=True)
+
+
+def read_stress(folder, *rows, head="", **settings):
+    return read(folder, [STRESS_HEAD + head, *rows], holds="stress", **settings)
 
 
 def places(problems):
@@ -41,31 +48,22 @@ def places(problems):
     ]
 
 
-def written(path, *lines):
-    path.write_text("\n".join(lines) + "\n", "utf-8")
-    return path
+def alpha_of(campaign, column):
+    """Alpha of each run, by its run_id."""
+    return {run_id: columns[column].tolist() for run_id, columns in campaign.numbers.items()}
 
 
 def test_names_and_units_of_a_file(tmp_path):
-    path = written(tmp_path / "a.csv", "b,g,kz,kx", f"{math.pi / 6},{-math.pi / 4},200000,-1e5")
-    table = TableSettings(
-        holds="alpha",
-        columns={
-            "beta_deg": "b",
-            "gamma_deg": "g",
-            "alpha_z_N_per_cm3": "kz",
-            "alpha_x_N_per_cm3": "kx",
-        },
-        angle_unit="rad",
-        alpha_unit="N/m^3",
-    )
-    (push,), problems = read(path, table)
+    lines = ["b,g,kz,kx", f"{math.pi / 6},{-math.pi / 4},200000,-1e5"]
+    columns = {"beta_deg": "b", GAMMA: "g", ALPHA_Z: "kz", ALPHA_X: "kx"}
+    units = {"angle_unit": "rad", "alpha_unit": "N/m^3"}
+    campaign, problems = read(tmp_path, lines, columns=columns, **units)
     assert not problems
-    assert push.run.beta_deg == pytest.approx(30)
-    assert push.run.gamma_deg == pytest.approx(-45)
-    assert push.run.direction == "extraction"
-    assert push.columns["alpha_z_N_per_cm3"][0] == pytest.approx(0.2)
-    assert push.columns["alpha_x_N_per_cm3"][0] == pytest.approx(-0.1)
+    (run,) = campaign.runs
+    assert (run.beta_deg, run.gamma_deg) == (pytest.approx(30), pytest.approx(-45))
+    assert run.direction == "extraction"
+    assert alpha_of(campaign, ALPHA_Z) == {run.run_id: [pytest.approx(0.2)]}
+    assert alpha_of(campaign, ALPHA_X) == {run.run_id: [pytest.approx(-0.1)]}
 
 
 @pytest.mark.parametrize(
@@ -78,12 +76,26 @@ def test_a_unit_in_the_head_of_a_block(tmp_path, unit, factor):
         for c in "zx"
         for line in (f"alpha_{c} ({unit})", "beta,45,90", "0,0.2,0.3", "30,0.1,0.2")
     ]
-    path = written(tmp_path / "b.csv", *rows)
-    pushes, problems = read(path)
+    campaign, problems = read(tmp_path, rows)
     assert not problems
-    assert pushes[0].columns["alpha_z_N_per_cm3"][0] == pytest.approx(0.2 * factor, rel=1e-12)
-    problems = read(path, TableSettings(holds="alpha", alpha_unit="N/m^3"))[1]
+    assert alpha_of(campaign, ALPHA_Z)["b0_g45"] == pytest.approx([0.2 * factor], rel=1e-12)
+    problems = read(tmp_path, rows, alpha_unit="N/m^3")[1]
     assert places(problems) == [("other-unit", row, None) for row in (1, 5)]
+
+
+def test_any_table_may_be_a_workbook_or_tab_separated(tmp_path):
+    rows: list[list[Any]] = [
+        ["beta_deg", GAMMA, "depth (mm)", "qc (kPa)"],
+        [0, 90, 25, 10],
+        [None] * 4,
+    ]
+    pd.DataFrame(rows).to_excel(tmp_path / "t.xlsx", header=False, index=False)
+    text = "\n".join("\t".join(map(str, row)) for row in rows[:2])
+    for name, content in (("t.xlsx", (tmp_path / "t.xlsx").read_bytes()), ("t.tsv", text.encode())):
+        campaign, problems = read(tmp_path, content, name, holds="stress")
+        assert not problems
+        (columns,) = campaign.numbers.values()
+        assert [*columns[DEPTH], *columns["stress_z_N_per_cm2"]] == [2.5, 1.0]
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "cp1252", "utf-16"])
@@ -95,183 +107,145 @@ def test_a_table_reads_what_a_log_reads(tmp_path, encoding):
         "-30;90;20,0 mm;0,004;0,5-",
         '="-30";90;3 cm;6,0D-03;1.200,5',
     ]
-    path = tmp_path / "s.csv"
-    path.write_bytes("\n".join(lines).encode(encoding))
-    (push,), problems = read(path, TableSettings(holds="stress"))
+    campaign, problems = read(tmp_path, "\n".join(lines).encode(encoding), holds="stress")
     assert not problems
-    assert push.run.beta_deg == -30
-    assert_allclose(push.columns["depth_cm"], [1, 2, 3])
-    assert_allclose(push.columns["stress_z_N_per_cm2"], [0.2, 0.4, 0.6])
-    assert_allclose(push.columns["stress_x_N_per_cm2"], [-0.05, -0.05, 120.05])
+    assert [run.beta_deg for run in campaign.runs] == [-30]
+    (columns,) = campaign.numbers.values()
+    assert_allclose(columns[DEPTH], [1, 2, 3])
+    assert_allclose(columns["stress_z_N_per_cm2"], [0.2, 0.4, 0.6])
+    assert_allclose(columns["stress_x_N_per_cm2"], [-0.05, -0.05, 120.05])
 
 
-def test_a_header_of_which_no_name_is_known_is_cut(tmp_path):
-    path = written(tmp_path / "s.csv", "Neigung;Richtung;Tiefe;Druck", "0;90;1;0.3")
-    problems = read(path, TableSettings(holds="stress"))[1]
-    unread = [column for code, _, column in places(problems) if code == "unknown-column"]
-    assert unread == ["Neigung", "Richtung", "Tiefe", "Druck"]
+ANGLES = "beta,45,90"
+ONE_LEFT_OUT = ["alpha_z (N/cm^3)", f"{ANGLES},95", "0,0.2,0.3,0.1", "30,0.1,x,"]
+ONE_LEFT_OUT += ["alpha_x (N/cm^3)", f"{ANGLES},95", "0,0.1,0,0", "30,,0.2,"]
+TWICE = ["alpha_z,45,90", "0,0.2,0.3", "alpha_x,45,90", "0,0.1,0", "alpha_z,45,90", "0,0.2"]
 
 
-def test_everything_that_is_wrong_is_told(tmp_path):
-    path = written(
-        tmp_path / "a.csv",
-        f"{HEAD},medium,n",
-        "100,90,0.3,0,sand,1",
-        "0,90,x,0,sand,1",
-        "0,45,0.3,0,clay,1",
-        "0,30,0.3,,sand,1.5",
-    )
-    assert places(read(path)[1]) == [
-        ("out-of-range", 2, "beta_deg"),
-        ("not-a-number", 3, "alpha_z_N_per_cm3"),
-        ("unknown-medium", 4, "medium"),
-        ("not-whole", 5, "n"),
+@pytest.mark.parametrize(
+    ("lines", "expected"),
+    [
+        (
+            [
+                f"{HEAD},medium,n",
+                "100,90,0.3,0,sand,1",
+                "0,90,x,0,sand,1",
+                "0,45,0.3,0,clay,1",
+                "0,30,0.3,,sand,1.5",
+            ],
+            [
+                ("out-of-range", 2, "beta_deg", "100", " at -80"),
+                ("not-a-number", 3, ALPHA_Z, "x", ""),
+                ("unknown-medium", 4, "medium", "clay", "sand"),
+                ("not-whole", 5, "n", "1.5", ""),
+            ],
+        ),
+        (
+            ONE_LEFT_OUT,
+            [
+                ("out-of-range", 3, GAMMA, "95", ""),
+                ("not-a-number", 4, ALPHA_Z, "x", ""),
+                ("one-component", 4, ALPHA_X, None, "beta 30, gamma 45,"),
+            ],
+        ),
+        # a block given twice and cut short
+        (TWICE, [("twice", 6, ALPHA_Z, cell, "row 2 ") for cell in ("0.2", "")]),
+        # a plate beyond ninety is another one
+        *(
+            ([HEAD, f"{beta},90,1,0"], [("out-of-range", 2, "beta_deg", beta, f" at {equal}")])
+            for beta, equal in (("120", "-60"), ("-120", "60"), ("200", "20"))
+        ),
+    ],
+)
+def test_what_is_wrong_in_a_table_of_alpha_is_told(tmp_path, lines, expected):
+    campaign, problems = read(tmp_path, lines)
+    found = [
+        (*place, problem.found) for place, problem in zip(places(problems), problems, strict=True)
     ]
+    assert found == [entry[:-1] for entry in expected]
+    for problem, (*_, allowed) in zip(problems, expected, strict=True):
+        assert allowed in problem.allowed
+    if lines is ONE_LEFT_OUT:
+        assert campaign.by_id.keys() == {"b0_g45", "b0_g90"}
 
 
-@pytest.mark.parametrize("holds", ["alpha", "stress"])
-def test_labels_that_pushes_share_are_read(tmp_path, holds):
+@pytest.mark.parametrize(
+    ("holds", "names", "numbers"), [("alpha", HEAD, "0.35,0"), ("stress", STRESS_HEAD, "1,0.35,0")]
+)
+def test_labels_that_pushes_share_are_read(tmp_path, holds, names, numbers):
     """As in the run sheet: an error of a session can be told of a table too."""
-    numbers = "0.35,0" if holds == "alpha" else "1,0.35,0"
-    names = HEAD if holds == "alpha" else STRESS_HEAD
-    path = written(
-        tmp_path / "a.csv",
-        f"{names},session,plate",
-        f"0,90,{numbers},wet day,p1",
-        f"30,90,{numbers},,p2",
-    )
-    pushes, problems = read(path, TableSettings(holds=holds))
+    rows = [f"0,90,{numbers},wet day,p1", f"30,90,{numbers},,p2"]
+    campaign, problems = read(tmp_path, [f"{names},session,plate", *rows], holds=holds)
     assert not problems
-    assert {(push.run.session, push.run.plate) for push in pushes} == {
-        ("wet day", "p1"),
-        ("", "p2"),
-    }
-    assert {push.run.rod for push in pushes} == {""}
-
-
-def test_nothing_in_a_block_is_lost_in_silence(tmp_path):
-    path = written(
-        tmp_path / "b.csv",
-        "alpha_z (N/cm^3)",
-        "beta,45,90,95",
-        "0,0.2,0.3,0.1",
-        "30,0.1,x,",
-        "alpha_x (N/cm^3)",
-        "beta,45,90,95",
-        "0,0.1,0,0",
-        "30,,0.2,",
-    )
-    pushes, problems = read(path)
-    assert places(problems) == [
-        ("out-of-range", 3, "gamma_deg"),
-        ("not-a-number", 4, "alpha_z_N_per_cm3"),
-        ("one-component", 4, "alpha_x_N_per_cm3"),
-    ]
-    assert [problem.found for problem in problems] == ["95", "x", None]
-    assert "beta 30, gamma 45," in problems[2].allowed
-    assert {push.run.run_id for push in pushes} == {"b0_g45", "b0_g90"}
-
-
-def test_a_block_given_twice_and_cut_short(tmp_path):
-    rows = ["alpha_z,45,90", "0,0.2,0.3", "alpha_x,45,90", "0,0.1,0", "alpha_z,45,90", "0,0.2"]
-    problems = read(written(tmp_path / "b.csv", *rows))[1]
-    assert [(problem.code, problem.place.column, problem.found) for problem in problems] == [
-        ("alpha-table.twice", "alpha_z_N_per_cm3", cell) for cell in ("0.2", "")
-    ]
-    assert all("row 2 " in problem.allowed and problem.place.row == 6 for problem in problems)
+    labels = {(run.session, run.plate, run.rod) for run in campaign.runs}
+    assert labels == {("wet day", "p1", ""), ("", "p2", "")}
 
 
 def test_stress_is_not_divided_by_a_plate_of_the_config(tmp_path):
     """Intruders are welcome, to predict forces on them; the table's stress is stress already."""
-    values = {
-        "title": "t",
-        "raw": "raw",
-        "run_sheet": "raw/s.csv",
-        "table": {"holds": "stress"},
-        "media": {"sand": {"title": "sand"}},
-        "intruders": {
-            "plate": {"shape": "flat", "area_cm2": 9.0, "length_cm": 3.0, "thickness_cm": 1.0}
-        },
-    }
-    config = Config.model_validate(values)
-    path = written(tmp_path / "s.csv", STRESS_HEAD, "0,90,1,0.3,0")
-    assert config.table is not None
-    (push,), _ = read(path, config.table)
-    area = config.intruders[push.run.intruder]
-    assert area.shape == "flat"
-    assert area.area_cm2 == 1
-    assert config.intruders["plate"].shape == "flat"
+    plate = {"shape": "flat", "area_cm2": 9.0, "length_cm": 3.0, "thickness_cm": 1.0}
+    campaign, _ = read_stress(tmp_path, "0,90,1,0.3,0", intruders={"plate": plate})
+    intruders = campaign.config.intruders
+    assert intruders[campaign.runs[0].intruder].area_cm2 == 1
+    assert intruders["plate"].area_cm2 == 9
 
 
 def test_blocks_of_table_s5(tmp_path):
     """The layout of the paper's workbook, a sheet a medium, from the printed numbers."""
     book: Any = import_module("openpyxl").Workbook()
     book.active.append(["Notes: alpha_z > 0 pushes up"])
-    for medium in reference.MEDIA[:2]:
+    media = ["poppy_LP", "poppy_CP"]
+    printed = rftfit.published_table("table_s5").query("medium in @media")
+    for medium in media:
         sheet = book.create_sheet(f"{medium} ")
-        for c, alpha in zip("zx", reference.alpha_grid(medium), strict=True):
+        for c in "zx":
+            alpha = printed[printed["medium"] == medium].pivot_table(
+                f"alpha_{c}_N_per_cm3", "beta_deg", GAMMA
+            )
             sheet.append([f"alpha_{c} (N/cm^3)"])
-            sheet.append(["beta \\ gamma", *reference.GAMMA_DEG])
-            for beta, row in zip(reference.BETA_DEG, alpha, strict=True):
-                sheet.append([beta, *row])
+            sheet.append(["beta \\ gamma", *alpha.columns])
+            for row in alpha.itertuples():
+                sheet.append([*row])
             sheet.append([])
             sheet.append([f"half width of the interval of alpha_{c}"])
-            sheet.append(["beta \\ gamma", *reference.GAMMA_DEG])
+            sheet.append(["beta \\ gamma", *alpha.columns])
             sheet.append([0, *[0.001] * 13])
             sheet.append([])
-    path = tmp_path / "s5.xlsx"
-    book.save(path)
-    found_media = read_pushes(path, path.name, TableSettings(holds="alpha"), (), path.name).media
-    assert list(found_media) == list(reference.MEDIA[:2])
-    pushes, problems = read(path, None, *reference.MEDIA[:2])
+    (tmp_path / "raw").mkdir()
+    book.save(tmp_path / "raw" / "s5.xlsx")
+    content = (tmp_path / "raw" / "s5.xlsx").read_bytes()
+    campaign, problems = read(
+        tmp_path, content, "s5.xlsx", media={medium: {"title": "m"} for medium in media}
+    )
     assert not problems
-    assert len(pushes) == 182
-    for medium in reference.MEDIA[:2]:
-        pushes_of_medium = [push for push in pushes if push.run.medium == medium]
-        columns_by_direction = {
-            (p.run.beta_deg, round(p.run.gamma_deg, 3)): p.columns for p in pushes_of_medium
-        }
-        for c, alpha in zip("zx", reference.alpha_grid(medium), strict=True):
-            alpha_read = [
-                columns_by_direction[beta, round(gamma, 3)][f"alpha_{c}_N_per_cm3"][0]
-                for beta in reference.BETA_DEG
-                for gamma in reference.GAMMA_DEG
-            ]
-            assert_array_equal(alpha_read, alpha.ravel())
-
-
-def check_alpha_table(folder, media, *lines):
-    """Write a campaign that is a table of alpha, and check it."""
-    (folder / "config").mkdir()
-    (folder / "raw").mkdir()
-    written(folder / "raw" / "t.csv", *lines)
-    settings = ("title: a", "raw: raw", "run_sheet: raw/t.csv", "table: {holds: alpha}", media)
-    return check_campaign(written(folder / "config" / "config.yaml", *settings))
+    angles = ["medium", "beta_deg", GAMMA]
+    runs = [
+        [run.medium, run.beta_deg, round(run.gamma_deg, 3)]
+        + [campaign.numbers[run.run_id][name][0] for name in (ALPHA_Z, ALPHA_X)]
+        for run in campaign.runs
+    ]
+    table = pd.DataFrame(runs, columns=[*angles, ALPHA_Z, ALPHA_X]).sort_values(angles)
+    expected = printed.round({GAMMA: 3}).sort_values(angles)[[*table]]
+    assert len(expected) == 182
+    assert_array_equal(table, expected)
 
 
 def test_a_config_with_an_error_is_no_reason_to_read_the_table_as_a_run_sheet(tmp_path):
-    campaign, problems = check_alpha_table(
-        tmp_path, "media: {sand: {title: sand, colour: red}}", HEAD, "0,90,0.35,0"
-    )
+    media = {"sand": SAND["sand"] | {"colour": "red"}}
+    campaign, (problem,) = read(tmp_path, [HEAD, "0,90,0.35,0"], media=media)
     assert campaign is None
-    assert len(problems) == 1
-    assert problems[0].place.key == "media.sand.colour"
+    assert problem.place.key == "media.sand.colour"
 
 
 def test_labels_that_differ_in_capitals_or_spaces_are_pointed_out_once(tmp_path):
     labels = ("wet day", "dry", "Wet-day", "dry", "Wet-day", "")
     rows = [f"{10 * place},90,0.35,0,{label}" for place, label in enumerate(labels)]
-    media = "media: {sand: {title: sand}}"
-    _, problems = check_alpha_table(tmp_path, media, f"{HEAD},session", *rows)
-    label_problems = [problem for problem in problems if problem.code == "sheet.label-alike"]
-    assert [
-        (problem.place.row, problem.place.column, problem.found) for problem in label_problems
-    ] == [(4, "session", "Wet-day")]
-    assert re.search("'wet day' .* row 2", label_problems[0].allowed)
-    assert label_problems[0].severity == "warning"
+    (problem,) = read(tmp_path, [f"{HEAD},session", *rows])[1]
+    assert (problem.code, problem.severity) == ("sheet.label-alike", "warning")
+    assert (problem.place.row, problem.place.column, problem.found) == (4, "session", "Wet-day")
+    assert re.search("'wet day' .* row 2", problem.allowed)
 
 
-DEPTH = "depth_cm"
 DOWN = [f"0,90,{d},{0.3 * d},0" for d in (1, 2, 3, 4)]
 UP = [f"0,-90,{d},{-0.1 * d},0" for d in (4, 3, 2, 1)]
 
@@ -317,20 +291,20 @@ def add_cells(rows, *cells):
         (
             ",run_id",
             add_cells([*DOWN, "0,0,1,0.3,0"], "r"),
-            [("two-in-one", 6, "gamma_deg"), ("starts-again", 6, DEPTH)],
+            [("two-in-one", 6, GAMMA), ("starts-again", 6, DEPTH)],
             "run r ",
         ),
         ("", [*DOWN, "0,90,5,1,5,0"], [("no-header", 6, "number 6")], ""),
         (
             "",
             [row.replace("90", "1.57") for row in DOWN],
-            [("looks-like-rad", None, "gamma_deg")],
+            [("looks-like-rad", None, GAMMA)],
             "angle_unit: rad",
         ),
         (
             "",
             [row.replace("90", "91") for row in DOWN],
-            [("out-of-range", 2, "gamma_deg")],
+            [("out-of-range", 2, GAMMA)],
             "the first of 4 rows",
         ),
         ("", [*DOWN, *DOWN[2::-1]], [("other-sense", 6, DEPTH)], "3 rows of the run b0_g90 "),
@@ -338,43 +312,54 @@ def add_cells(rows, *cells):
     ],
 )
 def test_what_a_table_of_stress_is_refused_or_warned_of(tmp_path, head, rows, expected, value):
-    path = written(tmp_path / "s.csv", STRESS_HEAD + head, *rows)
-    problems = read(path, TableSettings(holds="stress"))[1]
+    problems = read_stress(tmp_path, *rows, head=head)[1]
     assert places(problems) == expected
     assert value in str(problems[0])
 
 
-def test_noise_of_depth_is_no_turn():
+def test_noise_of_depth_is_no_turn(tmp_path):
     random = np.random.default_rng(1)
     depths = np.concatenate([np.linspace(0, 8, 800), np.full(100, 8.0), np.linspace(8, 0, 800)])
-    wrong, second_start = rows_against_gamma(depths + random.normal(0, 0.01, depths.size), 90)
-    assert not second_start
-    assert abs(np.flatnonzero(wrong)[0] - 850) < 60
-    assert wrong[900:].all()
+    depths = np.abs(depths + random.normal(0, 0.01, depths.size))
+    campaign, problems = read_stress(tmp_path, *[f"0,90,{depth},0.1,0" for depth in depths])
+    assert "starts-again" not in {code for code, *_ in places(problems)}
+    (columns,) = campaign.numbers.values()
+    assert abs(np.flatnonzero(columns["other_sense"])[0] - 850) < 60
+    assert columns["other_sense"][900:].all()
 
 
 def test_angles_within_the_tolerance_of_90_are_90(tmp_path):
-    def pushes(*rows, **units):
-        path = written(tmp_path / "s.csv", STRESS_HEAD, *rows)
-        return read(path, TableSettings(holds="stress", **units))
-
     rows = ["0,1.571,1,0.3,0", "-1.566,1.571,1,0.2,0", "0.7854,-1.571,1,-0.1,0"]
-    stress_pushes, problems = pushes(*rows, angle_unit="rad")
+    campaign, problems = read_stress(tmp_path, *rows, angle_unit="rad")
     assert not problems
-    directions = {(round(push.run.beta_deg, 2), push.run.gamma_deg) for push in stress_pushes}
+    directions = {(round(run.beta_deg, 2), run.gamma_deg) for run in campaign.runs}
     assert directions == {(0, 90), (-90, 90), (45.0, -90)}
-    stress_pushes, problems = pushes("0,90.6,1,0.3,0", "0,90.01,1,0.3,0")
-    assert places(problems) == [("out-of-range", 2, "gamma_deg")]
-    assert [push.run.gamma_deg for push in stress_pushes] == [90]
+    campaign, problems = read_stress(tmp_path, "0,90.6,1,0.3,0", "0,90.01,1,0.3,0")
+    assert places(problems) == [("out-of-range", 2, GAMMA)]
+    assert [run.gamma_deg for run in campaign.runs] == [90]
 
 
-def test_a_name_of_the_config_that_the_file_lacks(tmp_path):
-    path = written(tmp_path / "s.csv", STRESS_HEAD, *DOWN)
-    table = TableSettings(holds="stress", columns={"run_id": "push"})
-    problems = read(path, table)[1]
-    assert [(problem.code, problem.found) for problem in problems] == [
-        ("stress-table.missing-column", "push")
-    ]
+@pytest.mark.parametrize(
+    ("head", "columns", "codes"),
+    [
+        (STRESS_HEAD, {"run_id": "push"}, [("missing-column", "push")]),
+        # one problem, not one of each row
+        (STRESS_HEAD.replace("depth_cm", "depth_ft"), {}, [("unknown-unit", "depth_ft")]),
+        (f"{STRESS_HEAD},sinkage_mm", {}, [("duplicate-column", "sinkage_mm")]),
+        # of which no name is known
+        (
+            "Neigung;Richtung;Tiefe;Druck",
+            {},
+            [("unknown-column", name) for name in ("Neigung", "Richtung", "Tiefe", "Druck")],
+        ),
+    ],
+)
+def test_names_of_the_config_and_of_the_file_are_compared(tmp_path, head, columns, codes):
+    separator = ";" if ";" in head else ","
+    lines = [head, *(row.replace(",", separator) for row in DOWN)]
+    problems = read(tmp_path, lines, holds="stress", columns=columns)[1]
+    told = [(code, column) for code, _, column in places(problems)]
+    assert [entry for entry in told if entry in codes] == codes
 
 
 def test_a_long_table_is_read_as_its_rows_are(tmp_path, monkeypatch):
@@ -387,108 +372,96 @@ def test_a_long_table_is_read_as_its_rows_are(tmp_path, monkeypatch):
     ]
     rows[20], rows[50] = '0,90,"21","2.1",0," r0_90 "', "0,-45,x,1,0,r0_-45"
     rows[70:70] = ["", ",,,,,", "0,-45,33,1", "0,-45,inf,1,0,r0_-45", "0,-45,33,1_0,0,-bad"]
-    path = written(tmp_path / "s.csv", f"{STRESS_HEAD},run_id", *rows)
     readings = []
     for head, block in ((10**6, 10**6), (40, 30), (40, 300), (200, 2000)):
         monkeypatch.setattr("rftfit.campaign.rows._FIRST_BLOCK", head)
         monkeypatch.setattr("rftfit.campaign.rows._BLOCK", block)
-        read_rows, _, problems = read_table_columns(path, STRESS, "s.csv")
-        names = {name: [*texts] for name, texts in read_rows.texts.items()}
-        columns = {
-            name: [names[name][index] for index in values] if name in names else values.tolist()
-            for name, values in read_rows.columns.items()
+        campaign, problems = read_stress(tmp_path, *rows, head=",run_id")
+        numbers = {
+            run_id: {name: values.tolist() for name, values in columns.items()}
+            for run_id, columns in campaign.numbers.items()
         }
-        readings.append((str(columns), [str(problem) for problem in problems]))
+        readings.append((str(campaign.runs), str(numbers), [str(problem) for problem in problems]))
     assert all(reading == readings[0] for reading in readings)
-    assert [line.split(":")[0] for line in readings[0][1]] == [
-        "s.csv, row 52, column depth_cm",
-        "s.csv, row 75, column depth_cm",
-        "s.csv, row 76, column stress_z_N_per_cm2",
-        "s.csv, row 76, column run_id",
+    assert [line.split(":")[0] for line in readings[0][-1]] == [
+        "raw/t.csv, row 52, column depth_cm",
+        "raw/t.csv, row 75, column depth_cm",
+        "raw/t.csv, row 76, column stress_z_N_per_cm2",
+        "raw/t.csv, row 76, column run_id",
     ]
 
 
 def test_after_many_errors_the_rest_is_not_read_and_a_limit_names_its_cure(tmp_path, monkeypatch):
     monkeypatch.setattr("rftfit.campaign.rows._BLOCK", 1000)
-    path = written(tmp_path / "s.csv", STRESS_HEAD, *[row.replace(",", ";") for row in DOWN * 2000])
-    _, _, problems = read_table_columns(path, STRESS, "s.csv")
-    assert problems[-1].code == "stress-table.many-problems"
+    rows = [row.replace(",", ";") for row in DOWN * 2000]
+    problems = read_stress(tmp_path, *rows)[1]
+    assert "stress-table.many-problems" in {problem.code for problem in problems}
     assert len(problems) < 2000
     monkeypatch.setattr("rftfit.campaign.rows.MAX_TEXT", 1000)
-    _, _, (problem,) = read_table_columns(path, STRESS, "s.csv")
+    (problem,) = read_stress(tmp_path, *rows)[1]
     assert problem.code == "stress-table.too-large"
     assert " 0.001 MB " in problem.allowed
 
 
 def test_blocks_with_an_empty_corner(tmp_path):
     rows = [",45,90", "0,0.2,0.3", "30,0.1,0.2", "", ",45,90", "0,0.1,0", "30,0.15,0.05"]
-    path = written(tmp_path / "b.csv", *rows)
-    pushes, problems = read(path)
+    campaign, problems = read(tmp_path, rows)
     assert not problems
-    alpha_x_of_run = {push.run.run_id: push.columns["alpha_x_N_per_cm3"][0] for push in pushes}
-    assert alpha_x_of_run == {"b0_g45": 0.1, "b0_g90": 0, "b30_g45": 0.15, "b30_g90": 0.05}
-    assert pushes[0].columns["alpha_z_N_per_cm3"] == [0.2]
+    expected = {"b0_g45": [0.1], "b0_g90": [0], "b30_g45": [0.15], "b30_g90": [0.05]}
+    assert alpha_of(campaign, ALPHA_X) == expected
+    assert alpha_of(campaign, ALPHA_Z)["b0_g45"] == [0.2]
     # of one or of three nobody knows which they are
-    assert read(written(tmp_path / "b.csv", *rows[:3]))[1]
-    assert read(written(tmp_path / "b.csv", *rows, *rows[:3]))[1]
+    assert read(tmp_path, rows[:3])[1]
+    assert read(tmp_path, [*rows, *rows[:3]])[1]
+
+
+def scaled(folder, *lines):
+    """What `rftfit scale` makes of a table of pushes."""
+    (folder / "p.csv").write_text("\n".join([*lines, ""]), "utf-8")
+    return json_of("scale", "--pushes", "p.csv", "--force", folder=folder)
 
 
 def test_pushes_for_a_map_leave_out_what_is_excluded(tmp_path):
     head = "beta,gamma,alpha_z,excluded,reason,weather"
-    path = written(tmp_path / "p.csv", head, "0,90,0.3,,,dry", "0,45,0.9,yes,a stone,dry")
-    pushes, (warning,) = pushes_in(path)
-    assert pushes["alpha_z_N_per_cm3"].tolist() == [0.3]
-    assert pushes["alpha_x_N_per_cm3"].isna().all()
-    assert warning.code == "alpha-table.unknown-column"
-    path = written(tmp_path / "p.csv", "beta,gamma,alpha_z,medium", "0,90,0.3,a", "0,45,0.9,b")
-    with pytest.raises(CampaignError) as error:
-        pushes_in(path)
-    assert places(error.value.problems) == [("unknown-medium", 3, "medium")]
+    rows = ["0,90,0.3,,,dry", "0,45,0.9,yes,a stone,dry"]
+    assert scaled(tmp_path, head, *rows)["pushes"] == 1
 
 
 def test_a_push_for_a_map_may_lack_either_component(tmp_path):
     """A penetrometer measures alpha_z alone, a load cell behind a blade alpha_x."""
-    rows = ["0,90,0.3,", "90,0,,0.2", "0,45,,"]
-    path = written(tmp_path / "p.csv", "beta,gamma,alpha_z,alpha_x", *rows[:2])
-    pushes, _ = pushes_in(path)
-    alpha = pushes[["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]].to_numpy()
-    np.testing.assert_array_equal(alpha, [[0.3, np.nan], [np.nan, 0.2]])
-    drag_alone = written(tmp_path / "x.csv", "beta,gamma,alpha_x", "90,0,0.2")
-    assert pushes_in(drag_alone)[0]["alpha_x_N_per_cm3"].tolist() == [0.2]
-    for name, rows_of_file, place in (
-        ("both.csv", ["beta,gamma,alpha_z,alpha_x", *rows], ("no-alpha", 4, "alpha_x_N_per_cm3")),
-        ("none.csv", ["beta,gamma", "0,90"], ("missing-column", 1, "alpha_z_N_per_cm3")),
-        ("z.csv", ["beta,gamma,alpha_z", "0,90,"], ("required", 2, "alpha_z_N_per_cm3")),
-    ):
-        with pytest.raises(CampaignError) as error:
-            pushes_in(written(tmp_path / name, *rows_of_file))
-        assert places(error.value.problems) == [place]
+    pushes = pd.DataFrame([[0, 90, 0.3, np.nan], [90, 0, np.nan, 0.2]], columns=HEAD.split(","))
+    zeta = scaled(tmp_path, "beta,gamma,alpha_z,alpha_x", "0,90,0.3,", "90,0,,0.2")["zeta"]
+    assert [*zeta.values()] == pytest.approx([*rftfit.estimate_map(pushes).zeta], rel=1e-6)
+    assert scaled(tmp_path, "beta,gamma,alpha_x", "90,0,0.2")["pushes"] == 1
+
+
+@pytest.mark.parametrize(
+    ("lines", "place"),
+    [
+        (["beta,gamma,alpha_z,medium", "0,90,0.3,a", "0,45,0.9,b"], "row 3, column medium"),
+        (["beta,gamma,alpha_z,alpha_x", "0,90,0.3,", "0,45,,"], f"row 3, column {ALPHA_X}"),
+        (["beta,gamma", "0,90"], f"row 1, column {ALPHA_Z}"),
+        (["beta,gamma,alpha_z", "0,90,"], f"row 2, column {ALPHA_Z}"),
+    ],
+)
+def test_pushes_that_give_no_map_are_refused_by_their_place(tmp_path, lines, place):
+    (tmp_path / "p.csv").write_text("\n".join([*lines, ""]), "utf-8")
+    assert f"p.csv, {place}" in refused("scale", "--pushes", "p.csv", folder=tmp_path)
 
 
 def test_a_header_without_its_unit_is_told_with_lines_to_paste(tmp_path):
-    path = written(tmp_path / "table.csv", "beta,gamma,depth_mm,sigma,tau_kPa", "0,90,1,2,0")
-    problems = read(path, TableSettings(holds="stress"))[1]
+    lines = ["beta,gamma,depth_mm,sigma,tau_kPa", "0,90,1,2,0"]
+    problems = read(tmp_path, lines, holds="stress")[1]
     (missing,) = (problem for problem in problems if problem.code.endswith("missing-column"))
     assert 'table: {columns: {stress_z_N_per_cm2: "sigma"}, stress_unit: ...}' in str(missing)
-    table = TableSettings(
-        holds="stress", columns={"stress_z_N_per_cm2": "sigma"}, stress_unit="kPa"
-    )
-    assert not [problem for problem in read(path, table)[1] if problem.severity == "error"]
-
-
-@pytest.mark.parametrize(("beta", "equal_beta"), [("120", "-60"), ("-120", "60"), ("200", "20")])
-def test_a_plate_beyond_ninety_is_told_which_one_it_is(beta, equal_beta, tmp_path):
-    path = written(tmp_path / "table.csv", "beta,gamma,alpha_z,alpha_x", f"{beta},90,1,0")
-    (problem,) = read(path)[1]
-    assert places([problem]) == [("out-of-range", 2, "beta_deg")]
-    assert problem.found == beta
-    assert problem.allowed.endswith(f" at {equal_beta}")
+    settings = {"columns": {"stress_z_N_per_cm2": "sigma"}, "stress_unit": "kPa"}
+    problems = read(tmp_path, lines, holds="stress", **settings)[1]
+    assert "error" not in {problem.severity for problem in problems}
 
 
 def test_alpha_in_another_unit_is_doubted(tmp_path):
-    rows = ("0,90,350000,0", "30,45,2e5,1")
-    path = written(tmp_path / "table.csv", "beta,gamma,alpha_z,alpha_x", *rows)
-    (problem,) = read(path)[1]
+    rows = [HEAD, "0,90,350000,0", "30,45,2e5,1"]
+    (problem,) = read(tmp_path, rows)[1]
     assert problem.severity == "warning"
     assert "Set alpha_unit" in str(problem)
-    assert not read(path, TableSettings(holds="alpha", alpha_unit="N/m^3"))[1]
+    assert not read(tmp_path, rows, alpha_unit="N/m^3")[1]

@@ -9,8 +9,7 @@ from typing import Any
 
 import pytest
 
-from rftfit.campaign import rows, sheet
-from rftfit.campaign.problems import Place
+from rftfit.campaign import sheet
 
 NAME = "runs.xlsx"
 """Name of the run sheet."""
@@ -83,7 +82,8 @@ def test_row_numbers_are_those_of_the_spreadsheet(room):
 
     room.rows["p1"]["medium"] = "popy_LP"
     problems = room.check(edited(book_of(room), lower), NAME)
-    assert [p.place for p in problems if p.severity == "error"] == [Place(NAME, 7, "medium")]
+    errors = [problem.place for problem in problems if problem.severity == "error"]
+    assert [(place.file, place.row, place.column) for place in errors] == [(NAME, 7, "medium")]
 
 
 def test_numbers_and_truth_values_as_cells(room):
@@ -120,7 +120,7 @@ def test_numbers_and_truth_values_as_cells(room):
 )
 def test_cells_that_are_not_what_they_look_like(room, column, value, code, text):
     problem = room.only(code, book_of(room, **{address(room, column, 2): value}), NAME)
-    assert problem.place == Place(NAME, 2, column)
+    assert (problem.place.row, problem.place.column) == (2, column)
     assert text in str(problem)
 
 
@@ -141,28 +141,17 @@ def test_a_calculated_formula_is_its_value(room):
 def test_a_damaged_workbook(room):
     data = book_of(room)
     for damaged in (data[: len(data) // 2], b"run_id,kind\n", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"):
-        assert room.only("sheet.not-a-workbook", damaged, NAME).place == Place(NAME)
-
-
-def test_a_zip_bomb_is_refused_unopened(room, monkeypatch):
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
-        for number in range(5):
-            archive.writestr(f"xl/{number}.xml", bytes(50_000_000))
-    assert len(buffer.getvalue()) < 1_000_000
-    assert "250 MB" in room.only("sheet.too-large", buffer.getvalue(), NAME).allowed
-    monkeypatch.setattr(rows, "MAX_TAGS", 10)
-    problem = room.only("sheet.too-large", book_of(room), NAME)
-    assert " 1e-05 million " in problem.allowed
+        assert room.only("sheet.not-a-workbook", damaged, NAME).place.file == NAME
 
 
 def test_too_many_rows(room, monkeypatch):
     monkeypatch.setattr(sheet, "SCHEMA", replace(sheet.SCHEMA, most_rows=4))
-    assert " 4 rows" in room.only("sheet.too-many-rows", book_of(room), NAME).allowed
+    for content, name in ((book_of(room), NAME), (room.text().encode(), "runs.csv")):
+        assert " 4 rows" in room.only("sheet.too-many-rows", content, name).allowed
     # a single cell far below
     monkeypatch.setattr(sheet, "SCHEMA", replace(sheet.SCHEMA, most_rows=5000))
     problem = room.only("sheet.too-many-rows", book_of(room, A1048576="x"), NAME)
-    assert problem.place == Place(NAME, 5000)
+    assert (problem.place.file, problem.place.row) == (NAME, 5000)
 
 
 def edited(data, change):

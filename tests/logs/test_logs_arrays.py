@@ -1,17 +1,14 @@
 """Columns of MATLAB, HDF5 and NumPy files are read by their paths, and cut files are refused."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from log_files import refused
-from makers import sentence_of
+from makers import NOT_MEASURED, bench_config, json_of, row_of_push, sentence_of, write_campaign
 from numpy.testing import assert_array_equal
 from scipy.io import savemat
 
-from rftfit.logs.base import Log, LogError, run_in_child
-from rftfit.logs.inspect import recognised, survey
-from rftfit.logs.registry import dialect, load_each
+import rftfit
+from rftfit.logs.registry import dialect
 
 h5py = pytest.importorskip("h5py")
 
@@ -62,18 +59,20 @@ MAKERS = {"a.mat": mat5, "b.mat": mat73, "c.h5": hdf5, "d.npz": npz}
 def test_every_column_by_its_path(name, tmp_path):
     path = tmp_path / name
     MAKERS[name](path)
-    recognition = recognised(path)
-    assert (recognition.reader, recognition.other_dialects) == (ARRAYS, [])
-    log = ARRAYS.load(path)
+    log = rftfit.read_log(path)
     forces = [f"run.F column {k}" for k in (1, 2, 3)]
     assert set(log.columns) == {"run.time", *forces, "z"}
     assert_array_equal(log.columns["run.time"], TIME)
     assert_array_equal(np.stack([log.columns[force] for force in forces], axis=1), FORCE)
     assert_array_equal(log.columns["z"], Z)
     assert log.units["z"] == "mm"
-    force_columns = {f"F{k}": force for k, force in enumerate(forces, 1)}
-    assert survey([log]).quantities == {"time": "run.time", **force_columns, "z": "z"}
     assert log.rows == N
+    inspected = json_of("inspect", path)
+    assert inspected["dialect"] == "arrays"
+    lines = "\n".join(inspected["config"])
+    assert all(f"F{k}: {{column: run.F column {k}, unit: N}}" in lines for k in (1, 2, 3))
+    assert "time: {column: run.time, unit: s}" in lines
+    assert "z: z" in lines
 
 
 def test_arrays_of_numpy(tmp_path):
@@ -116,9 +115,9 @@ def test_a_file_that_was_cut(name, tmp_path):
     MAKERS[name](path)
     content = path.read_bytes()
     path.write_bytes(content[: len(content) // 3])
-    with pytest.raises(LogError, match=name) as error:
-        ARRAYS.load(path)
-    assert error.value.code in ("damaged", "header_only")
+    with pytest.raises(rftfit.RftfitError, match=name) as error:
+        rftfit.read_log(path, "arrays")
+    assert getattr(error.value, "code", "") in ("damaged", "header_only")
 
 
 def test_what_holds_no_plain_numbers(tmp_path):
@@ -150,25 +149,25 @@ def test_cells_and_struct_arrays_of_matlab(tmp_path):
     refused(ARRAYS, tmp_path / "b.mat", "header_only", *values)
 
 
-def test_files_that_several_readers_want(tmp_path, monkeypatch):
-    paths = [tmp_path / f"{number}.mat" for number in range(3)]
-    for number, path in enumerate(paths):
-        savemat(path, {"t": np.arange(9.0), "F": np.full(9, number), "z": np.arange(9.0) + number})
-    paths[1].write_bytes(paths[1].read_bytes()[:300])
-    files_read: list[Path] = []
-
-    def noted(files, work):
-        files_read.extend(files)
-        return run_in_child(files, work)
-
-    monkeypatch.setattr("rftfit.logs.base.run_in_child", noted)
-    force, motion = ARRAYS.only({"t", "F"}), ARRAYS.only({"t", "z"})
-    logs = load_each([(reader, path) for path in paths for reader in (force, motion)])
-    assert files_read == paths
-    assert [isinstance(log, LogError) for log in logs] == [False] * 2 + [True] * 2 + [False] * 2
-    for log, reader in ((logs[4], force), (logs[5], motion)):
-        assert isinstance(log, Log)
-        alone = reader.load(paths[2])
-        assert log.columns.keys() == alone.columns.keys()
-        for name, values in alone.columns.items():
-            assert_array_equal(log.columns[name], values)
+def test_a_damaged_file_costs_the_logs_of_others_nothing(tmp_path):
+    """Each file holds force and motion of its run; a child process reads them all."""
+    contents = {}
+    for number, name in enumerate("abc"):
+        path = tmp_path / f"{name}.mat"
+        savemat(path, {"t": TIME, "F": np.full(N, 1.0 + number), "z": 10 - 5 * TIME})
+        contents[path.name] = path.read_bytes()
+    contents["b.mat"] = contents["b.mat"][:300]
+    source = {"dialect": "arrays"}
+    time, z = {"column": "t", "unit": "s"}, {"column": "z", "unit": "mm"}
+    force = NOT_MEASURED | {"time": time, "F3": {"column": "F", "unit": "N"}}
+    config = bench_config(source | {"columns": force}, source | {"columns": {"time": time, "z": z}})
+    rows = [
+        row_of_push(run_id=name, force_log=f"{name}.mat", motion_log=f"{name}.mat")
+        for name in "abc"
+    ]
+    write_campaign(tmp_path / "lab", config, rows=rows, logs=contents)
+    problems = [str(problem) for problem in rftfit.check(tmp_path / "lab")]
+    (damaged,) = (problem for problem in problems if "damaged" in problem)
+    assert "1 run would be dropped: b (row 3): b.mat: " in damaged
+    # the others were read: their pushes have no rest in air
+    assert sum("a (row 2), c (row 4): no zero" in problem for problem in problems) == 1

@@ -1,14 +1,12 @@
 """A long log that is read in blocks gives the same rows and errors as one read in one piece."""
 
 import threading
-import time
 
 import numpy as np
 import pytest
-from log_files import TEXTS, netft
+from log_files import TEXTS, netft, refused
 
-from rftfit.logs.base import MOST_WORKERS, LogError, parallel_map
-from rftfit.logs.registry import dialect, load_each
+from rftfit.logs.registry import dialect
 
 NAMES = sorted(TEXTS)
 """Dialects of text."""
@@ -74,32 +72,4 @@ def test_long_rig_logs_are_refused_like_short_ones(tmp_path):
         (b"\n" * 5000, "empty", 0),
     ):
         path.write_bytes(content)
-        (error,) = load_each([(dialect("rig"), path)])
-        assert isinstance(error, LogError)
-        assert (error.code, error.rows) == (code, rows)
-        assert str(path) in str(error)
-
-
-def test_results_come_in_order_and_few_items_are_taken_early():
-    numbers_taken: list[int] = []
-
-    def items():
-        for number in range(1, 41):
-            numbers_taken.append(number)
-            yield number
-
-    def work(number):
-        time.sleep(0.002 * (number % 3))
-        return number * number
-
-    for place, result in enumerate(parallel_map(work, items()), start=1):
-        assert result == place**2
-        assert len(numbers_taken) <= place + MOST_WORKERS + 1
-    assert len(numbers_taken) == 40
-
-
-def test_an_error_of_the_work_reaches_whoever_asked():
-    with pytest.raises(ZeroDivisionError):
-        list(parallel_map(lambda number: 1 / number, [3, 2, 1, 0, 1]))
-    assert list(parallel_map(lambda number: 1 / number, [])) == []
-    assert list(parallel_map(lambda number: 1 / number, [2])) == [0.5]
+        assert refused(dialect("rig"), path, code).rows == rows

@@ -19,10 +19,9 @@ import pytest
 import yaml
 from campaigns import make_campaign, run_rules
 from log_files import ROS1_TYPE, refused, wrench, write_ros1, write_ros2
+from makers import answer_of, read_rows
 
-from rftfit.campaign.load import load_campaign
-from rftfit.cli.main import main
-from rftfit.logs import rosbag, tabular
+import rftfit
 from rftfit.logs.registry import dialect
 
 h5py = pytest.importorskip("h5py")
@@ -78,7 +77,7 @@ def test_hdf5_that_reads_other_files(tmp_path, monkeypatch, make, dataset, sourc
     refused(dialect("arrays"), tmp_path / name, "other_file", f" '{dataset}' ", f" '{source}';")
 
 
-def test_inspect_check_and_run_refuse_it(tmp_path, capsys):
+def test_inspect_check_and_run_refuse_it(tmp_path):
     directions = ((0.0, 90.0),)
     folder = make_campaign(tmp_path / "lab", ("poppy_CP",), plates_only=True, directions=directions)
     values = yaml.safe_load(folder.config.read_text("utf-8"))
@@ -86,14 +85,16 @@ def test_inspect_check_and_run_refuse_it(tmp_path, capsys):
     folder.config.write_text(yaml.safe_dump(values), "utf-8")
     secret = tmp_path / "secret.bin"
     secret.write_bytes(np.arange(8.0).tobytes())
-    for run in load_campaign(folder.config).runs:
-        path = folder.root / "raw" / "paper" / run.force_log
+    raw = folder.root / "raw" / "paper"
+    for row in read_rows(raw / "runs.csv"):
+        path = raw / row["force_log"]
         path.unlink()
         with h5py.File(path, "w") as file:
             file.create_dataset("F", (8,), "f8", external=[(str(secret), 0, 64)])
     error = refused(dialect("arrays"), path, "other_file", " 'F' ", f" '{secret}';")
-    assert main(["inspect", str(path)]) == 2
-    assert str(error) in capsys.readouterr().err
+    code, _, printed = answer_of("inspect", path)
+    assert code == 2
+    assert str(error) in printed
     process = folder.rftfit("check")
     assert process.returncode == 2
     assert str(error).removeprefix(str(path)) in process.stdout
@@ -264,23 +265,18 @@ def test_refused_before_it_takes_memory(refusals, name):
     assert "allowed: 1074 MB" in text or code == "damaged"
 
 
-def test_rows_as_wide_as_a_sheet_can_be(tmp_path):
-    """One cell at the far end makes a row of 16,384, of which the library makes up all but three."""
-    rows = pd.DataFrame(1.0, index=range(600), columns=["time", "F", "far"])
-    with pd.ExcelWriter(tmp_path / "a.xlsx", engine="xlsxwriter") as book:
-        rows[["time", "F"]].to_excel(book, index=False)
-        rows[["far"]].to_excel(book, index=False, startcol=16_383)
-    refused(dialect("xlsx"), tmp_path / "a.xlsx", "too_large", "column 16384")
-
-
-def test_a_note_far_beside_a_table_is_no_harm(tmp_path):
+@pytest.mark.parametrize("notes", [1, 600])
+def test_rows_as_wide_as_a_sheet_can_be(tmp_path, notes):
+    """A cell at the far end makes a row of 16,384, of which the library makes up all but three; one is no harm."""
     rows = pd.DataFrame(1.0, index=range(600), columns=["time", "F"])
+    far = pd.DataFrame(1.0, index=range(notes), columns=["far"])
     with pd.ExcelWriter(tmp_path / "a.xlsx", engine="xlsxwriter") as book:
         rows.to_excel(book, index=False)
-        pd.DataFrame(["see the notebook"]).to_excel(
-            book, index=False, header=False, startrow=40, startcol=16_383
-        )
-    assert dialect("xlsx").load(tmp_path / "a.xlsx").rows == 600
+        far.to_excel(book, index=False, header=notes > 1, startrow=40, startcol=16_383)
+    if notes > 1:
+        refused(dialect("xlsx"), tmp_path / "a.xlsx", "too_large", "column 16384")
+    else:
+        assert dialect("xlsx").load(tmp_path / "a.xlsx").rows == 600
 
 
 # --- Limits that are asked before reading
@@ -312,9 +308,10 @@ def h5_of(path, count):
 
 
 def test_a_sheet_of_more_rows_than_one_has_is_refused_before_a_row_is_read(tmp_path, monkeypatch):
-    monkeypatch.setattr(tabular, "MOST_ROWS", 900)
-    monkeypatch.setattr(tabular, "_LEAST_TO_COUNT", 900)
-    monkeypatch.setattr(tabular.XlsxReader, "_plan", lambda *_: pytest.fail("a row was read"))
+    tabular = "rftfit.logs.tabular"
+    monkeypatch.setattr(f"{tabular}.MOST_ROWS", 900)
+    monkeypatch.setattr(f"{tabular}._LEAST_TO_COUNT", 900)
+    monkeypatch.setattr(f"{tabular}.XlsxReader._plan", lambda *_: pytest.fail("a row was read"))
     pd.DataFrame({"time_s": range(1000), "F1_N": 1}).to_excel(tmp_path / "a.xlsx", index=False)
     refused(dialect("xlsx"), tmp_path / "a.xlsx", "too_large", "row 900")
 
@@ -339,20 +336,23 @@ def test_a_message_of_a_bag_is_asked_for_its_size_before_it_is_read(tmp_path):
 
 def test_a_large_record_of_a_bag_is_not_read(tmp_path, monkeypatch):
     pytest.importorskip("rosbags")
-    monkeypatch.setattr(rosbag, "MOST_OF_BLOCK", 100_000)
-    monkeypatch.setattr(Path, "read_bytes", lambda _: pytest.fail("the bag was read"))
-    raw = np.arange(3.0).tobytes() + (7).to_bytes(4, "little")
-    refused(
-        dialect("ros-bag"), write_ros1(tmp_path / "a.bag", ROS1_TYPE, raw, count=9000), "too_large"
-    )
-    messages = [wrench(1)] * 3000
-    refused(dialect("ros-bag"), write_ros2(tmp_path / "b", messages), "too_large")
+    monkeypatch.setattr("rftfit.logs.rosbag.MOST_OF_BLOCK", 100_000)
+    ros1 = write_ros1(tmp_path / "a.bag", ROS1_TYPE, bytes(28), count=9000)
+    ros2 = write_ros2(tmp_path / "b", [wrench(1)] * 3000)
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "read_bytes", lambda _: pytest.fail("the bag was read"))
+        for path in (ros1, ros2):
+            refused(dialect("ros-bag"), path, "too_large")
+    # named by its folder, it is the same bag
+    with pytest.raises(rftfit.RftfitError, match=r"\.mcap: .*larger"):
+        rftfit.read_log(tmp_path / "b")
 
 
 def test_messages_of_a_topic_are_counted_by_their_sizes(tmp_path, monkeypatch):
     pytest.importorskip("rosbags")
     path = small_bag(tmp_path / "bag")
-    monkeypatch.setattr(rosbag, "MOST_OF_MESSAGES", 20 * len(wrench(0)) - 1)
+    size = 20 * len(wrench(0))
+    monkeypatch.setattr("rftfit.logs.rosbag.MOST_OF_MESSAGES", size - 1)
     refused(dialect("ros-bag"), path, "too_large")
-    monkeypatch.setattr(rosbag, "MOST_OF_MESSAGES", 20 * len(wrench(0)))
+    monkeypatch.setattr("rftfit.logs.rosbag.MOST_OF_MESSAGES", size)
     assert dialect("ros-bag").load(path).rows == 20

@@ -116,6 +116,7 @@ def test_a_log_is_refused_with_its_code(expected):
     assert place == str(DATA / expected["file"])
     for quoted in expected.get("quotes", []):
         assert quoted in cause
+    assert expected.get("advice", "") in cause.splitlines()[0]
     if "text" in expected:  # whose description the command does not take as a whole
         return
     assert expected["file"] in refused(*words_of(expected))

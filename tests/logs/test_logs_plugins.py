@@ -3,6 +3,7 @@
 Dialect: the log format of a program.
 """
 
+import contextlib
 import importlib
 import re
 import shutil
@@ -10,14 +11,13 @@ import sys
 from pathlib import Path
 
 import pytest
+from campaigns import Room
 from log_files import refused
+from makers import json_of
 
 import rftfit
-from rftfit.errors import InputError
 from rftfit.logs import registry as plugins_module
-from rftfit.logs.base import LogError
-from rftfit.logs.inspect import recognised
-from rftfit.logs.registry import dialect, load_each
+from rftfit.logs.registry import dialect
 from rftfit.store import digests
 from rftfit.workflow.provenance import changes_between, present_provenance
 from rftfit.workflow.state import States, read_states
@@ -67,20 +67,17 @@ def test_the_example_of_the_documentation(install, tmp_path):
     (log_text,) = blocks("text")
     path = tmp_path / "run1.olf"
     path.write_text(log_text, "utf-8")
-    recognition = recognised(path)
-    reader = recognition.reader
-    assert (reader.name, recognition.other_dialects) == (name, [])
-    assert "package ourlab-dialect" in reader.describe()
-    log = reader.load(path)
+    assert json_of("inspect", path)["dialect"] == name
+    assert "package ourlab-dialect" in dialect(name).describe()
+    log = rftfit.read_log(path)
     assert log.size == len(log_text.splitlines()) - 2
     assert log.units == {"time": "s", "Fx": "N", "Fy": "N", "Fz": "N"}
-    assert load_each([(dialect(name), path)])[0].rows == log.rows
     # cut anywhere, it behaves as the program's own readers do
     content = log_text.encode()
     for stop in range(len(content)):
         path.write_bytes(content[:stop])
-        cut_log = load_each([(reader, path)])[0]
-        if not isinstance(cut_log, LogError):
+        with contextlib.suppress(rftfit.RftfitError):
+            cut_log = rftfit.read_log(path, name)
             assert cut_log.size <= content[:stop].count(b"\n") - 2
 
 
@@ -116,10 +113,11 @@ def test_broken_ones_say_so_and_harm_nobody(install, tmp_path):
         assert words in text
     assert "ourlab-one" in dialect("same").describe()
     assert "package" not in dialect("rig").describe()
-    with pytest.raises(InputError, match="a-broken of package ourlab-broken"):
-        dialect("a-broken")
+    with pytest.raises(rftfit.RftfitError, match="a-broken of package ourlab-broken"):
+        rftfit.read_log(path, "a-broken")
     path.write_bytes(b"OURS 1\n")
-    assert recognised(path).reader.name == "failing"
+    with pytest.raises(rftfit.RftfitError, match="package ourlab-failing failed"):
+        rftfit.read_log(path)
     assert not dialect("wrong").detect(b"OURS")
     for name, values in (
         ("failing", "package ourlab-failing failed: ZeroDivisionError"),
@@ -130,26 +128,6 @@ def test_broken_ones_say_so_and_harm_nobody(install, tmp_path):
 
 # --- the code of a plug-in is part of what made a result ------------------------------------------------
 
-CONFIG = PAGE.parents[1] / "config" / "config.yaml"
-RUNS = (
-    "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,force_log,motion_log\n"
-    "p1,plate,poppy_LP,plate,intrusion,0,90,p1_f.csv,p1_m.csv\n"
-)
-
-
-@pytest.fixture
-def campaign(tmp_path):
-    """One run; its logs need not be there."""
-    config = tmp_path / "campaign" / "config" / "config.yaml"
-    sheet = tmp_path / "campaign" / "raw" / "paper" / "runs.csv"
-    for path in (config, sheet):
-        path.parent.mkdir(parents=True)
-    sheet.write_text(RUNS, "utf-8")
-    text = CONFIG.read_text("utf-8").split("\nrobot:")[0] + "\ndialect: ours\n"
-    text = re.sub(r"^dialect: rig.*\n", "", text, flags=re.MULTILINE)
-    config.write_text(text, "utf-8")
-    return config
-
 
 def fresh():
     """What a new process knows."""
@@ -157,12 +135,14 @@ def fresh():
     digests.plugin_digest.cache_clear()
 
 
-def test_a_changed_plug_in_is_told(install, campaign, tmp_path):
+def test_a_changed_plug_in_is_told(install, tmp_path):
     code = GOOD + "    def load(self, path): raise OSError\n"
     install("ourlab-dialect", "ourlab_dialect", code, ours="ourlab_dialect:D")
-    text = campaign.read_text("utf-8").replace("method: sync_line", "method: estimate")
-    campaign.write_text(text, "utf-8")
-    states = read_states(campaign)
+    (tmp_path / "campaign").mkdir()
+    room = Room(tmp_path / "campaign")
+    room.config += "dialect: ours\nclock: {method: estimate}\n"
+    room.write()
+    states = read_states(room.path)
     jobs = (("ingest", "poppy_LP"), ("figure", "clocks_poppy_LP"), ("fourier", ""))
     codes_before = [states.state_of(*job)["code"] for job in jobs]
     state = present_provenance(states)
@@ -192,10 +172,3 @@ def test_a_changed_plug_in_is_told(install, campaign, tmp_path):
         if change.now == "not there"
     ]
     assert ("code", "ourlab_dialect") in [(change.sort, change.name) for change in removals]
-
-
-def test_the_rig_needs_no_search_for_plug_ins(campaign, monkeypatch):
-    text = campaign.read_text("utf-8").replace("dialect: ours", "dialect: rig")
-    campaign.write_text(text, "utf-8")
-    monkeypatch.setattr(plugins_module, "plugins", lambda: pytest.fail("searched"))
-    assert read_states(campaign).dialects == []

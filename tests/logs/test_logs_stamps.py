@@ -4,14 +4,12 @@ Also tested: packed text files, and how to export files of a format that is not 
 """
 
 import datetime as dt
-import math
 import re
 from importlib import import_module
 from typing import Any
 from zipfile import ZipFile
 
 import numpy as np
-import pyarrow as pa
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -21,7 +19,6 @@ from numpy.testing import assert_allclose
 
 import rftfit
 from rftfit.logs.registry import dialect
-from rftfit.table.stamps import seconds_of, seconds_of_column
 
 N = 300
 """Rows of the log."""
@@ -30,51 +27,51 @@ TIMES = [START + dt.timedelta(milliseconds=10 * row) for row in range(N)]
 """Over midnight."""
 
 
+def log_of(path, times, dates=""):
+    """A text log whose first column holds these times."""
+    rows = [f"{time};{row}.5" for row, time in enumerate(times)]
+    path.write_text("\n".join(["Time;Fz [N]", *rows, ""]), "utf-8")
+    return rftfit.read_log(path, text={"delimiter": ";"} | ({"dates": dates} if dates else {}))
+
+
 @pytest.mark.parametrize(
     ("text", "order", "fields"),
     [
         ("23.11.2026 12:03:36,100", "", (2026, 11, 23, 12, 3, 36.1)),
         ("11/03/2026 1:00:36.100 PM", "", (2026, 11, 3, 13, 0, 36.1)),
         ("11/3/2026 12:00:36 AM", "", (2026, 11, 3, 0, 0, 36)),
-        ("3/11/26 9:05", "dmy", (2026, 11, 3, 9, 5, 0)),
+        ("3/11/26 9:05", "day first", (2026, 11, 3, 9, 5, 0)),
         ("1:00:36.5 PM", "", (1970, 1, 1, 13, 0, 36.5)),
         ("31.02.2026 12:00:00", "", None),
         ("11/03/2026 13:00:00 PM", "", None),
         ("03/04/2026 12:00:00", "", None),
         ("3.4.26 12:00:00", "", None),
+        # a year of one digit is a damaged one
+        ("6-01-02T23:59:59", "year first", None),
+        ("1/2/6 23:59:59", "month first", None),
     ],
 )
-def test_dates_of_other_countries(text, order, fields):
-    """By hand and in a whole column alike."""
-    column = seconds_of_column(pa.array([text] * 3), order)
+def test_dates_of_other_countries(text, order, fields, tmp_path):
+    log = log_of(tmp_path / "log.csv", [text] * 3, order)
     if fields is None:
-        assert np.isnan(seconds_of(text, order))
-        assert column is None
+        assert not np.isfinite(log.columns.get("Time", np.nan)).any()
         return
     *whole_fields, seconds = fields
     moment = dt.datetime(*whole_fields, tzinfo=dt.UTC).timestamp() + seconds
-    assert seconds_of(text, order) == pytest.approx(moment, abs=1e-6)
-    assert column is not None
-    assert_allclose(column, moment, atol=1e-6)
+    assert_allclose(log.columns["Time"], [moment] * 3, atol=1e-6)
 
 
 @given(
-    st.datetimes(dt.datetime(1970, 1, 2), dt.datetime(2100, 1, 1)),
+    st.lists(st.datetimes(dt.datetime(1970, 1, 2), dt.datetime(2100, 1, 1)), min_size=3),
     st.sampled_from(["T", " "]),
     st.sampled_from(["", "Z", "+02:00", "-0330"]),
 )
-def test_dates_are_those_of_python(time, separator, zone):
-    text = time.isoformat(separator) + zone
-    moment = dt.datetime.fromisoformat(text)
-    moment = moment if moment.tzinfo else moment.replace(tzinfo=dt.UTC)
-    assert seconds_of(text) == pytest.approx(moment.timestamp(), abs=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("text", "order"), [("6-01-02T23:59:59", "ymd"), ("1/2/6 23:59:59", "mdy")]
-)
-def test_a_year_of_one_digit_is_a_damaged_one(text, order):
-    assert math.isnan(seconds_of(text, order))
+def test_dates_are_those_of_python(tmp_path_factory, times, separator, zone):
+    texts = [time.isoformat(separator) + zone for time in times]
+    log = log_of(tmp_path_factory.getbasetemp() / "dates.csv", texts)
+    moments = [dt.datetime.fromisoformat(text) for text in texts]
+    seconds = [moment.replace(tzinfo=moment.tzinfo or dt.UTC).timestamp() for moment in moments]
+    assert_allclose(log.columns["Time"], seconds, rtol=0, atol=1e-6)
 
 
 def test_dates_of_a_spreadsheet(tmp_path):
@@ -111,25 +108,3 @@ def test_a_cell_far_below_all_rows(tmp_path):
             new.writestr(name, text)
     error = refused(dialect("xlsx"), tmp_path / "b.xlsx", "too_large", "row 1048576")
     assert error.rows == 1048576
-
-
-OPEN_DOCUMENT = b"mimetypeapplication/vnd.oasis.opendocument.spreadsheet"
-
-
-@pytest.mark.parametrize(
-    ("content", "advice"),
-    [
-        (b"\xd0\xcf\x11\xe0" + bytes(600), "save it as .xlsx"),
-        (b'{"time": [0, 1]}\n', "JSON"),
-        (b"PK\x03\x04" + bytes(600), "unpack it"),
-        (b"\x80\x04\x95" + bytes(80), "numpy.savez"),
-        (b"\r\n<HTML>\n<table><tr><td>1</td><td>2</td></tr></table>", "save it as .xlsx or .csv"),
-        (b"PK\x03\x04" + bytes(26) + OPEN_DOCUMENT + bytes(200), ".ods"),
-    ],
-)
-def test_what_is_refused_says_how_to_export_it(content, advice, tmp_path):
-    path = tmp_path / "a.dat"
-    path.write_bytes(content)
-    with pytest.raises(rftfit.RftfitError) as caught:
-        rftfit.read_log(path)
-    assert advice in str(caught.value).splitlines()[0]

@@ -9,12 +9,10 @@ import shutil
 import pytest
 import yaml
 from campaigns import MEDIUM, Folder
+from makers import read_rows
 
+import rftfit
 from rftfit.bench.watch import Watch
-from rftfit.campaign.config import Config
-from rftfit.checks.verdict import Verdict
-from rftfit.lab.enact import prepare
-from rftfit.results import open_results
 from rftfit.workflow.closing import closing_lines
 from rftfit.workflow.records import Recorded
 from rftfit.workflow.state import read_states
@@ -88,41 +86,28 @@ def test_every_event_has_a_line_for_people(bench):
     assert not any("nan" in line for _, line in lines)
 
 
-def test_a_live_re_enactment_ends_as_one_at_once(tmp_path, recorded):
-    values = yaml.safe_load((recorded / "config" / "config.yaml").read_text("utf-8"))
-    plan = prepare(Config(**values), directions=[(0.0, 90.0), (30.0, 45.0)], legs=False)
-    plan.write(tmp_path / "once", tmp_path / "once" / "runs.csv")
-    lines = list(plan.live(tmp_path / "live", tmp_path / "live" / "runs.csv", 0.0, 0.0))
-    assert len(lines) == len(plan.runs)
-    once, live = (
-        {
-            p.relative_to(tmp_path / n): p.read_bytes()
-            for p in (tmp_path / n).rglob("*.csv")
-            if p.name != "runs.csv"
-        }
-        for n in ("once", "live")
-    )
-    assert once == live
-    sheets = [
-        sorted((tmp_path / n / "runs.csv").read_text().splitlines()) for n in ("once", "live")
-    ]
-    assert sheets[0] == sheets[1]
-    bad = list(plan.live(tmp_path / "bad", tmp_path / "bad" / "runs.csv", 0.0, 1.0))
-    assert sum("fault" in line for line in bad) == sum(run.kind == "plate" for run in plan.runs)
-
-
-def test_a_live_re_enactment_has_a_config_to_watch(tmp_path, recorded):
+def test_a_live_re_enactment_ends_as_one_at_once_and_has_a_config_to_watch(tmp_path, recorded):
     (tmp_path / "lab").mkdir()
     shutil.copytree(recorded / "config", tmp_path / "lab" / "config")
     lab, bench = Folder(tmp_path / "lab"), Folder(tmp_path / "lab" / "bench")
-    words = ("--grid", "0:90,30:45", "--pace", "0", "--bad", "0", "--no-legs")
-    process = lab.rftfit("reenact", "--live", "bench", *words)
+    words = ("--grid", "0:90,30:45", "--no-legs")
+    live = ("reenact", "--live", "bench", *words, "--pace", "0", "--bad")
+    assert lab.rftfit("reenact", *words).returncode == 0
+    process = lab.rftfit(*live, "0")
     assert process.returncode == 0, process.stderr
     assert process.stdout.splitlines()[-1].endswith("recorded")
+    once, second = lab.raw_digests(), bench.raw_digests()
+    sheet = "paper/runs.csv"
+    assert once.pop(sheet) != second.pop(sheet)
+    assert once == second
+    in_order = [sorted(map(str, read_rows(folder.root / "raw" / sheet))) for folder in (lab, bench)]
+    assert in_order[0] == in_order[1]
     watch = Watch(bench.config)
     for step in range(10):
         list(watch.step(0.5 * step))
     assert watch.summary(watch.media[MEDIUM])["states"] == {"measured": 2, "read": 2}
+    shutil.rmtree(bench.root)
+    assert lab.rftfit(*live, "1").stdout.count("fault") == 2
 
 
 @pytest.mark.parametrize("has_tares", [True, False])
@@ -140,14 +125,14 @@ def test_watch_check_page_and_terminal_state_one_verdict(bench, has_tares):
     events = [json.loads(line) for line in watching.stdout.splitlines()]
     sentence = [event for event in events if event["event"] == "medium"][-1]["verdict"]
     facts = json.loads(folder.rftfit("check", "--diagnose", "--json").stdout)["verdicts"][MEDIUM]
-    verdict = Verdict(**facts)
-    assert sentence == f"{verdict.on(MEDIUM)}."
-    assert f"{verdict.on(MEDIUM)}.\n" in folder.rftfit("check", "--diagnose").stdout
-    assert (verdict.word == "doubtful") != has_tares
+    assert f"{sentence}\n" in folder.rftfit("check", "--diagnose").stdout
     folder.run_here("page")
+    verdict = rftfit.open(bench.root)[MEDIUM].verdict
+    assert verdict == type(verdict)(**facts)
+    assert sentence == f"{verdict.on(MEDIUM)}."
+    assert (verdict.word == "doubtful") != has_tares
     # a sentence begins with a capital letter
     of_title = f"{verdict.on(config['media'][MEDIUM]['title'])[1:]}."
     assert of_title in folder.table("findings.csv")["finding"][0]
     terminal = closing_lines(Recorded(read_states(folder.config)))
     assert sum(of_title in line for line in terminal) == 1
-    assert open_results(bench.root)[MEDIUM].verdict == verdict

@@ -18,9 +18,9 @@ from campaigns import MEDIUM
 from chromium import Chromium, find
 from waiting import LONGEST_S
 
+import rftfit
 from rftfit.bench.page import page_of
 from rftfit.bench.server import LivePage
-from rftfit.errors import InputError
 
 HOST = "127.0.0.1"
 PROGRAM = find()
@@ -54,25 +54,24 @@ def test_the_page_needs_its_token_and_asks_nobody_else(page):
     assert "connect-src 'self'" in policy
 
 
-@pytest.mark.parametrize("path", ["/", "/{}", "/{}/events", "/favicon.ico", "//", "/../{}/"])
-def test_a_request_without_the_token_gets_nothing(page, path):
-    wrong = page.token[:-1] + ("0" if page.token[-1] != "0" else "1")
-    assert ask(page, path.format(wrong))[:2] == (403, "")
+FOREIGN = [
+    {"Host": "example.org"},
+    {"Host": "example.org:80"},
+    {"Origin": "http://example.org"},
+    {"Origin": "null"},
+    {"Origin": f"http://{HOST}:1"},
+]
 
 
 @pytest.mark.parametrize(
-    "headers",
-    [
-        {"Host": "example.org"},
-        {"Host": "example.org:80"},
-        {"Origin": "http://example.org"},
-        {"Origin": "null"},
-        {"Origin": f"http://{HOST}:1"},
-    ],
+    ("path", "headers"),
+    [(path, {}) for path in ("/", "/{}", "/{}/events", "/favicon.ico", "//", "/../{}/")]
+    + [(path, headers) for headers in FOREIGN for path in ("", "events")],
 )
-@pytest.mark.parametrize("name", ["", "events"])
-def test_another_host_or_origin_gets_nothing(page, headers, name):
-    assert ask(page, f"/{page.token}/{name}", **headers)[:2] == (403, "")
+def test_without_the_token_or_from_another_host_a_request_gets_nothing(page, path, headers):
+    wrong = page.token[:-1] + ("0" if page.token[-1] != "0" else "1")
+    path = f"/{page.token}/{path}" if headers else path.format(wrong)
+    assert ask(page, path, **headers)[:2] == (403, "")
 
 
 @pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "PATCH", "OPTIONS"])
@@ -82,21 +81,15 @@ def test_nothing_but_reading_is_possible(page, method):
     assert "Access-Control-Allow-Origin" not in headers
 
 
-def test_only_this_machine_is_listened_to(page):
-    assert page.server_address[0] == "127.0.0.1"
-
-
-def test_token_and_port_are_new_after_each_start(tmp_path):
+def test_only_this_machine_is_listened_to_and_each_start_has_a_token_of_its_own(page):
     """An open tab must not hand the token of the next watch to whoever has taken its port."""
-    pages = [LivePage() for _ in range(2)]
-    for page in pages:
-        page.close()
-    third_page = LivePage()
-    third_page.close()
-    assert len({page.token for page in (*pages, third_page)}) == 3
-    assert third_page.token not in "".join(
-        path.read_text() for path in tmp_path.rglob("*") if path.is_file()
-    )
+    assert page.server_address[0] == HOST
+    tokens = {page.token}
+    for _ in range(2):
+        next_page = LivePage()
+        next_page.close()
+        tokens.add(next_page.token)
+    assert len(tokens) == 3
 
 
 def test_silent_connections_take_neither_the_page_nor_the_logs(bench, monkeypatch):
@@ -204,7 +197,7 @@ def test_a_full_table_of_files_is_no_verdict_on_a_log(bench, monkeypatch):
 
 
 def test_a_port_that_is_taken_is_told(page):
-    with pytest.raises(InputError, match=f"--port: found {page.port}: "):
+    with pytest.raises(rftfit.RftfitError, match=f"--port: found {page.port}: "):
         LivePage(page.port)
 
 
