@@ -58,21 +58,21 @@ def robot_in_mujoco(frequency_Hz, curvature, step_s, start_cm):
 
 
 GAITS = (
-    (5.0, 1.0, 9, 1e-3),
-    (2.0, -1.0, 4, 2e-4),
-    (2.0, 1.0, 6, 1e-3),
-    (1.0, 0.0, 3, 1e-3),
-    (3.5, 1.0, 7, 5e-4),
+    (2.0, 1.0, 6, 1e-3, 0.002),
+    (5.0, 1.0, 9, 1e-3, 0.005),
+    (2.0, -1.0, 4, 2e-4, 0.005),
+    (1.0, 0.0, 3, 1e-3, 0.005),
+    (3.5, 1.0, 7, 5e-4, 0.005),
 )
-"""Frequency in Hz, curvature times R', strides, step in s."""
+"""Frequency in Hz, curvature times R', strides, step in s, relative difference."""
 
 
 @pytest.mark.statistics
 @pytest.mark.parametrize(
-    ("frequency_Hz", "curvature", "strides", "step_s"), seeds(GAITS, GAITS[:2])
+    ("frequency_Hz", "curvature", "strides", "step_s", "most"), seeds(GAITS, GAITS[:3])
 )
 def test_the_paper_robot_runs_as_in_the_plane_and_each_stride_takes_energy(
-    frequency_Hz, curvature, strides, step_s
+    frequency_Hz, curvature, strides, step_s, most
 ):
     planar = rftfit.simulate(POPPY, frequency_Hz, curvature, samples_per_stride=10)
     assert planar.outcome == "steady"
@@ -92,4 +92,4 @@ def test_the_paper_robot_runs_as_in_the_plane_and_each_stride_takes_energy(
     speeds = np.diff(places) / (steps * step_s)
     # they, too, have come to a steady speed
     np.testing.assert_allclose(speeds[-1], speeds[-2], rtol=0.005)
-    np.testing.assert_allclose(speeds[-2:].mean(), planar.speed_cm_per_s, rtol=0.005)
+    np.testing.assert_allclose(speeds[-2:].mean(), planar.speed_cm_per_s, rtol=most)
