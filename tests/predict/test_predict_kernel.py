@@ -20,10 +20,10 @@ from rftfit.model import kernel
 TABLE = TableProfile.published("poppy_LP")
 M0 = np.concatenate(published_medium("poppy_LP", "fourier").parameters)
 """Nine terms."""
-*GRID, ALPHA_Z, ALPHA_X = TableProfile.published("poppy_CP").cells
+BETA, GAMMA, ALPHA_Z, ALPHA_X = TableProfile.published("poppy_CP").cells
 HOLES = np.where(np.arange(91) == 2 * 13 + 9, np.nan, 1.0)
 """One of 91 cells is NaN."""
-HOLED = TableProfile(HOLES * ALPHA_Z, HOLES * ALPHA_X, *GRID, name="holed")
+HOLED = TableProfile(HOLES * ALPHA_Z, HOLES * ALPHA_X, BETA, GAMMA, name="holed")
 """A published table without that cell."""
 RANDOM = np.random.default_rng(7)
 UNEVEN = TableProfile(
@@ -162,7 +162,7 @@ def test_force_is_continuous_through_the_surface(beta):
 
 
 ALPHA_BY_NUMPY = [
-    (HOLED, TableProfile(*(HOLES * [ALPHA_Z, ALPHA_X])[:, None], *GRID)),
+    (HOLED, TableProfile(*(HOLES * [ALPHA_Z, ALPHA_X])[:, None], BETA, GAMMA)),
     (FourierProfile(M0), FourierProfile(M0[None])),
     (DepthOnlyProfile.of(TABLE), DepthOnlyProfile(DepthOnlyProfile.of(TABLE).values[None])),
 ]

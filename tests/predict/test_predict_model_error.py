@@ -134,10 +134,10 @@ def test_the_interval_of_a_peak_does_not_grow_with_the_number_of_noisy_poses():
 
 
 def with_hole(beta_deg, gamma_deg):
-    *angles, alpha_z, alpha_x = POPPY.cells
-    off_deg = np.abs(np.degrees(angles).T - (beta_deg, gamma_deg)).max(axis=1)
+    beta, gamma, alpha_z, alpha_x = POPPY.cells
+    off_deg = np.abs(np.degrees([beta, gamma]).T - (beta_deg, gamma_deg)).max(axis=1)
     hole = np.where(off_deg < 1, np.nan, 1.0)
-    return rftfit.TableProfile(hole * alpha_z, hole * alpha_x, *angles)
+    return rftfit.TableProfile(hole * alpha_z, hole * alpha_x, beta, gamma)
 
 
 def test_no_peak_where_a_pose_without_a_number_may_hold_it():

@@ -45,10 +45,10 @@ def forces_in(profile, body, poses):
 
 
 def test_a_missing_cell_says_why():
-    *angles, z, x = TABLE.cells
+    beta, gamma, z, x = TABLE.cells
     # of 7 x 13 cells that of a flat plate at gamma = 45 degrees
     hole = np.where(np.arange(91) == 3 * 13 + 9, np.nan, 1.0)
-    profile = TableProfile(hole * z, hole * x, *angles)
+    profile = TableProfile(hole * z, hole * x, beta, gamma)
     plate = polyline([(-1, 0), (1, 0)], 1.0)
     poses = np.zeros((2, 6))
     poses[:, 1] = -2.0

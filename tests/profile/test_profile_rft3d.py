@@ -4,6 +4,7 @@
 """
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,7 +27,7 @@ def test_the_whole_plane_is_that_of_a_plate_in_space(friction):
     velocity = np.stack([-np.cos(gamma), 0 * gamma, -np.sin(gamma)], axis=1)
     turned = Rotation.from_euler("y", beta[:, None])
     motion = rftfit.Motion3D(np.tile([0, 0, -5.0], (beta.size, 1)), velocity, [0, 0, 0], turned)
-    options = {"law": "3d-rft", "friction": friction, "model_error": 0}
+    options: dict[str, Any] = {"law": "3d-rft", "friction": friction, "model_error": 0}
     forces = rftfit.predict(profile, plate, motion, **options)
     alpha = np.array(profile.alpha(beta, gamma))
     assert_allclose(forces[["force_z_N", "force_x_N"]].to_numpy().T / 5, alpha, atol=1e-9)
@@ -42,7 +43,7 @@ def test_forces_on_legs_are_those_of_the_law_in_space(leg):
     sheet = rftfit.Mesh.extrude(rftfit.model_leg(leg))
     for step_deg, most in ((1, 0.015), (5, 0.3)):
         profile = rftfit.rft3d_profile(0.5, 0.4, step_deg)
-        options = {"law": "3d-rft", "friction": 0.4, "model_error": 0}
+        options: dict[str, Any] = {"law": "3d-rft", "friction": 0.4, "model_error": 0}
         law = rftfit.predict(profile, sheet, in_space, **options)
         outline, motion = rftfit.model_leg(leg), rftfit.rotation(theta_deg)
         forces = rftfit.predict(profile, outline, motion, model_error=0)

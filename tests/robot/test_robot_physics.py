@@ -1,6 +1,7 @@
 """The simulated robot obeys momentum, energy, statics and symmetry, and its steps converge."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -125,7 +126,7 @@ def test_mirror_image(robot, profile, curvature):
     robot = Robot.model_validate(data)
     courses = []
     for body, sign in ((robot, 1), (mirrored(robot), -1)):
-        gait = {"phase_turns": 0.1 * sign, "samples_per_stride": 20}
+        gait: dict[str, Any] = {"phase_turns": 0.1 * sign, "samples_per_stride": 20}
         s = rftfit.simulate(profile, 2.0 * sign, curvature * sign, body, **gait).series
         assert s is not None
         courses.append([sign * s.x_cm[:12], s.z_cm[:12], sign * s.pitch_deg[:12]])

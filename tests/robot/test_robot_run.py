@@ -1,6 +1,7 @@
 """A robot run begins at the surface and is judged steady, tipped or buried with the true reason."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,7 +26,7 @@ def changed(robot, **numerics):
 def test_it_begins_at_rest_with_its_lowest_point_at_the_surface(
     robot, table, curvature, phase, height_cm, drop_cm
 ):
-    gait = {"phase_turns": phase, "samples_per_stride": 2}
+    gait: dict[str, Any] = {"phase_turns": phase, "samples_per_stride": 2}
     dropped = changed(robot, drop_cm=drop_cm)
     series = rftfit.simulate(table, 2.0, curvature, dropped, **gait).series
     assert series is not None

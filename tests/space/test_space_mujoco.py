@@ -12,7 +12,8 @@ from numpy.testing import assert_allclose
 import rftfit
 
 mujoco = pytest.importorskip("mujoco")
-attach: Any = rftfit.mujoco.attach
+simulator: Any = rftfit.mujoco
+attach = simulator.attach
 POPPY = rftfit.TableProfile.published("poppy_LP")
 
 

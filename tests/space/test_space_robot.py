@@ -52,9 +52,9 @@ def robot_in_mujoco(frequency_Hz, curvature, step_s, start_cm):
     data.qpos[1] = start_cm / 100
     data.qpos[3:] = [2 * math.pi * hip["phase_turns"] for hip in HIPS]
     data.qvel[3:] = 2 * math.pi * frequency_Hz
-    attach: Any = rftfit.mujoco.attach
+    simulator: Any = rftfit.mujoco
     options = {"meshes": meshes, "triangle_cm": 9, "delta_mm": 0, "tau_s": 0}
-    return data, attach(model, data, POPPY, **options)
+    return data, simulator.attach(model, data, POPPY, **options)
 
 
 GAITS = (
