@@ -19,11 +19,10 @@ from rftfit.forces.plane import force_draws
 NOT_ALIKE = 0.03
 """Chance below which a medium is told to be of no known shape."""
 MEDIA = tuple(published_shapes().profiles)
-with few_draws():
-    ANY_MAP = rftfit.scale(0.3)
-COUNT = ANY_MAP.lines or 0
-"""Nodes of a map on the lines of the published grid: the first ones."""
-NODES = np.stack([ANY_MAP.beta, ANY_MAP.gamma])[:, :COUNT]
+CELLS = np.stack(TableProfile.published("poppy_LP").cells[:2])
+NODES = CELLS[:, CELLS[0] > np.radians(-89)]
+"""Directions of the published grid, the first nodes of a map: a plate at -90 degrees is that at 90."""
+COUNT = NODES.shape[1]
 BETA, GAMMA = np.degrees(NODES)
 
 
