@@ -170,7 +170,7 @@ def test_an_interval_around_0_reaches_to_both_signs_and_the_widest_one_is_drawn(
     assert code == 0
     for axis in "xy":
         farthest = (
-            forces[[f"force_{axis}_next_{end}_N" for end in ("lo", "hi")]].abs().max(axis=None)
+            forces[[f"force_{axis}_next_{end}_N" for end in ("lo", "hi")]].abs().to_numpy().max()
         )
         assert (
             f"force {axis}: 0, in the interval of a pose up to {farthest:.4g} N either way" in out
