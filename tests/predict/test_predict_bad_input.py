@@ -7,9 +7,8 @@ from campaigns import RigRoom
 from paper import few_draws
 from result_tables import alpha_frame
 
-from rftfit import reference
+import rftfit
 from rftfit.measure.flags import flag_table
-from rftfit.results import open_results
 from rftfit.store import write_csv
 from rftfit.workflow.validate import legs_predicted
 
@@ -30,12 +29,13 @@ def on_trial(room, alpha, legs):
     """Predicted curves and errors, from the files of the earlier stages."""
     room.write()
     if alpha is None:
-        alpha = alpha_frame("poppy_LP", reference.alpha_grid("poppy_LP"))
+        *_, z, x = rftfit.TableProfile.published("poppy_LP").cells
+        alpha = alpha_frame("poppy_LP", (z, x))
     flags = flag_table("poppy_LP", "checks", [])
     for stage, table in (("alpha", alpha), ("legs", legs), ("flags", flags)):
         write_csv(table, room.folder / "results" / stage / "poppy_LP.csv")
     with few_draws():
-        return legs_predicted(open_results(room.folder))[:2]
+        return legs_predicted(rftfit.open(room.folder))[:2]
 
 
 def of_c_leg(table, profile="table"):

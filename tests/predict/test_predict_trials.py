@@ -4,40 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from coverage_levels import sweep
-from paper import BETA, GAMMA, flat
 
-from rftfit import (
-    DepthOnlyProfile,
-    FourierProfile,
-    TableProfile,
-    model_leg,
-    reference,
-    scaled_generic,
-)
-from rftfit.model.fourier import as_array, fit_lsq
+import rftfit
 
 BULGES = {"c_leg": -1, "flat_leg": 0, "reversed_c_leg": 1}
 """Side of x to which each leg bulges when it hangs down."""
-GENERIC = as_array(reference.coefficients("generic"))
-
-
-def table(medium):
-    return TableProfile.published(medium)
-
-
-def nine_terms(medium):
-    return FourierProfile(fit_lsq(BETA, GAMMA, *flat(reference.alpha_grid(medium))))
-
-
-def profiles(medium):
-    zeta = reference.coefficients(medium)["zeta"]
-    return {
-        "table": table(medium),
-        "nine terms": nine_terms(medium),
-        "generic": scaled_generic(zeta, GENERIC),
-        "depth-only": DepthOnlyProfile.of(table(medium)),
-    }
 
 
 def slow_integral(profile, leg, theta):
@@ -72,25 +43,25 @@ def slow_integral(profile, leg, theta):
     return np.asarray(quad_vec(density, 0, 1, epsabs=1e-5, epsrel=1e-6, limit=400)[0])
 
 
-BY_TABLE = [(leg, "table", ((120, 1e-3), (30, 2e-2))) for leg in reference.LEGS]
+BY_TABLE = [(leg, "table", ((120, 1e-3), (30, 2e-2))) for leg in BULGES]
+FORCES = ["force_z_N", "force_x_N", "moment_N_cm"]
 
 
 @pytest.mark.parametrize(
     ("leg", "kind", "cases"),
     [
         *BY_TABLE,
-        ("c_leg", "nine terms", ((120, 1e-3), (30, 2e-3))),
+        ("c_leg", "fourier", ((120, 1e-3), (30, 2e-3))),
         # steps where the motion turns from down to up: elements see it coarsely
-        ("reversed_c_leg", "depth-only", ((3000, 1e-3),)),
+        ("reversed_c_leg", "depth_only", ((3000, 1e-3),)),
     ],
 )
 def test_agrees_with_a_slow_integral(leg, kind, cases):
-    profile = profiles("poppy_LP")[kind]
-    theta = np.radians([-95.0, -70.0, -52.0, -33.0, -11.0, 6.0, 27.0, 49.0, 71.0])
-    slow = np.array([slow_integral(profile, leg, angle) for angle in theta])
-    whole = sweep(profile, model_leg(leg))
-    peaks = [np.abs(c).max() for c in (whole.force_z_N, whole.force_x_N, whole.moment_N_cm)]
+    profile = rftfit.published_medium("poppy_LP", kind)
+    theta_deg = np.array([-95.0, -70.0, -52.0, -33.0, -11.0, 6.0, 27.0, 49.0, 71.0])
+    slow = np.array([slow_integral(profile, leg, angle) for angle in np.radians(theta_deg)])
+    peaks = rftfit.predict(profile, rftfit.model_leg(leg), model_error=0)[FORCES].abs().max()
     for elements, tolerance in cases:
-        fast = sweep(profile, model_leg(leg, elements), theta)
-        forces = np.column_stack([fast.force_z_N, fast.force_x_N, fast.moment_N_cm])
-        assert (np.abs(forces - slow) / peaks).max() < tolerance
+        outline, turn = rftfit.model_leg(leg, elements), rftfit.rotation(theta_deg)
+        fast = rftfit.predict(profile, outline, turn, model_error=0)[FORCES].to_numpy()
+        assert (np.abs(fast - slow) / peaks.to_numpy()).max() < tolerance

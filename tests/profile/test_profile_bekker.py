@@ -7,8 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rftfit.directions import TOLERANCE_DEG
-from rftfit.errors import InputError
+from rftfit import RftfitError
 from rftfit.measure.laws import other_laws
 from rftfit.model.bekker import pressure_sinkage
 
@@ -46,7 +45,7 @@ def fits_of(widths_cm, gamma_deg=90.0):
 
 
 def test_one_width_tells_the_sum():
-    law = pressure_sinkage(*fits_of([3, 3, 3]), TOLERANCE_DEG)
+    law = pressure_sinkage(*fits_of([3, 3, 3]), 2.0)
     assert law.n == pytest.approx(N, abs=1e-4)
     assert law.k_c == 0
     assert law.k_phi == pytest.approx(K_C / 0.03 + K_PHI, rel=1e-3)
@@ -58,7 +57,7 @@ def test_one_width_tells_the_sum():
 
 
 def test_two_widths_tell_both():
-    law = pressure_sinkage(*fits_of([2, 2, 5, 5]), TOLERANCE_DEG)
+    law = pressure_sinkage(*fits_of([2, 2, 5, 5]), 2.0)
     assert law.k_c == pytest.approx(K_C, rel=1e-2)
     assert law.k_phi == pytest.approx(K_PHI, rel=1e-2)
 
@@ -71,17 +70,17 @@ def test_errors_are_those_of_the_scatter():
         factor = np.random.default_rng(seed).normal(1, 0.05, 8)
         columns = ["intercept_z_N_per_cm2", "free_slope_z_N_per_cm3"]
         beds = fits.assign(**{column: factor * fits[column] for column in columns})
-        law = pressure_sinkage(beds, widths, TOLERANCE_DEG)
+        law = pressure_sinkage(beds, widths, 2.0)
         inside.append(abs(law.k_phi - (K_C / 0.03 + K_PHI)) < 1.96 * law.k_phi_se)
     assert 0.86 < np.mean(inside) < 0.96
 
 
 def test_one_push_has_the_error_of_its_own_exponent():
-    law = pressure_sinkage(*fits_of([3]), TOLERANCE_DEG)
+    law = pressure_sinkage(*fits_of([3]), 2.0)
     assert law.n_hi - law.n == pytest.approx(1.959964 * 0.02)
     assert np.isnan(law.k_phi_se)
 
 
 def test_other_directions_are_no_pressure_tests():
-    with pytest.raises(InputError, match="straight down"):
-        pressure_sinkage(*fits_of([3], gamma_deg=45.0), TOLERANCE_DEG)
+    with pytest.raises(RftfitError, match="straight down"):
+        pressure_sinkage(*fits_of([3], gamma_deg=45.0), 2.0)

@@ -8,61 +8,16 @@ import pytest
 from numpy.testing import assert_allclose
 from paper import BETA, GAMMA, by_hand
 
-from rftfit import reference
-from rftfit.model import fourier, symmetry
-from rftfit.model.scaling import vertical_penetration
+import rftfit
+from rftfit.model import fourier
 
 RANDOM = np.random.default_rng(2013)
-TABLE_S2 = {medium: reference.coefficients(medium) for medium in reference.MEDIA}
-GENERIC = fourier.as_array(reference.coefficients("generic"))
+TABLE_S2 = rftfit.published_table("table_s2").pivot_table("value", "medium", "coefficient")
+GENERIC = TABLE_S2.loc["generic", [*fourier.TERMS]].to_numpy()
 
 
 def cells(medium):
-    alpha_z, alpha_x = reference.alpha_grid(medium)
-    return alpha_z.ravel(), alpha_x.ravel()
-
-
-def test_a_missing_cell_is_told_by_its_image():
-    alpha_z, alpha_x = RANDOM.normal(size=(2, 7, 13))
-    alpha_of_cell = alpha_z[5, 0], alpha_x[5, 0]
-    alpha_z[1, 0], alpha_x[1, 0], alpha_z[2, -1], alpha_z[4, -1] = (np.nan,) * 4
-    whole = symmetry.torus(BETA, GAMMA)
-    z, x = whole.complete(alpha_z.ravel(), alpha_x.ravel())
-    places = np.degrees([whole.beta, whole.gamma]).round().astype(int).T.tolist()
-    image = places.index([-60, -90])
-    assert (z[image], x[image]) == (alpha_of_cell[0], -alpha_of_cell[1])
-    assert np.isnan([z[places.index([beta, 90])] for beta in (-30, 30)]).all()
-
-
-def test_grid_or_scattered():
-    holed = RANDOM.permutation(91)[:70]
-    # an arm that is off by a fifth of a degree still measures a grid
-    off = np.radians(RANDOM.uniform(-0.2, 0.2, (2, 91)))
-    shaky = np.clip(BETA + off[0], -np.pi / 2, np.pi / 2), GAMMA + off[1]
-    for angles, holes in (((BETA, GAMMA), 0), ((BETA[holed], GAMMA[holed]), 1), (shaky, 0)):
-        grid = symmetry.find_grid(*angles)
-        assert grid is not None
-        assert grid.beta.size == 6
-        assert (grid.node < 0).any() == holes
-    assert symmetry.find_grid(*RANDOM.uniform(-1.5, 1.5, (2, 40))) is None
-    assert symmetry.find_grid(BETA[BETA == 0], GAMMA[BETA == 0]) is None
-
-
-def test_lines_of_a_grid():
-    """Angles closer than half a degree are one line; near 0 and 90 degrees of beta that line is exact."""
-    degrees = np.array([0.2, 29.7, 30.0, 30.4, 31.0, 89.8])
-    beta, gamma = (a.ravel() for a in np.meshgrid(degrees, [-60.0, 60.0]))
-    grid = symmetry.find_grid(*np.radians([beta, gamma]))
-    assert grid is not None
-    lines = np.degrees(grid.beta)
-    # and the mirror images of all but the first and the last
-    assert_allclose(lines, [-90, -31, -30, 0, 30, 31], atol=1e-9)
-    assert_allclose(np.degrees(grid.gamma), [-120, -60, 60, 120], atol=1e-9)
-    # beyond a quarter of a degree a line is where it is
-    beta[beta == 0.2] = 0.3
-    grid = symmetry.find_grid(*np.radians([beta, gamma]))
-    assert grid is not None
-    assert_allclose(np.degrees(grid.beta), [-90, -31, -30, -0.3, 0.3, 30, 31], atol=1e-9)
+    return rftfit.TableProfile.published(medium).cells[2:]
 
 
 @pytest.mark.parametrize("medium", ["poppy_LP", "glass3mm_CP"])
@@ -107,7 +62,7 @@ def test_dft_index_says_where_it_does_not_apply(bad):
 
 def as_printed(medium):
     """The transform, with the terms that Table S2 prints as zero left out."""
-    keep = np.array([TABLE_S2[medium][term] != 0 for term in fourier.TERMS])
+    keep = TABLE_S2.loc[medium, [*fourier.TERMS]].to_numpy() != 0
     return np.where(keep, fourier.fit_dft_index(BETA, GAMMA, *cells(medium)), 0)
 
 
@@ -122,7 +77,7 @@ def as_printed(medium):
     ],
 )
 def test_table_s3_to_the_printed_digit(medium, fit, chi, chi_lsq):
-    zeta = float(vertical_penetration(as_printed(medium)))
+    zeta = as_printed(medium)[:5].sum()
     vertical = cells(medium)[0][3 * 13 + 12]
     assert (f"{zeta:.2f}", f"{vertical / zeta:.2f}") == (fit, chi)
     lsq = fourier.fit_lsq(BETA, GAMMA, *cells(medium))[:5].sum()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from rftfit import TableProfile, reference
+from rftfit import TableProfile, published_table
 
 RANDOM = np.random.default_rng(3)
 ANY_BETA, ANY_GAMMA = RANDOM.uniform(-9, 9, (2, 2000))
@@ -18,7 +18,7 @@ def table(medium="poppy_LP"):
 
 
 def test_table_is_bilinear_at_the_true_angles():
-    alpha_z, _ = reference.alpha_grid("poppy_CP")
+    alpha_z = table("poppy_CP").cells[2].reshape(7, 13)
     beta, gamma = math.radians(-30 + 0.3 * 30), math.atan(1 / 3) * 0.25 + math.atan(2 / 3) * 0.75
     corners = alpha_z[2:4, 7:9]
     by_hand = 0.7 * (0.25 * corners[0, 0] + 0.75 * corners[0, 1])
@@ -39,7 +39,7 @@ def test_table_has_no_step_anywhere_along_the_wrap():
 
 def test_nothing_is_said_in_a_wide_gap_of_a_grid_and_all_is_said_beside_it():
     """The middle of the gap from -90 to 0 deg is not that of the circle."""
-    published = reference.load("table_s5")
+    published = published_table("table_s5")
     rows = published[published["medium"] == "poppy_LP"]
     rows = rows[rows["gamma_deg"].isin([-90, 0, 45, 90])]
     table = TableProfile.from_table(rows)
@@ -53,11 +53,52 @@ def test_nothing_is_said_in_a_wide_gap_of_a_grid_and_all_is_said_beside_it():
 
 
 def test_missing_plate_at_90_degrees_is_the_one_at_minus_90():
-    alpha = np.array(reference.alpha_grid("poppy_LP"))
-    alpha[:, -1] = np.nan
-    profile, whole = TableProfile(*alpha), table().alpha(ANY_BETA, ANY_GAMMA)
+    beta, gamma, *alpha = table().cells
+    is_known = np.where(beta > 1.57, np.nan, 1)
+    profile = TableProfile(*(is_known * alpha), beta, gamma)
+    whole = table().alpha(ANY_BETA, ANY_GAMMA)
     assert profile.reason == ""
     assert_allclose(profile.alpha(ANY_BETA, ANY_GAMMA), whole, atol=1e-14)
+
+
+def test_a_missing_cell_is_told_by_its_image():
+    beta, gamma, *alpha = table().cells
+
+    def cell(*place_deg):
+        return np.isclose([beta, gamma], np.radians(place_deg)[:, None], atol=1e-6).all(axis=0)
+
+    # at gamma = -90 degrees one of two images, at 90 degrees both
+    lost = cell(-60, -90) | cell(-30, 90) | cell(30, 90)
+    holed = TableProfile(*np.where(lost, np.nan, alpha), beta, gamma)
+    image = np.array(alpha)[:, cell(60, -90)].T * [1, -1]
+    assert_allclose([holed.alpha(math.radians(-60), -math.pi / 2)], image, atol=1e-15)
+    assert np.isnan(holed.alpha(np.radians([-30, 30]), math.pi / 2)).all()
+
+
+def test_grid_or_scattered():
+    """An arm that is off by a fifth of a degree still measures a grid, and so does one that leaves out directions."""
+    beta, gamma, *alpha = np.array(table().cells)
+    off = np.radians(RANDOM.uniform(-0.2, 0.2, (2, beta.size)))
+    shaky = np.clip(beta + off[0], -np.pi / 2, np.pi / 2), gamma + off[1]
+    some = RANDOM.permutation(beta.size)[:70]
+    for angles, kept in (((beta, gamma), slice(None)), (shaky, slice(None)), ((beta, gamma), some)):
+        profile = TableProfile(*(values[kept] for values in (*alpha, *angles)))
+        assert not profile.scattered
+        assert_allclose(np.degrees(profile.beta), np.arange(-90, 91, 30), atol=0.3)
+    assert TableProfile(*alpha, *RANDOM.uniform(-1.5, 1.5, (2, beta.size))).scattered
+    assert TableProfile(*(values[beta == 0] for values in (*alpha, beta, gamma))).scattered
+
+
+@pytest.mark.parametrize(("near_0", "lines"), [(0.2, [0]), (0.3, [-0.3, 0.3])])
+def test_lines_of_a_grid(near_0, lines):
+    """Angles closer than half a degree are one line; within a quarter of a degree of 0 and 90 it is that line exactly."""
+    degrees = np.array([near_0, 29.7, 30.0, 30.4, 31.0, 89.8])
+    beta, gamma = (np.radians(a.ravel()) for a in np.meshgrid(degrees, [-60.0, 60.0]))
+    profile = TableProfile(np.ones(beta.size), np.ones(beta.size), beta, gamma)
+    # and the mirror images
+    assert_allclose(np.degrees(profile.beta), [-90, -31, -30, *lines, 30, 31, 90], atol=1e-9)
+    expected = [-180, -120, -60, 0, 60, 120, 180]
+    assert_allclose(np.degrees(profile.gamma), expected, atol=1e-9)
 
 
 PATCH = np.random.default_rng(2).uniform([[5], [0]], [[65], [60]], (2, 60))

@@ -7,19 +7,15 @@ from paper import few_draws
 from seeds import seeds
 
 import rftfit
-from rftfit import TableProfile, published_shapes
-from rftfit.forces.planning import peaks, prior_map
-from rftfit.model.maps import Nodes, estimate
-from rftfit.model.pushes import Pushes, usual_error
-from rftfit.model.scaling import vertical_penetration
-from rftfit.model.shapes import grid
+from rftfit import published_shapes
+from rftfit.forces.planning import peaks
 
-NODES = grid()
-BETA, GAMMA = np.degrees(NODES)
-ON_LINES = Nodes(*NODES, NODES[0].size)
-"""The directions of the paper's grid, without any between its lines."""
-OWN = [(round(float(b), 3), round(float(g), 3)) for b, g in zip(BETA, GAMMA, strict=True)]
-"""The same directions, rounded, in degrees."""
+PUSH = pd.DataFrame({"beta_deg": [0], "gamma_deg": [90], "alpha_z_N_per_cm3": [0.3]})
+
+
+def nodes_of(some_map):
+    """Angles of the nodes on the lines of the paper's grid, degrees, shape (2, n)."""
+    return np.degrees([some_map.beta, some_map.gamma])[:, : some_map.lines]
 
 
 def root_of(covariance):
@@ -27,28 +23,34 @@ def root_of(covariance):
     return (vectors * np.sqrt(np.maximum(values, 0))).T
 
 
-def places_of(plan, count):
-    steps = plan.steps[1 : count + 1]
-    return [OWN.index((round(b, 3), round(g, 3))) for step in steps for b, g in step.directions]
+def places_of(plan, count, nodes_deg):
+    """Nodes of the planned pushes."""
+    directions = [pair for step in plan.steps[1 : count + 1] for pair in step.directions]
+    off_deg = np.abs(nodes_deg.T - np.array(directions)[:, None]).max(axis=-1)
+    assert off_deg.min(axis=1).max() < 0.01
+    return off_deg.argmin(axis=1)
+
+
+def usual_error(alpha):
+    """Error of pushes that state none: 5 % of alpha, beside 1 % of the largest alpha."""
+    return np.hypot(0.05 * alpha, 0.01 * np.abs(alpha).max())
 
 
 def test_half_widths_are_those_of_the_conditional_covariance():
     """Of zeta, against one dense solve with all planned pushes at once."""
-    start = prior_map()
-    plan = rftfit.plan("zeta", count=3)
-    places = places_of(plan, 3)
+    start = rftfit.estimate_map(PUSH)
+    plan = rftfit.plan("zeta", start, count=3)
+    places = places_of(plan, 3, nodes_of(start))
     rows = start.factor.reshape(len(start.factor), -1)
     covariance = rows.T @ rows
-    seen = np.concatenate([places, start.beta.size + np.array(places)])
+    seen = np.concatenate([places, start.beta.size + places])
     noise = usual_error(start.alpha.ravel())[seen] ** 2
     middle = covariance[np.ix_(seen, seen)] + np.diag(noise)
     conditional = covariance - covariance[:, seen] @ np.linalg.solve(middle, covariance[seen])
     draws = root_of(conditional).reshape(-1, 2, start.beta.size)
-    zeta_of_draws, zeta = (
-        vertical_penetration(start.coefficients(alpha)) for alpha in (draws, start.alpha)
-    )
-    moved = zeta_of_draws / zeta
-    expected = 1.95996 * np.sqrt((moved**2).sum())
+    # zeta is the sum of the five terms of alpha_z
+    moved, zeta = (start.coefficients(a)[..., :5].sum(axis=-1) for a in (draws, start.alpha))
+    expected = 1.95996 * np.sqrt(((moved / zeta) ** 2).sum())
     assert plan.steps[3].half_width[0] == pytest.approx(expected, rel=1e-4)
 
 
@@ -58,19 +60,21 @@ def test_what_is_promised_is_found(target):
     """Simulated media: the half width after the planned pushes, beside what was promised."""
     plan_target = rftfit.model_leg("c_leg") if target == "leg" else target
     plan = rftfit.plan(plan_target, count=6)
-    places, promised = places_of(plan, 6), plan.steps[6].typical
-    mean, covariance = published_shapes().moments(*NODES)
+    nodes_deg, promised = nodes_of(rftfit.estimate_map(PUSH)), plan.steps[6].typical
+    places, nodes = places_of(plan, 6, nodes_deg), np.radians(nodes_deg)
+    mean, covariance = published_shapes().moments(*nodes)
     root, random = root_of(covariance), np.random.default_rng(7)
     ratios: list[float] = []
     while len(ratios) < seeds(30, 8):
         alpha = 0.2 * (mean + random.standard_normal(len(root)) @ root).reshape(2, -1)
-        work = alpha[0] * np.sin(NODES[1]) + alpha[1] * np.cos(NODES[1])
+        work = alpha[0] * np.sin(nodes[1]) + alpha[1] * np.cos(nodes[1])
         if work.min() < -0.02 * np.abs(alpha).max():
             continue
         noise = usual_error(alpha)
-        seen = (alpha + noise * random.standard_normal(alpha.shape))[:, places]
-        pushes = Pushes.of(BETA[places], GAMMA[places], seen, noise[:, places])
-        estimated_map = estimate(pushes, nodes=ON_LINES)
+        seen = alpha + noise * random.standard_normal(alpha.shape)
+        names = "beta_deg", "gamma_deg", "alpha_z", "alpha_x", "se_z", "se_x"
+        columns = zip(names, np.concatenate([nodes_deg, seen, noise])[:, places], strict=True)
+        estimated_map = rftfit.estimate_map(dict(columns))
         again = rftfit.plan(plan_target, current_map=estimated_map, count=1)
         ratios.append(again.steps[0].typical / promised)
     assert np.median(ratios) == pytest.approx(1, abs=seeds(0.15, 0.3))
@@ -96,13 +100,12 @@ def test_what_a_rig_cannot_push_is_not_planned():
     assert {step.directions[0] for step in steps} <= {(0.0, 90.0), (30.0, 45.0)}
     odd = rftfit.Rig(((12.0, 90.0), (30.0, 22.0)))
     assert set(rftfit.plan("map", rig=odd, count=3).table()["beta_deg"].dropna()) <= {12.0, 30.0}
-    push = pd.DataFrame({"beta_deg": [0], "gamma_deg": [90], "alpha_z_N_per_cm3": [0.3]})
     with pytest.raises(ValueError, match=r"\(12.0, 90.0\) .*beta_deg=\[12\], gamma_deg=\[90\]"):
-        rftfit.plan("map", rftfit.estimate_map(push), odd, count=1)
-    current_map = rftfit.estimate_map(push, beta_deg=[12], gamma_deg=[22])
+        rftfit.plan("map", rftfit.estimate_map(PUSH), odd, count=1)
+    current_map = rftfit.estimate_map(PUSH, beta_deg=[12], gamma_deg=[22])
     assert len(rftfit.plan("map", current_map, odd, count=2).steps) == 3
     half = rftfit.Rig(((12.5, 67.5),))
-    current_map = rftfit.estimate_map(push, beta_deg=[12.5], gamma_deg=[67.5])
+    current_map = rftfit.estimate_map(PUSH, beta_deg=[12.5], gamma_deg=[67.5])
     assert rftfit.plan("map", current_map, half, count=1).steps[1].directions == ((12.5, 67.5),)
 
 
@@ -114,7 +117,7 @@ def test_an_angle_of_a_rig_is_that_of_the_line_within_the_tolerance():
     near, at_line = (plan.table()["half_width_percent"] for plan in plans)
     np.testing.assert_allclose(near, at_line)
     with pytest.raises(ValueError, match=r"\(0.0, 34.5\) degrees is no node"):
-        rftfit.plan("zeta", prior_map(), rftfit.Rig(directions=((0.0, 34.5),)))
+        rftfit.plan("zeta", rftfit.estimate_map(PUSH), rftfit.Rig(directions=((0.0, 34.5),)))
 
 
 def test_peaks_of_bodies_are_planned_for():
@@ -124,10 +127,6 @@ def test_peaks_of_bodies_are_planned_for():
         f"{leg}, {peak}" for leg in ("c_leg", "flat_leg") for peak in ("lift", "horizontal")
     )
     assert plan.steps[2].half_width.shape == (4,)
-    start = prior_map()
-    forces = peaks(legs).numbers(start.alpha, start)
-    best = rftfit.predict(TableProfile(*start.alpha, start.beta, start.gamma), legs[0])
-    assert forces[0] == pytest.approx(best["force_z_N"].max())
 
 
 def test_a_horizontal_force_near_zero_does_not_decide():
@@ -137,7 +136,7 @@ def test_a_horizontal_force_near_zero_does_not_decide():
     sole = rftfit.Outline(level, width_cm=3.0, name="sole")
     down = rftfit.path([0, 1, 2], [0, 0, 0], [0, -1, -2], [0, 0, 0])
     slanted = rftfit.path([0, 1, 2], [0, 0.01, 0.02], [0, -1, -2], [0, 0, 0])
-    straight, near = (rftfit.plan(peaks([sole], motion), count=2) for motion in (down, slanted))
+    straight, near = (rftfit.plan([sole], count=2, motion=motion) for motion in (down, slanted))
     assert straight.steps[1].directions == near.steps[1].directions == ((0.0, 90.0),)
     np.testing.assert_allclose(straight.steps[2].half_width[1], 0, atol=1e-12)
     assert near.steps[0].typical == pytest.approx(straight.steps[0].typical, rel=0.02)

@@ -14,22 +14,16 @@ from seeds import seeds
 
 import rftfit
 from rftfit import Shapes, TableProfile, find_peaks, published_shapes
-from rftfit.conventions import mirror
 from rftfit.forces.plane import force_draws
-from rftfit.model import energy, likelihood, posterior
-from rftfit.model import shapes as shapes_module
-from rftfit.model.maps import Nodes, estimate
-from rftfit.model.pushes import Pushes, usual_error
-from rftfit.model.scaling import vertical_penetration
-from rftfit.model.shapes import grid
-from rftfit.reference import MEDIA
 
 NOT_ALIKE = 0.03
 """Chance below which a medium is told to be of no known shape."""
-NODES = grid()
+MEDIA = tuple(published_shapes().profiles)
+CELLS = np.stack(TableProfile.published("poppy_LP").cells[:2])
+NODES = CELLS[:, CELLS[0] > np.radians(-89)]
+"""Directions of the published grid, the first nodes of a map: a plate at -90 degrees is that at 90."""
+COUNT = NODES.shape[1]
 BETA, GAMMA = np.degrees(NODES)
-COUNT = BETA.size
-ON_LINES = Nodes(*NODES, COUNT)
 
 
 def truth(medium):
@@ -42,9 +36,20 @@ def node(beta_deg, gamma_deg):
     return int(np.argmin(np.hypot(BETA - beta_deg, GAMMA - gamma_deg)))
 
 
-def pushed(medium, places, se=0.005):
-    """Pushes into a published medium in the directions of these places."""
-    return Pushes.of(BETA[places], GAMMA[places], truth(medium)[:, places], se)
+def pushes_of(beta_deg, gamma_deg, alpha, se=np.nan):
+    """Table of pushes; `alpha`, `se`: shape (2, n), or one error of all."""
+    angles = {"beta_deg": beta_deg, "gamma_deg": gamma_deg}
+    return pd.DataFrame(
+        angles
+        | dict(zip(["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"], np.array(alpha, float), strict=True))
+        | dict(zip(["se_z", "se_x"], np.broadcast_to(se, np.shape(alpha)), strict=True))
+    )
+
+
+def pushed(medium, places, se=0.005, alpha=None):
+    """Pushes in the directions of these places: into a published medium, or one with `alpha` at all nodes."""
+    alpha = truth(medium) if alpha is None else alpha
+    return pushes_of(BETA[places], GAMMA[places], alpha[:, places], se)
 
 
 LINES = pd.DataFrame({"beta_deg": BETA, "gamma_deg": GAMMA, "place": range(COUNT)})
@@ -56,8 +61,7 @@ FEW = [node(0, 90), node(30, 56), node(-30, 72), node(60, 18), node(90, 45), nod
 def test_covariance_has_the_symmetry_of_alpha():
     random = np.random.default_rng(1)
     beta, gamma = random.uniform(-1.5, 1.5, 12), random.uniform(-3, 3, 12)
-    image = mirror(beta, gamma)
-    both = np.concatenate([beta, image[0]]), np.concatenate([gamma, image[1]])
+    both = np.concatenate([beta, -beta]), np.concatenate([gamma, np.pi - gamma])
     mean, covariance = published_shapes().moments(*both)
     mean = mean.reshape(2, 2, 12)  # component, direction or image
     assert_allclose(mean[0, 0], mean[0, 1], atol=1e-12)
@@ -66,18 +70,12 @@ def test_covariance_has_the_symmetry_of_alpha():
     assert_allclose(parts[0, 0, :, 0, 0], parts[0, 1, :, 0, 0], atol=1e-12)
     assert_allclose(parts[1, 0, :, 1, 0], -parts[1, 1, :, 1, 0], atol=1e-12)
     assert np.linalg.eigvalsh(covariance).min() > -1e-9
-    # a direction that is its own image: no horizontal force, and no more variance than elsewhere
+    # a direction that is its own image: no horizontal force
     _, at_rest = published_shapes().moments(np.zeros(1), np.full(1, np.pi / 2))
     assert at_rest[1, 1] == pytest.approx(0, abs=1e-12)
-    variation = published_shapes().variation
-    z = published_shapes().of_media(np.zeros(1), np.full(1, np.pi / 2))[:, 0]
-    between = variation.media * z.var(ddof=1) * (1 + 1 / 5)
-    assert at_rest[0, 0] == pytest.approx(
-        (variation.floor + variation.share * z.mean()) ** 2 + between
-    )
 
 
-def _dense(mean, covariance, pushes, size):
+def _dense(mean, covariance, y, errors, size):
     """Mean and variance at the nodes by the textbook formula, and the logarithm of the likelihood.
 
     `mean`, `covariance`: of a medium of size 1, at nodes and pushes.
@@ -85,8 +83,8 @@ def _dense(mean, covariance, pushes, size):
     index = np.arange(mean.size).reshape(2, -1)
     nodes, seen = index[:, :COUNT].ravel(), index[:, COUNT:].ravel()
     free = np.diag(covariance)[seen] > 1e-9
-    seen, y = seen[free], pushes.alpha.ravel()[free]
-    middle = size**2 * covariance[np.ix_(seen, seen)] + pushes.covariance[np.ix_(free, free)]
+    seen, y = seen[free], y[free]
+    middle = size**2 * covariance[np.ix_(seen, seen)] + np.diag(errors[free] ** 2)
     across = size**2 * covariance[np.ix_(nodes, seen)]
     gain = across @ np.linalg.inv(middle)
     off = y - size * mean[seen]
@@ -97,23 +95,26 @@ def _dense(mean, covariance, pushes, size):
 
 def test_draws_are_of_the_whole_posterior(monkeypatch):
     """Without passivity: mean and covariance, against a sum over fine grids of size, departure and share."""
-    monkeypatch.setattr(energy._CHOSEN, "least_work", np.inf)
-    monkeypatch.setattr(shapes_module, "TILT_SHARE", 0.0)
-    monkeypatch.setattr(posterior, "DRAWS", 20_000)
+    monkeypatch.setattr("rftfit.model.energy._CHOSEN.least_work", np.inf)
+    monkeypatch.setattr("rftfit.model.shapes.TILT_SHARE", 0.0)
+    monkeypatch.setattr("rftfit.model.posterior.DRAWS", 20_000)
     shapes = published_shapes(without=["poppy_LP"])
     for places, off in ((FEW[:3], 0), (FEW[1:], 3)):
-        pushes = Pushes.of(BETA[places] + off, GAMMA[places], truth("poppy_LP")[:, places], 0.01)
-        estimated = estimate(pushes, shapes, ON_LINES)
+        alpha = truth("poppy_LP")[:, places]
+        directions = BETA[places] + off, GAMMA[places]
+        estimated = rftfit.estimate_map(pushes_of(*directions, alpha, 0.01), shapes)
         sizes = np.exp(np.linspace(np.log(0.005), np.log(4.0), 70))
         parts, weights = [], []
-        places_of_all = zip(NODES, (pushes.beta, pushes.gamma), strict=True)
+        places_of_all = zip(NODES, np.radians(directions), strict=True)
         prior = shapes.prior(*(np.concatenate(both) for both in places_of_all))
         for departure in np.exp(np.linspace(np.log(0.25), np.log(25), 10)):
             before = 3.5 / departure + 2.5 * np.log(departure)
             for share in np.linspace(0.1, 0.6, 3):
                 covariance = departure * prior.covariance(share)
                 for size in sizes:
-                    *moments, likelihood = _dense(prior.mean, covariance, pushes, size)
+                    *moments, likelihood = _dense(
+                        prior.mean, covariance, alpha.ravel(), np.full(alpha.size, 0.01), size
+                    )
                     parts.append(moments)
                     weights.append(likelihood - before)
         weight = np.exp(np.array(weights) - max(weights))
@@ -121,64 +122,47 @@ def test_draws_are_of_the_whole_posterior(monkeypatch):
         means, variances = (np.stack(values) for values in zip(*parts, strict=True))
         best = weight @ means
         deviation = np.sqrt(weight @ (variances + (means - best) ** 2))
-        is_estimated = ~np.tile(estimated.measured, 2) & (deviation > 1e-6)
-        ours, wide = estimated.alpha.ravel(), estimated.draws.std(axis=0).ravel()
+        draws = estimated.draws[..., :COUNT]
+        is_estimated = ~np.tile(estimated.measured[:COUNT], 2) & (deviation > 1e-6)
+        ours, wide = draws.mean(axis=0).ravel(), draws.std(axis=0).ravel()
         np.testing.assert_array_less(
             np.abs(ours - best)[is_estimated], 0.05 * deviation[is_estimated]
         )
         assert_allclose(wide[is_estimated], deviation[is_estimated], rtol=0.05)
 
 
-def test_two_decompositions_with_a_correction_have_the_likelihood_of_one_of_all_numbers(
-    monkeypatch,
+@few_draws()
+@pytest.mark.parametrize(
+    ("switch", "numbers"),
+    [("likelihood._CHOSEN.few_numbers", 0), ("prior._CHOSEN.many_numbers", 2)],
+)
+def test_a_map_does_not_depend_on_the_routine_that_decomposes_a_covariance(
+    monkeypatch, switch, numbers
 ):
-    """Many numbers with independent errors are decomposed by component; known media differ by a few columns beside."""
-    prior = published_shapes().prior(*NODES)
-    seen = np.flatnonzero(np.diag(prior.covariance(0.0)) > 1e-9)
-    y = prior.mean[seen] * np.random.default_rng(6).normal(1.0, 0.1, seen.size)
-    errors = np.diag((0.02 + 0.05 * np.abs(y)) ** 2)
-    answers = []
-    for few_numbers in (0, seen.size):
-        monkeypatch.setattr(likelihood._CHOSEN, "few_numbers", few_numbers)
-        of_numbers = likelihood.Likelihood(likelihood.Measurements(prior, seen, y, errors), 0.2)
-        answers.append(
-            [
-                of_numbers.log_likelihood(
-                    np.array([0.5, 1.0, 2.0]), np.array([0.3, 1.0, 4.0, 9.0])
-                ),
-                of_numbers.chi_squared(1.3),
-                of_numbers.solve(y[None], np.full((1, 1), 1.7)),
-                of_numbers.fit_horizontal_ratio(seen >= COUNT, 1.3),
-            ]
-        )
-        # each number by all others follows from the inverse of the whole covariance
-        whole = 1.3**2 * prior.covariance(0.2)[np.ix_(seen, seen)] + errors
-        precision = np.linalg.inv(whole)
-        apart = precision @ (y - 1.3 * prior.mean[seen]) / np.sqrt(np.diag(precision))
-        used, alpha = np.isin(np.arange(2 * COUNT), seen), np.zeros(2 * COUNT)
-        alpha[seen] = y
-        pushes = Pushes.of(BETA, GAMMA, alpha.reshape(2, -1), 0.02)
-        worst = of_numbers.farthest(pushes, used, 1.3)
-        assert abs(worst.measured - worst.expected) / worst.error == pytest.approx(
-            np.abs(apart).max(), rel=1e-3
-        )
-    for by_parts, by_all in zip(*answers, strict=True):
-        assert_allclose(by_parts, by_all, rtol=1e-7)
-
-
-def test_a_map_does_not_depend_on_the_routine_that_decomposes_a_covariance(monkeypatch):
-    pushes = Pushes.of(BETA[:6], GAMMA[:6], truth("poppy_LP")[:, :6], 0.02)
-    maps = [estimate(pushes, nodes=ON_LINES)]
-    monkeypatch.setattr("rftfit.model.prior._CHOSEN.many_numbers", 2)
-    maps.append(estimate(pushes, nodes=ON_LINES))
-    assert_allclose(maps[0].alpha, maps[1].alpha, rtol=1e-6)
+    pushes = pushed("poppy_LP", [*range(0, COUNT, 3)], 0.02)
+    maps = [rftfit.estimate_map(pushes)]
+    monkeypatch.setattr(f"rftfit.model.{switch}", numbers)
+    maps.append(rftfit.estimate_map(pushes))
+    assert_allclose(maps[0].alpha, maps[1].alpha, rtol=1e-6, atol=1e-9)
+    assert_allclose(maps[0].distance, maps[1].distance, rtol=1e-6)
     assert_allclose(maps[0].factor, maps[1].factor, atol=1e-6 * np.abs(maps[0].factor).max())
+    apart = [
+        abs(of_map.farthest.measured - of_map.farthest.expected) / of_map.farthest.error
+        for of_map in maps
+        if of_map.farthest
+    ]
+    assert apart[0] == pytest.approx(apart[1], rel=1e-6)
 
 
 def root_of(covariance):
     """Rows by which independent normal numbers become numbers of this covariance."""
     variances, axes = np.linalg.eigh(covariance)
     return (axes * np.sqrt(np.maximum(variances, 0))).T
+
+
+def work_of(alpha):
+    """Energy that a medium takes at the nodes, of alpha of shape (..., 2, n)."""
+    return alpha[..., 0, :] * np.sin(NODES[1]) + alpha[..., 1, :] * np.cos(NODES[1])
 
 
 @pytest.mark.statistics
@@ -189,12 +173,9 @@ def test_media_take_energy_because_that_is_known_beforehand():
     """
     shapes, random = published_shapes(without=["poppy_LP"]), np.random.default_rng(5)
     places = [FEW[0], FEW[3]]
-    pushes = Pushes.of(BETA[places], GAMMA[places], truth("poppy_LP")[:, places], 0.02)
-    estimated, prior, many = (
-        estimate(pushes, shapes, ON_LINES),
-        shapes.prior(*NODES),
-        seeds(400_000, 160_000),
-    )
+    measured = truth("poppy_LP")[:, places]
+    estimated = rftfit.estimate_map(pushed("poppy_LP", places, 0.02), shapes)
+    prior, many = shapes.prior(*NODES), seeds(400_000, 160_000)
     variation = shapes.variation
     values = []
     roots = [root_of(blocks.whole()) for blocks in (prior.smooth, prior.rough)]
@@ -207,13 +188,15 @@ def test_media_take_energy_because_that_is_known_beforehand():
         ]
         moved = normal[0] + np.sqrt(1 - share) * normal[1] + np.sqrt(share) * normal[2]
         alpha = (size * (prior.mean + np.sqrt(departure) * moved)).reshape(-1, 2, COUNT)
-        takes = -0.02 * np.abs(alpha).max(axis=(1, 2)) <= energy.work(alpha, NODES[1]).T
+        takes = -0.02 * np.abs(alpha).max(axis=(1, 2)) <= work_of(alpha).T
         takes[places] = True
         alpha = alpha[takes.all(axis=0)]
-        off = (alpha[..., places] - pushes.alpha) / 0.02
+        off = (alpha[..., places] - measured) / 0.02
         off[:, 1, 0] = 0  # straight down alpha_x is 0 in every medium
         chance = np.exp(-0.5 * (off**2).sum(axis=(1, 2)))
-        chance *= np.exp(-shapes.tilt * energy.mean_effort(alpha, NODES))
+        down = alpha[:, 0, node(0, 90)]
+        effort = work_of(alpha).mean(axis=-1) / np.where(down > 0, down, 1)
+        chance *= np.where(down > 0, np.exp(-shapes.tilt * effort), 0)
         values.append((chance, alpha))
     weight = np.concatenate([batch_chance for batch_chance, _ in values])
     alpha = np.concatenate([batch_alpha for _, batch_alpha in values])
@@ -221,11 +204,13 @@ def test_media_take_energy_because_that_is_known_beforehand():
     assert 1 / (weight**2).sum() > seeds(300, 100)
     best = np.tensordot(weight, alpha, axes=1)
     deviation = np.sqrt(np.tensordot(weight, (alpha - best) ** 2, axes=1))
-    off = ((estimated.alpha - best) / deviation)[:, ~estimated.measured & (deviation[1] > 1e-6)]
+    draws, is_free = (
+        estimated.draws[..., :COUNT],
+        ~estimated.measured[:COUNT] & (deviation[1] > 1e-6),
+    )
+    off = ((draws.mean(axis=0) - best) / deviation)[:, is_free]
     assert np.abs(off).max() < seeds(0.25, 0.4)
-    ratio = (estimated.draws.std(axis=0) / deviation)[
-        :, ~estimated.measured & (deviation[1] > 1e-6)
-    ]
+    ratio = (draws.std(axis=0) / deviation)[:, is_free]
     assert ratio.mean() == pytest.approx(1, abs=seeds(0.04, 0.07))
 
 
@@ -237,11 +222,12 @@ def test_a_number_is_the_mean_of_its_draws(count, medium, seed):
     """Of alpha, zeta and the force on a leg; the bands are quantiles of the same draws."""
     places = [*np.random.default_rng(seed).choice(COUNT, count, replace=False)]
     try:
-        estimated = estimate(pushed(medium, places, se=0.01))
+        estimated = rftfit.estimate_map(pushed(medium, places, se=0.01))
     except ValueError:  # no push that tells of the medium, or no medium like it
         return
     assert_allclose(estimated.alpha, estimated.draws.mean(axis=0), atol=1e-12)
-    zeta = vertical_penetration(estimated.coefficients(estimated.draws))
+    # the five terms of alpha_z straight down
+    zeta = estimated.coefficients(estimated.draws)[:, :5].sum(axis=-1)
     assert_allclose(estimated.zeta, [zeta.mean(), *np.quantile(zeta, [0.025, 0.975])], rtol=1e-9)
     leg, spread = rftfit.model_leg("c_leg"), estimated.profile.spread
     assert isinstance(spread, TableProfile)
@@ -267,7 +253,7 @@ def test_a_number_is_the_mean_of_its_draws(count, medium, seed):
 
 
 def test_a_pushed_direction_keeps_its_number_and_its_error():
-    estimated = estimate(pushed("poppy_LP", FEW, se=0.02))
+    estimated = rftfit.estimate_map(pushed("poppy_LP", FEW, se=0.02))
     assert_allclose(estimated.alpha[:, FEW], truth("poppy_LP")[:, FEW], atol=1e-15)
     assert estimated.measured[FEW].all()
     assert_allclose(estimated.draws.std(axis=0)[0, FEW], 0.02, rtol=0.1)
@@ -279,13 +265,11 @@ def test_a_pushed_direction_keeps_its_number_and_its_error():
 
 def test_every_direction_pushed_is_the_table_on_its_lines():
     pushes, shapes = pushed("poppy_CP", [*range(COUNT)]), published_shapes(without=["poppy_CP"])
-    estimated = estimate(pushes, shapes)
+    estimated = rftfit.estimate_map(pushes, shapes)
     assert_allclose(estimated.alpha[:, :COUNT], truth("poppy_CP"), atol=1e-12)
     assert estimated.measured[:COUNT].all()
     angles = np.random.default_rng(2).uniform(-3, 3, (2, 50)) * [[1], [4 / 3]]
     table = TableProfile.published("poppy_CP").alpha(*angles)
-    bilinear = estimate(pushes, shapes, ON_LINES).profile.alpha(*angles)
-    assert_allclose(bilinear, table, atol=1e-12)
     # between the lines the map has a course, with an error there
     assert np.abs(estimated.profile.alpha(*angles)[0] - table[0]).max() > 0.02
     assert estimated.draws[:, 0, COUNT:].std(axis=0).max() > 0.02
@@ -303,7 +287,7 @@ def test_media_that_were_left_out(medium, case):
     alpha = truth(medium)
     for count, most in ((1, 11), (6, 7), (COUNT, 0.1)):
         places = FEW[:count] if count <= 6 else list(range(COUNT))
-        estimated = estimate(pushed(medium, places), shapes)
+        estimated = rftfit.estimate_map(pushed(medium, places), shapes)
         off = estimated.alpha[:, :COUNT] - alpha
         assert 100 * np.sqrt(np.mean(off**2)) / np.abs(alpha).max() < most
         table = estimated.table().merge(LINES, on=["beta_deg", "gamma_deg"]).sort_values("place")
@@ -333,11 +317,10 @@ def test_a_rougher_medium_widens_its_own_intervals():
     places = [*np.random.default_rng(5).permutation(COUNT)[:24]]
     largest, widths = np.abs(truth("poppy_LP")).max(), []
     for percent in (0, 2, 4):
-        pushes = pushed("poppy_LP", places)
-        pushes.alpha[:] += (
-            percent / 100 * largest * np.random.default_rng(6).standard_normal((2, 24))
-        )
-        estimated = estimate(pushes)
+        alpha = truth("poppy_LP")
+        noise = np.random.default_rng(6).standard_normal((2, 24))
+        alpha[:, places] += percent / 100 * largest * noise
+        estimated = rftfit.estimate_map(pushed("", places, alpha=alpha))
         free = ~estimated.measured
         widths.append(np.sqrt(estimated.draws.var(axis=0)[:, free].mean()))
     assert widths[1] > 1.04 * widths[0]
@@ -360,17 +343,17 @@ def test_a_medium_that_does_not_belong_is_told_so():
             (np.stack(depth_only), False),
             (alpha * [[1], [2]], False),
         ):
-            estimated = estimate(Pushes.of(BETA[places], GAMMA[places], law_alpha[:, places]))
+            estimated = rftfit.estimate_map(pushed("", places, np.nan, law_alpha))
             assert (estimated.belongs > NOT_ALIKE) == belongs, medium
     # one number tells the size only
-    assert np.isnan(estimate(pushed("poppy_LP", FEW[:1])).belongs)
+    assert np.isnan(rftfit.estimate_map(pushed("poppy_LP", FEW[:1])).belongs)
 
 
 @few_draws()
 def test_the_push_that_does_not_fit_is_named():
     pushes = pushed("poppy_LP", FEW)
-    pushes.alpha[0, 3] += 0.2
-    farthest = estimate(pushes).farthest
+    pushes.loc[3, "alpha_z_N_per_cm3"] += 0.2
+    farthest = rftfit.estimate_map(pushes).farthest
     assert farthest is not None
     assert (round(farthest.beta_deg), round(farthest.gamma_deg)) == (60, 18)
     assert farthest.component == "z"
@@ -383,7 +366,7 @@ def upside_down():
     beta, gamma = (angle.ravel() for angle in angles)
     z, x = rftfit.scale_by_paper(0.6).profile.alpha(np.radians(beta), np.radians(gamma))
     se = 0.01 * np.abs([z, x]) + 0.002
-    return Pushes.of(beta, gamma, np.array([-z, x]), se)
+    return pushes_of(beta, gamma, [-z, x], se)
 
 
 HOLED = np.where(np.arange(91) == 29, np.nan, 0.3).reshape(7, 13)
@@ -396,7 +379,10 @@ POPPY = TableProfile.published("poppy_LP")
     [
         (lambda: Shapes({"one": POPPY}), "at least two known media"),
         (lambda: Shapes({"one": POPPY, "holed": TableProfile(HOLED, HOLED)}), "holed has"),
-        (lambda: estimate(upside_down()), "would push the plate along .*: check the signs"),
+        (
+            lambda: rftfit.estimate_map(upside_down()),
+            "would push the plate along .*: check the signs",
+        ),
     ],
 )
 def test_what_cannot_be_estimated_says_why(make, match):
@@ -407,30 +393,32 @@ def test_what_cannot_be_estimated_says_why(make, match):
 @few_draws()
 def test_an_upright_plate_is_one_under_both_of_its_angles():
     """Pushed once as 90 and once as -90 deg, each with an error of 0.01: their mean, with 0.01 / sqrt(2)."""
-    alpha = np.array([[0.30, 0.10, 0.14], [0.0, 0.20, 0.26]])
-    twice = Pushes.of([0, 90, -90], [90, 45, 45], alpha, 0.01)
-    errors = np.array([0.01, 0.01 / np.sqrt(2)] * 2).reshape(2, 2)
-    once = Pushes.of([0, 90], [90, 45], [[0.30, 0.12], [0.0, 0.23]], errors)
-    of_twice, of_once = estimate(twice), estimate(once)
+    alpha = [[0.30, 0.119, 0.121], [0.0, 0.229, 0.231]]
+    twice = pushes_of([0, 90, -90], [90, 45, 45], alpha, 0.01)
+    errors = [[0.01, 0.01 / np.sqrt(2)]] * 2
+    once = pushes_of([0, -90], [90, 45], [[0.30, 0.12], [0.0, 0.23]], errors)
+    of_twice, of_once = map(rftfit.estimate_map, (twice, once))
     assert (of_twice.pushes, of_once.pushes) == (3, 2)
     assert_allclose(of_twice.draws, of_once.draws, atol=1e-9)
 
 
+@few_draws()
 def test_errors_that_nobody_stated():
-    assert_allclose(usual_error(np.array([2.0, 0.0])), [np.hypot(0.1, 0.02), 0.02])
+    """5 % of alpha, beside 1 % of the largest alpha."""
     se = [[0.01, np.nan], [np.nan, 0.02]]
-    stated = Pushes.of([0, 30], [90, 45], [[0.3, 0.2], [0, np.nan]], se)
-    errors = np.sqrt(np.diag(stated.covariance))[[0, 1, 3]]
-    assert_allclose(errors, [0.01, usual_error(np.array([0.3, 0.2]))[1], 0.02])
+    given = rftfit.estimate_map(pushes_of([0, 30], [90, 45], [[0.3, 0.2], [0, np.nan]], se)).given
+    assert given is not None
+    errors = np.sqrt(np.diag(given.covariance))[[0, 1, 3]]
+    assert_allclose(errors, [0.01, np.hypot(0.05 * 0.2, 0.01 * 0.3), 0.02])
 
 
 @few_draws()
 def test_pushes_without_a_horizontal_component_can_belong():
     pushes = pushed("poppy_LP", FEW)
-    pushes.alpha[1] = np.nan
-    estimated = estimate(pushes, published_shapes(without=["poppy_LP"]))
+    pushes["alpha_x_N_per_cm3"] = np.nan
+    estimated = rftfit.estimate_map(pushes, published_shapes(without=["poppy_LP"]))
     assert np.isnan(estimated.horizontal)
     assert estimated.belongs > NOT_ALIKE
     # and still they need not
-    pushes.alpha[0] = 0.3
-    assert estimate(pushes).belongs < NOT_ALIKE
+    pushes["alpha_z_N_per_cm3"] = 0.3
+    assert rftfit.estimate_map(pushes).belongs < NOT_ALIKE

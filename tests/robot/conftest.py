@@ -2,8 +2,7 @@
 
 import pytest
 
-from rftfit import DepthOnlyProfile, FourierProfile, Profile, TableProfile, reference
-from rftfit.model.fourier import as_array
+import rftfit
 from rftfit.robot.config import paper_robot
 
 
@@ -14,19 +13,14 @@ def robot():
 
 @pytest.fixture(scope="session")
 def table():
-    return TableProfile.published("poppy_LP")
+    return rftfit.TableProfile.published("poppy_LP")
 
 
 @pytest.fixture(scope="session")
 def nine():
-    return FourierProfile(as_array(reference.coefficients("poppy_LP")))
+    return rftfit.published_medium("poppy_LP", "fourier")
 
 
-@pytest.fixture(scope="session", params=["table", "nine terms", "depth-only"])
-def profile(request, table, nine):
-    every: dict[str, Profile] = {
-        "table": table,
-        "nine terms": nine,
-        "depth-only": DepthOnlyProfile.of(table),
-    }
-    return every[str(request.param)]
+@pytest.fixture(scope="session", params=["table", "fourier", "depth_only"])
+def profile(request):
+    return rftfit.published_medium("poppy_LP", request.param)

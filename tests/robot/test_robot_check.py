@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from makers import run_command
+from makers import run_command, write_yaml
 
 import rftfit
 
@@ -20,6 +20,7 @@ ROBOT_SHEET = "raw/paper/robot/runs.csv"
 HEAD = "run_id,condition,medium,curvature_times_R,frequency_Hz,track\n"
 """Header of the robot's trial sheet."""
 TRACK = "raw/paper/robot/tracks/a1.csv"
+ROBOT = {"medium": "poppy_LP"}
 GOOD = "a1,a,poppy_LP,1,2,tracks/a1.csv\na2,a,poppy_LP,1,,tracks/a2.csv\n"
 """Two rows without a fault."""
 
@@ -40,8 +41,7 @@ def root(tmp_path):
 
 def edit(root, **values):
     path = root / "config" / "config.yaml"
-    data = yaml.safe_load(path.read_text("utf-8"))
-    path.write_text(yaml.safe_dump(data | values), "utf-8")
+    write_yaml(path, yaml.safe_load(path.read_text("utf-8")) | values)
 
 
 def problems_of(root):
@@ -154,3 +154,24 @@ def test_without_a_robot_or_its_medium_there_is_nothing_to_check(root):
     assert ROBOT_SHEET in problems_of(root)[1]
     sheet.write_text(RUNS.replace("poppy_LP", "poppy_CP"), "utf-8")
     assert ROBOT_SHEET not in problems_of(root)[1]
+
+
+@pytest.mark.parametrize(
+    ("robot", "code", "key", "value"),
+    [
+        ({"medium": "poppy"}, "inconsistent", "robot", "'poppy'; allowed: "),
+        ({"medium": "yuma"}, "inconsistent", "robot", "'yuma'; allowed: "),
+        (ROBOT | {"runs": "robot/rums.csv"}, "robot-file", "robot.runs", "'robot/runs.csv'?"),
+        (ROBOT | {"file": "../robot.yaml"}, "robot-file", "robot.file", "'../robot.yaml'; "),
+        (ROBOT | {"fil": "x"}, "unknown-key", "robot.fil", "'file'?"),
+    ],
+)
+def test_bad_sections_of_the_config(root, robot, code, key, value):
+    edit(root, robot=robot)
+    (problem,) = (
+        problem
+        for problem in rftfit.check(root)
+        if problem.severity == "error" and problem.code.startswith("config.")
+    )
+    assert (problem.code, problem.place.key) == (f"config.{code}", key)
+    assert value in str(problem)

@@ -10,10 +10,9 @@ from numpy.testing import assert_allclose
 from robotsteps import forces, net, plain_steps, step
 from seeds import seeds
 
-from rftfit import TableProfile, reference
+import rftfit
 from rftfit.model import kernel, packs
 from rftfit.robot.body import assemble
-from rftfit.robot.run import simulate
 
 RANDOM = np.random.default_rng(4)
 
@@ -33,23 +32,19 @@ def agree(profile, parts, state, turn, rate, *, step_s=1e-3, steps=1, off=1e-12,
 
 
 @pytest.mark.statistics
-@pytest.mark.parametrize("curvature", [1.0, 0.3, 0.0, -1.0])
+@pytest.mark.parametrize(
+    ("curvature", "elements"), [(1.0, 30), (0.3, 1), (0.7, 31), (0.0, 32), (-0.5, 33), (-1.0, 100)]
+)
 @pytest.mark.parametrize("height_cm", [4.0, 2.0, 0.0, -8.0])
-def test_one_step_is_the_twins(robot, profile, curvature, height_cm):
-    parts = assemble(robot, curvature)
+def test_one_step_is_the_twins(robot, profile, curvature, elements, height_cm):
+    numerics = robot.numerics.model_copy(update={"elements": elements})
+    parts = assemble(robot.model_copy(update={"numerics": numerics}), curvature)
+    assert parts.bodies.shape == (5, elements, 5)
     for _ in range(seeds(6, 2)):
         state, turn = random_state(height_cm), RANDOM.uniform(-10, 10)
         rate = RANDOM.choice([-20.0, 0.0, 12.0])
         for rk4 in (False, True):
             agree(profile, parts, state, turn, rate, rk4=rk4)
-
-
-@pytest.mark.parametrize("count", [1, 31, 32, 33, 100])
-def test_any_number_of_elements(robot, table, count):
-    numerics = robot.numerics.model_copy(update={"elements": count})
-    parts = assemble(robot.model_copy(update={"numerics": numerics}), 0.7)
-    assert parts.bodies.shape == (5, count, 5)
-    agree(table, parts, random_state(0.5), 1.0, 12.0)
 
 
 def test_samples_are_the_twins(robot, profile):
@@ -68,29 +63,23 @@ def test_samples_are_the_twins(robot, profile):
         assert_allclose(row[7], net(profile, parts, sample_state, turn, rate)[2], atol=1e-11)
 
 
-def test_unknown_alpha_is_no_number_but_only_where_it_counts(robot):
-    alpha = np.array(reference.alpha_grid("poppy_LP"))
-    alpha[0, 3, 12] = math.nan  # a flat plate straight down
-    holed = TableProfile(*alpha, name="holed")
+def test_unknown_alpha_is_no_number_but_only_where_it_counts(robot, table):
+    *angles, z, x = table.cells
+    is_down = np.isclose(angles, [[0], [math.pi / 2]], atol=1e-6).all(axis=0)
+    holed = rftfit.TableProfile(np.where(is_down, math.nan, z), x, *angles, "holed")
     parts = assemble(robot, 0.0)
     flat = np.array([0.0, 0.9, 0.0, 0.0, -1.0, 0.0])
     assert np.isnan(step(holed, parts, flat, 0.0, 0.0, 1e-3, 1)).any()
     high = np.array([0.0, 50.0, 0.0, 0.0, -1.0, 0.0])
     assert np.isfinite(step(holed, parts, high, 0.0, 0.0, 1e-3, 1)).all()
-    run = simulate(robot, holed, 2.0, 1.0)
+    run = rftfit.simulate(holed, 2.0, 1.0, robot)
     assert (run.outcome, math.isnan(run.speed_cm_per_s)) == ("not steady", True)
     assert "holed" in run.reason
     assert "(0, 90)" in run.reason
 
 
-def test_constants_are_those_of_the_profiles():
-    # the compiler's cache watches the kernel's own file only, so that it has to repeat them
-    assert (kernel._FOURIER, kernel._TABLE) == (packs.FOURIER, packs.TABLE)
-    assert (kernel._NEGLIGIBLE, kernel._STILL) == (packs.NEGLIGIBLE, packs.STILL)
-
-
 def test_compiled_code_needs_no_other_file():
-    # all that is compiled stands in one file, but for types, which are not compiled
+    """The compiler's cache watches this file alone: it imports types only, and repeats constants of profiles."""
     tree = ast.parse(Path(kernel.__file__).read_text("utf-8"))
     imported_names = {
         alias.name
@@ -99,6 +88,8 @@ def test_compiled_code_needs_no_other_file():
         for alias in node.names
     }
     assert imported_names == {"FloatArray", "Pack"}
+    repeated = kernel._FOURIER, kernel._TABLE, kernel._NEGLIGIBLE, kernel._STILL
+    assert repeated == (packs.FOURIER, packs.TABLE, packs.NEGLIGIBLE, packs.STILL)
 
 
 @pytest.mark.parametrize("turn", [0.7, 2.5])  # every group bears a load in one of them

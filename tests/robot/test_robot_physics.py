@@ -1,16 +1,16 @@
 """The simulated robot obeys momentum, energy, statics and symmetry, and its steps converge."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from robotsteps import step
 
-from rftfit import FourierProfile
+import rftfit
 from rftfit.robot.body import assemble
 from rftfit.robot.config import Robot
-from rftfit.robot.run import simulate
 
 G = 980.665
 """Gravity, cm/s^2."""
@@ -45,14 +45,14 @@ def together(forces):
 
 
 def each_step(robot, profile, curvature, frequency):
-    """Three strides by semi-implicit Euler, a sample before every step."""
+    """Motion by semi-implicit Euler, a sample before every step."""
     steps = round(1 / frequency / robot.numerics.step_s)
-    return simulate(robot, profile, frequency, curvature, samples_per_stride=steps, strides=3)
+    return rftfit.simulate(profile, frequency, curvature, robot, samples_per_stride=steps).series
 
 
 @pytest.mark.parametrize(("curvature", "frequency"), [(1.0, 2.0), (0.0, 4.0), (-1.0, 1.0)])
 def test_momentum_and_energy_with_sand(robot, profile, curvature, frequency):
-    s = each_step(robot, profile, curvature, frequency).series
+    s = each_step(robot, profile, curvature, frequency)
     assert s is not None
     mass, inertia = robot.body.mass_g, robot.body.inertia_g_cm2
     step_s, spin = s.time_s[1], -np.radians(s.pitch_rate_deg_per_s)
@@ -108,16 +108,6 @@ def test_dropped_plate_comes_to_rest(table, drop_cm):
     assert_allclose(creeps[0] / creeps[1], 2, atol=0.4)
 
 
-def test_plate_let_down_slowly_floats_at_its_depth(table):
-    # at the depth where alpha |z| A is the weight, a plate that sinks slowly goes no faster
-    parts, weight_N = assemble(with_plate(), 0.0), 150.0 * G / 1e5
-    depth = weight_N / (float(table.alpha(0.0, math.pi / 2)[0]) * 24.0)
-    state = np.array([0.0, -depth, 0.0, 0.0, -1e-6, 0.0])
-    assert abs(step(table, parts, state, 0.0, 0.0, 1e-6, 1)[4] - state[4]) < 1e-12
-    higher = state + np.array([0, 0.01, 0, 0, 0, 0])
-    assert step(table, parts, higher, 0.0, 0.0, 1e-6, 1)[4] < state[4]
-
-
 def mirrored(robot):
     data = robot.model_dump()
     for plate in data["body"]["plates"].values():
@@ -136,8 +126,8 @@ def test_mirror_image(robot, profile, curvature):
     robot = Robot.model_validate(data)
     courses = []
     for body, sign in ((robot, 1), (mirrored(robot), -1)):
-        gait = 2.0 * sign, curvature * sign, 0.1 * sign
-        s = simulate(body, profile, *gait, samples_per_stride=20, strides=1).series
+        gait: dict[str, Any] = {"phase_turns": 0.1 * sign, "samples_per_stride": 20}
+        s = rftfit.simulate(profile, 2.0 * sign, curvature * sign, body, **gait).series
         assert s is not None
         courses.append([sign * s.x_cm[:12], s.z_cm[:12], sign * s.pitch_deg[:12]])
     for course, mirrored_course, most in zip(*courses, (2e-5, 2e-5, 1e-3), strict=True):
@@ -148,7 +138,7 @@ def test_order_of_the_methods(robot, nine):
     # wholly in the sand and always moving on, the forces are smooth
     parts = assemble(robot, 0.5)
     state = np.array([0.0, -20.0, 0.0, 400.0, -150.0, 3.0])
-    weak = FourierProfile(nine.coefficients / 30)
+    weak = rftfit.FourierProfile(nine.coefficients / 30)
 
     def end(steps, rk4):
         return step(weak, parts, state, 0.0, 6.0, 0.016 / steps, steps, rk4=rk4)

@@ -2,9 +2,9 @@
 
 from calibrate import GRID, grade_robot, laid_out, layout_of, measured
 
-from rftfit import reference
+import rftfit
 
-SPEEDS = measured(reference.load("fig_4c"))
+SPEEDS = measured(rftfit.published_table("fig_4c"))
 
 
 def test_calibrated_values_stand_in_the_file(robot, table):

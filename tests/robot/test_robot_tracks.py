@@ -7,13 +7,14 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 from campaigns import run_rules
-from makers import write_rows
+from makers import write_rows, write_yaml
 from numpy.testing import assert_allclose
 from paper import PROJECT
 
-from rftfit import RftfitError
-from rftfit.results import open_results
+import rftfit
+from rftfit.workflow.state import States, read_states
 
 RUNS = (
     "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,force_log,motion_log\n"
@@ -151,10 +152,12 @@ def measured(tmp_path_factory):
     tracks |= {name: track for name, (track, _, _) in REFUSED.items()}
     config = campaign_of(tmp_path_factory.mktemp("tracks"), tracks)
     run_rules(config, "robot_measured")
-    results = open_results(config)
+    results = rftfit.open(config)
     flags = results.table("robot/flags.csv")
     trials = results.table("robot/tracks.csv").set_index("run_id")
-    return SimpleNamespace(trials=trials, flags=flags, ledger=results.table("ledger/robot.csv"))
+    speeds = results.table("robot/measured.csv").set_index("condition")
+    ledger = results.table("ledger/robot.csv")
+    return SimpleNamespace(trials=trials, speeds=speeds, flags=flags, ledger=ledger)
 
 
 def flags_of(measured, run_id):
@@ -170,6 +173,12 @@ def test_frequency_and_speed_come_back(measured):
     # a plain end-to-end slope would be off by up to 10 %: the surge is 1.1 cm
     assert_allclose(trials["speed_cm_per_s"], 25.0, rtol=0.01)
     assert not any(flags_of(measured, name) for name in COMING_BACK)
+
+
+def test_a_trial_near_the_frequency_of_a_calibration_is_of_it(measured):
+    """1.955 Hz at R'/r = 1; a tenth of a hertz around it."""
+    calibrated = measured.speeds.loc[["plain", "f1.2_11.7", "noise"], "calibrated"]
+    assert calibrated.tolist() == ["yes", "no", "no"]
 
 
 @pytest.mark.parametrize("name", ["outliers", "still", "height"])
@@ -229,5 +238,40 @@ def test_rows_of_a_track_that_do_not_add_up(tmp_path, monkeypatch):
     without_flags = SimpleNamespace(flags=())
     monkeypatch.setattr("rftfit.robot.tracks.mean_stride_speed", lambda *_: without_flags)
     config = campaign_of(tmp_path, {"a": (running(), "")})
-    with pytest.raises(RftfitError, match=r" a\.csv .* 9 .* 10 "):
+    with pytest.raises(rftfit.RftfitError, match=r" a\.csv .* 9 .* 10 "):
         run_rules(config, "robot_measured")
+
+
+def test_simulated_trials_have_the_published_speeds(small_root):
+    """Tracks of three trials of each condition of Fig. 4C, scattered about its speed."""
+    speeds = pd.read_csv(small_root / "results" / "robot" / "measured.csv")
+    figure = rftfit.published_table("fig_4c").query("stride_frequency_Hz > 0.01")
+    assert (len(speeds), {*speeds["trials"]}, {*speeds["source"]}) == (42, {3}, {"marker tracks"})
+    published = sorted(figure["speed_cm_per_s"])
+    assert_allclose(sorted(speeds["speed_cm_per_s"]), published, rtol=0.03)
+    assert (speeds["speed_sd_cm_per_s"] > 0).all()
+
+
+def test_without_tracks_the_figure_stands_in_for_its_medium_alone(tmp_path):
+    config = campaign_of(tmp_path, {})
+    for medium, conditions in (("poppy_LP", 42), ("poppy_CP", 0)):
+        write_yaml(
+            config, yaml.safe_load(config.read_text("utf-8")) | {"robot": {"medium": medium}}
+        )
+        (tmp_path / "raw" / "paper" / "runs.csv").write_text(RUNS.replace("poppy_LP", medium))
+        run_rules(config, "robot_measured")
+        speeds = rftfit.open(config).table("robot/measured.csv")
+        assert speeds["source"].tolist() == ["Fig. 4C"] * conditions
+
+
+def test_a_track_is_an_input_of_its_stage(tmp_path):
+    config = campaign_of(tmp_path, {"a": (running(), "")})
+    states = read_states(config)
+    assert len(states.robot_digests) == 2
+    track = config.parents[1] / "raw" / "paper" / "robot" / "a.csv"
+    track.write_bytes(track.read_bytes() + b"# end\n")
+    before, after = (
+        of_campaign.state_of("robot_measured", "")
+        for of_campaign in (states, States(states.campaign))
+    )
+    assert [what for what in after if after[what] != before[what]] == ["robot files"]

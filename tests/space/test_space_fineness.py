@@ -1,15 +1,12 @@
 """A body of few parts has the forces of the same body finely cut."""
 
-import json
-
 import numpy as np
 import pytest
+from makers import json_of
 from scipy.spatial.transform import Rotation
 from seeds import seeds
 
 import rftfit
-from rftfit.cli.main import main
-from rftfit.forces.plane import forces_on
 
 from .test_space_mesh import box, stl
 
@@ -65,15 +62,6 @@ def test_a_box_of_12_triangles_has_the_peaks_of_a_fine_one(size, axis, travel, h
     assert worst_peak(coarse, fine, moments) < WITHIN
 
 
-def test_a_body_that_does_not_turn_is_left_as_it_is():
-    coarse = block(10, 4, 3)
-    motion = rftfit.Motion3D.press(coarse, 3)
-    np.testing.assert_array_equal(
-        rftfit.predict(SAND, coarse, motion)["force_z_N"].iloc[-1],
-        pytest.approx(rftfit.predict(SAND, coarse.refined(0.5), motion)["force_z_N"].iloc[-1]),
-    )
-
-
 @pytest.mark.parametrize("travel", [0.0, 0.5, 2.0])
 def test_an_outline_of_one_element_has_the_peaks_of_many(travel):
     angle = np.linspace(0, 2 * np.pi, 181)
@@ -107,49 +95,30 @@ def test_a_slanted_sole_of_two_triangles_has_its_moments_where_it_does_not_turn(
     assert coarse["moment_x_N_cm"].abs().max() < 1e-3 * coarse["moment_y_N_cm"].max()
 
 
-def test_the_paper_legs_keep_their_elements():
-    # thirty, as in the paper: predict and find_peaks of golden campaigns rest on them
-    for name in ("c_leg", "flat_leg", "reversed_c_leg"):
-        leg = rftfit.model_leg(name)
-        plain = forces_on(SAND, leg, rftfit.rotation().poses)
-        forces = rftfit.predict(SAND, leg)["force_z_N"]
-        np.testing.assert_allclose(forces, plain.force_z_N, rtol=1e-12)
-
-
-@pytest.fixture
-def command(tmp_path, monkeypatch, capfd):
+def answer_in(folder, mesh, words):
+    """What a command prints about a mesh in loose poppy seeds."""
     pytest.importorskip("trimesh")
-    monkeypatch.chdir(tmp_path)
-    return lambda line: (main(line.split()), *capfd.readouterr())
+    stl(folder, mesh)
+    command, _, options = words.partition(" ")
+    words = (command, "--mesh", "ball.stl", "--unit", "mm", "--medium", "poppy_LP")
+    return json_of(*words, *options.split(), folder=folder)
 
 
-def test_the_command_says_how_many_triangles_were_made_of_how_many(command, tmp_path):
-    stl(tmp_path, block(10, 4, 3))
+def test_the_command_says_how_many_triangles_were_made_of_how_many(tmp_path):
     head = "t_s,x_cm,y_cm,z_cm,turn_x_deg,turn_y_deg,turn_z_deg\n"
     rows = "".join(f"{t},{t},0,-2,0,{90 * t},0\n" for t in range(4))
     (tmp_path / "path.csv").write_text(head + rows)
-    code, out, _ = command(
-        "predict --mesh ball.stl --unit mm --path path.csv --medium poppy_LP --json"
-    )
-    answer = json.loads(out)
-    assert (code, answer["triangles_given"]) == (0, 12)
+    answer = answer_in(tmp_path, block(10, 4, 3), "predict --path path.csv")
+    assert answer["triangles_given"] == 12
     assert answer["triangles"] > 100
     assert f"{answer['triangles']} triangles, made of 12" in answer["mesh"]
 
 
-@pytest.mark.parametrize(
-    ("options", "rim"), [("", (5, "farthest-point")), (" --rim 4", (4, "given"))]
-)
-def test_the_command_states_the_rim_and_its_source(command, tmp_path, options, rim):
-    stl(tmp_path, rftfit.Mesh.wheel(4, 3, lug_cm=1, lugs=12))
-    code, out, _ = command(
-        f"predict --mesh ball.stl --unit mm --roll 1,0.2 --medium poppy_LP --json{options}"
-    )
-    answer = json.loads(out)
-    assert (code, round(answer["rim_cm"], 6), answer["rim_from"]) == (0, *rim)
-    assert (
-        command(
-            f"wheel --mesh ball.stl --unit mm --slip 0.2 --sinkage 1 --medium poppy_LP --json{options}"
-        )[1].count(f'"rim_from": "{rim[1]}"')
-        == 1
-    )
+@pytest.mark.parametrize("command", ["predict --roll 1,0.2", "wheel --slip 0.2 --sinkage 1"])
+@pytest.mark.parametrize(("options", "rim"), [("", "farthest-point"), (" --rim 4", "given")])
+def test_the_command_states_the_rim_and_its_source(tmp_path, command, options, rim):
+    wheel = rftfit.Mesh.wheel(4, 3, lug_cm=1, lugs=12)
+    answer = answer_in(tmp_path, wheel, command + options)
+    assert answer["rim_from"] == rim
+    if "rim_cm" in answer:
+        assert answer["rim_cm"] == pytest.approx(4 if options else 5)

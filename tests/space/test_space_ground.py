@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import rftfit
-from rftfit.errors import InputError
 
 from .test_space_fineness import wedge
 
@@ -29,10 +28,10 @@ def test_a_resting_body_is_held_and_a_plain_law_holds_nothing():
 
 
 def test_refused():
-    with pytest.raises(InputError, match="allowed"):
+    with pytest.raises(rftfit.RftfitError, match="allowed"):
         rftfit.Ground(POPPY, [rftfit.Mesh.sphere(1)], law="other")
     ground = rftfit.Ground(POPPY, [rftfit.Mesh.sphere(1)])
-    with pytest.raises(InputError, match="too long"):
+    with pytest.raises(rftfit.RftfitError, match="too long"):
         ground.step([[0, 0, 1]], np.eye(3), [[0, 0, 0]], [[0, 0, 0]], 0.01)
 
 

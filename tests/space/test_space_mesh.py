@@ -8,7 +8,6 @@ from numpy.testing import assert_allclose
 
 import rftfit
 from rftfit import Mesh, Motion3D
-from rftfit.errors import InputError
 from rftfit.forces.space import compiled_mesh_forces
 
 POPPY = rftfit.TableProfile.published("poppy_LP")
@@ -16,12 +15,13 @@ BALL = Mesh.sphere(2, 8)
 MOTION = Motion3D([0, 0, -1], [1, 0.3, -0.5], [0.1, 0.4, -0.2])
 
 
-def stl(tmp_path, mesh, scale=10.0):
+def stl(folder, mesh, name="ball.stl"):
+    """Write a mesh in mm."""
     lines = ["solid x"]
-    for triangle in scale * mesh.triangles:
+    for triangle in 10 * mesh.triangles:
         corners = "".join(f"vertex {x:.9g} {y:.9g} {z:.9g}\n" for x, y, z in triangle)
         lines.append(f"facet normal 0 0 0\nouter loop\n{corners}endloop\nendfacet")
-    file = tmp_path / "ball.stl"
+    file = folder / name
     file.write_text("\n".join([*lines, "endsolid x\n"]))
     return file
 
@@ -105,7 +105,7 @@ def test_files(tmp_path):
         ("none.stl", "mm", "no such file"),
         ("empty.stl", "mm", "no mesh"),
     ):
-        with pytest.raises(InputError, match=words):
+        with pytest.raises(rftfit.RftfitError, match=words):
             Mesh.read(tmp_path / name, unit)
 
 

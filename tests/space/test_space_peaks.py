@@ -47,17 +47,6 @@ def test_a_sheet_in_the_plane_is_as_steep_as_its_outline(name, heading_deg):
 
 
 @few_draws()
-@pytest.mark.parametrize(("beta_deg", "gamma_deg", "share"), [(10, 80, 1), (0, 60, 0), (30, 90, 0)])
-def test_a_level_plate_that_goes_straight_down_lies_near_a_push(beta_deg, gamma_deg, share):
-    corners = [(-2, -1.5, 0), (2, -1.5, 0), (2, 1.5, 0), (-2, 1.5, 0)]
-    plate = rftfit.Mesh(corners, [(0, 1, 2), (0, 2, 3)], sheet=True)
-    push = {"beta_deg": [beta_deg], "gamma_deg": [gamma_deg], "alpha_z": [0.5], "alpha_x": [0.0]}
-    sand = rftfit.estimate_map(push).profile
-    answer = answer_with_forces(sand, plate, rftfit.Motion3D.press(plate, 3))
-    assert answer.shares_near_pushes["force_z"] == share
-
-
-@few_draws()
 def test_friction_of_a_mesh_counts_in_its_steepness():
     """A smooth ball that is dragged bears by its normal stress alone, whose direction no error of alpha turns."""
     ball = rftfit.Mesh.cylinder(radius_cm=2, width_cm=3, facets=24)

@@ -18,53 +18,18 @@ def turned_about_z(angle_deg):
     return np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
 
 
-@pytest.fixture(scope="module")
-def paddles():
-    """A wheel of eight paddles about y: a cylinder with lugs, from its outline in the plane."""
-    corners = []
-    for lug in range(8):
-        for radius, angle in ((3, -12), (4, -8), (4, 8), (3, 12)):
-            turn = np.radians(45 * lug + angle)
-            corners.append((radius * np.sin(turn), radius * np.cos(turn)))
-    x, z = np.array(corners).T
-    count = x.size
-    sides = [np.stack([x, 0 * x + y, z], axis=1) for y in (-1.0, 1.0)]
-    vertices = np.concatenate([*sides, [[0, -1.0, 0], [0, 1.0, 0]]])
-    here, after = np.arange(count), (np.arange(count) + 1) % count
-    first_hub, second_hub = np.full(count, 2 * count), np.full(count, 2 * count + 1)
-    triangles = [
-        (here, after, here + count),
-        (after, after + count, here + count),
-        (first_hub, after, here),
-        (second_hub, here + count, after + count),
-    ]
-    return Mesh(vertices, np.concatenate([np.stack(three, axis=1) for three in triangles]))
+PADDLES = Mesh.wheel(3, 2, lug_cm=1, lugs=8)
+"""A cylinder with lugs, 4 cm to their tips."""
 
 
-def test_a_lugged_wheel_is_not_convex_and_a_cylinder_is(paddles):
-    assert not paddles.is_convex
-    assert Mesh.cylinder(3, 2).is_convex
-    assert Motion3D.roll(paddles, 1, 0.2).rule == "own-track"
-    assert Motion3D.roll(paddles, 1, 0.2, track=False).rule == "none"
-    assert Motion3D.roll(Mesh.cylinder(3, 2), 1, 0.2).rule == "none"
-
-
-@pytest.mark.parametrize("slip", [-0.4, 0.2, 0.8])
-def test_the_compiled_kernel_is_the_plain_one(paddles, slip):
-    for mesh in (paddles, Mesh.cylinder(4, 2, 24)):
-        motion = Motion3D.roll(mesh, 1.5, slip, 7)
-        compiled = compiled_mesh_forces(POPPY, mesh, motion)[:, :6]
-        assert_allclose(compiled, faces.mesh_forces(POPPY, mesh, motion), atol=1e-10)
-
-
-def test_what_does_not_count_lies_behind_the_axle_and_faces_back(paddles):
-    with_track, without = (Motion3D.roll(paddles, 2, 0.3, 9, track=on) for on in (True, False))
+def test_what_does_not_count_lies_behind_the_axle_and_faces_back():
+    with_track, without = (Motion3D.roll(PADDLES, 2, 0.3, 9, track=on) for on in (True, False))
     for pose, frame in enumerate(without.frames):
-        every, _, areas, _, arms = faces.moving_faces(paddles, frame, without.rolling[pose])
-        counted = faces.moving_faces(paddles, frame, with_track.rolling[pose])[0]
+        every, _, areas, _, arms = faces.moving_faces(PADDLES, frame, without.rolling[pose])
+        counted = faces.moving_faces(PADDLES, frame, with_track.rolling[pose])[0]
         in_track = (arms[:, 0] < -1e-9) & (areas[:, 0] < -1e-9)
         assert_array_equal(counted, every[~in_track])
-    forces = [compiled_mesh_forces(POPPY, paddles, m)[:, 0].mean() for m in (with_track, without)]
+    forces = [compiled_mesh_forces(POPPY, PADDLES, m)[:, 0].mean() for m in (with_track, without)]
     assert forces[0] < forces[1]
 
 
@@ -83,14 +48,14 @@ def test_a_smooth_wheel_up_to_half_slip_is_as_its_faces_move():
         )
 
 
-def test_slip_and_sinkage_belong_to_the_rim(paddles):
-    of_tips = Motion3D.roll(paddles, 2, 1 - 0.8 * 3 / 4)
-    of_rim = Motion3D.roll(paddles, 1, 0.2, rim_cm=3)
+def test_slip_and_sinkage_belong_to_the_rim():
+    of_tips = Motion3D.roll(PADDLES, 2, 1 - 0.8 * 3 / 4)
+    of_rim = Motion3D.roll(PADDLES, 1, 0.2, rim_cm=3)
     assert_allclose(of_rim.frames[:, 2], of_tips.frames[:, 2])
     ratios = [m.frames[:, 3] / m.frames[:, 7] for m in (of_rim, of_tips)]
     assert_allclose(*ratios)
     with pytest.raises(ValueError, match="farthest point"):
-        Motion3D.roll(paddles, 1, 0.2, rim_cm=5)
+        Motion3D.roll(PADDLES, 1, 0.2, rim_cm=5)
 
 
 # --- Ground: a body declared a wheel
@@ -110,38 +75,38 @@ def drive(mesh, wheels, velocity, steps=40, **options):
     return ground, np.array(rows)
 
 
-def test_a_wheel_of_a_ground_obeys_the_rule_of_roll(paddles):
-    ground, forces = drive(paddles, [0], 1.0, steps=3, delta_mm=0, tau_s=0)
+def test_a_wheel_of_a_ground_obeys_the_rule_of_roll():
+    ground, forces = drive(PADDLES, [0], 1.0, steps=3, delta_mm=0, tau_s=0)
     assert ground.rules == ("own-track",)
     cos, sin = np.cos(0.002 / 2.8), np.sin(0.002 / 2.8)
-    motion = Motion3D.roll(paddles, 1.5, 0.3, 1)
+    motion = Motion3D.roll(PADDLES, 1.5, 0.3, 1)
     motion.frames[:, 9:] = np.array([cos, 0, sin, 0, 1, 0, -sin, 0, cos])
-    expected = compiled_mesh_forces(POPPY, paddles, motion)[0, :6]
+    expected = compiled_mesh_forces(POPPY, PADDLES, motion)[0, :6]
     assert_allclose(forces[-1], expected, atol=1e-6)
-    plain, of_plain = drive(paddles, (), 1.0, steps=3, delta_mm=0, tau_s=0)
+    plain, of_plain = drive(PADDLES, (), 1.0, steps=3, delta_mm=0, tau_s=0)
     assert plain.rules == ("none",)
     assert of_plain[-1, 0] > forces[-1, 0]
-    assert drive(paddles, [0], 1.0, steps=1, track=False)[0].rules == ("none",)
+    assert drive(PADDLES, [0], 1.0, steps=1, track=False)[0].rules == ("none",)
 
 
-def test_the_rut_comes_with_the_way(paddles):
+def test_the_rut_comes_with_the_way():
     """On the first micrometres the rule has no share; after delta it holds, as on the plain body before."""
-    _, with_rule = drive(paddles, [0], 1.0, steps=60)
-    _, without = drive(paddles, (), 1.0, steps=60)
+    _, with_rule = drive(PADDLES, [0], 1.0, steps=60)
+    _, without = drive(PADDLES, (), 1.0, steps=60)
     lost = without[:, 0] - with_rule[:, 0]
     assert abs(lost[0]) < 0.1 * lost[-1]
     assert (np.diff(lost[:25]) > 0).all()
 
 
-def test_wheels_of_a_ground_that_are_refused(paddles):
+def test_wheels_of_a_ground_that_are_refused():
     for wheels, words in (
         ([1], "found body 1"),
         ({0: [1, 0, 0]}, "axle lies along y"),
         ({0: [0, 0, 0]}, "an axle of three numbers"),
     ):
         with pytest.raises(rftfit.RftfitError, match=words):
-            rftfit.Ground(POPPY, [paddles], wheels=wheels)
-    along_x = paddles.moved(turned_about_z(-90), np.zeros(3))
+            rftfit.Ground(POPPY, [PADDLES], wheels=wheels)
+    along_x = PADDLES.moved(turned_about_z(-90), np.zeros(3))
     assert rftfit.Ground(POPPY, [along_x], wheels={0: [1, 0, 0]}).rules == ("own-track",)
 
 

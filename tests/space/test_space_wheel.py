@@ -13,7 +13,6 @@ from numpy.testing import assert_allclose
 from seeds import seeds
 
 import rftfit
-from rftfit.reference import MEDIA
 
 RUNS = pd.read_csv(Path(__file__).parents[2] / "examples" / "wheels" / "smooth.csv")
 FORCES = ["force_x_N", "force_y_N", "force_z_N"]
@@ -31,8 +30,8 @@ EXPECTED = {  # rms error of x, y, z, N: all runs, those with abs(slip) <= 0.51;
 
 def mean_map():
     """Mean of the published maps, each over its own alpha_z(0, 90 deg): (2, 7, 13)."""
-    media = [rftfit.TableProfile.published(medium) for medium in MEDIA]
-    maps = [np.stack(table.cells[2:]) / table.alpha(0, np.pi / 2)[0] for table in media]
+    tables = rftfit.published_shapes().profiles.values()
+    maps = [np.stack(table.cells[2:]) / table.alpha(0, np.pi / 2)[0] for table in tables]
     return np.mean(maps, axis=0).reshape(2, 7, 13)
 
 

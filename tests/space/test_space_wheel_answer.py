@@ -1,18 +1,15 @@
 """`rftfit.wheel` and ``rftfit wheel`` answer for a wheel at a load or at a sinkage."""
 
-import json
 import warnings
 
 import numpy as np
 import pytest
+from makers import answer_of, json_of, refused
 
 import rftfit
-from rftfit.cli.main import main
 
 from .test_space_mesh import stl
-from .test_space_rolling import paddles
-
-__all__ = ["paddles"]
+from .test_space_rolling import PADDLES
 
 SAND = rftfit.scale(0.9)
 SMOOTH = rftfit.Mesh.cylinder(6.25, 6, facets=24)
@@ -27,14 +24,11 @@ def test_a_load_that_is_not_carried_has_a_reason():
 
 
 def test_the_error_of_the_model_is_that_of_rigs():
-    errors = {
-        (friction, mesh.is_convex): rftfit.wheel(
-            SAND, mesh, 0.2, sinkage_cm=1, load_N=10, friction=friction
-        ).model_error
-        for friction in (None, 0.4)
-        for mesh in (SMOOTH,)
-    }
-    assert errors[0.4, True] < errors[None, True]
+    with_friction, without = (
+        rftfit.wheel(SAND, SMOOTH, 0.2, sinkage_cm=1, load_N=10, friction=friction).model_error
+        for friction in (0.4, None)
+    )
+    assert with_friction < without
     plain = rftfit.wheel(SAND, SMOOTH, 0.2, sinkage_cm=1, load_N=10, model_error=0)
     assert "drawbar_model_lo_N" not in plain.table
     wider = rftfit.wheel(SAND, SMOOTH, 0.2, sinkage_cm=1, load_N=10, model_error=0.5).table.iloc[0]
@@ -44,7 +38,7 @@ def test_the_error_of_the_model_is_that_of_rigs():
     assert np.isnan(rftfit.wheel(nine_terms, SMOOTH, 0.2, sinkage_cm=1).model_error)
 
 
-def test_what_cannot_be_is_refused(paddles):
+def test_what_cannot_be_is_refused():
     for words, match in (
         ({"load_N": -1}, "positive"),
         ({"load_N": [1, 2]}, "one for each"),
@@ -53,50 +47,55 @@ def test_what_cannot_be_is_refused(paddles):
         ({"load_N": 5, "rim_cm": 1}, "rim"),
     ):
         with pytest.raises(ValueError, match=match):
-            rftfit.wheel(SAND, paddles, [0.1, 0.2, 0.3], **words)
+            rftfit.wheel(SAND, PADDLES, [0.1, 0.2, 0.3], **words)
 
 
 # --- The command
 
 
-@pytest.fixture
-def command(tmp_path, monkeypatch, capfd, paddles):
-    pytest.importorskip("trimesh")
-    monkeypatch.chdir(tmp_path)
-    stl(tmp_path, paddles)
-    return lambda *words: (main(["wheel", *words]), *capfd.readouterr())
-
-
 WHEEL = ("--mesh", "ball.stl", "--unit", "mm", "--medium", "poppy_LP")
 
 
-def test_the_command_names_no_rule_and_draws(command, tmp_path):
+@pytest.fixture
+def folder(tmp_path):
+    """With the file of a wheel and measured points, the second one no number."""
+    pytest.importorskip("trimesh")
+    stl(tmp_path, PADDLES)
     (tmp_path / "points.csv").write_text("slip,drawbar_N,sinkage_cm\n0.1,1,0.5\n0.3,2,0.9\n")
+    (tmp_path / "bad.csv").write_text("slip,drawbar_N\n0.1,one\n")
+    return tmp_path
+
+
+def test_the_command_names_no_rule_and_draws(folder):
     words = ("--slip", "0.1,0.3", "--sinkage", "1", "--load", "15", "--no-track")
-    code, out, _ = command(*WHEEL, *words, "--figure", "w.png", "--measured", "points.csv")
+    drawn = ("--figure", "w.png", "--measured", "points.csv")
+    code, out, _ = answer_of("wheel", *WHEEL, *words, *drawn, folder=folder)
     assert code == 0
     assert "none: every face that leads counts" in out
-    assert (tmp_path / "w.png").read_bytes()[:4] == b"\x89PNG"
+    assert (folder / "w.png").read_bytes()[:4] == b"\x89PNG"
 
 
-def test_faults_are_told_at_once(command, tmp_path):
-    (tmp_path / "points.csv").write_text("slip,drawbar_N\n0.1,one\n")
-    words = ("--slip", "a", "--figure", "w.png", "--measured", "points.csv", "--friction", "9")
-    code, _, err = command(*WHEEL, *words)
-    assert code == 2
-    for place in ("--slip", "points.csv, row 2", "--friction"):
-        assert place in err
-    code, _, err = command(*WHEEL, "--slip", "0.1")
-    assert (code, "--load" in err, "--sinkage" in err) == (2, True, True)
+@pytest.mark.parametrize(
+    ("words", "places"),
+    [
+        (
+            "--slip a --figure w.png --measured bad.csv --friction 9",
+            ("--slip", "bad.csv, row 2", "--friction"),
+        ),
+        ("--slip 0.1", ("--load", "--sinkage")),
+    ],
+)
+def test_faults_are_told_at_once(folder, words, places):
+    error = refused("wheel", *WHEEL, *words.split(), folder=folder)
+    assert all(place in error for place in places)
 
 
-@pytest.mark.usefixtures("command")
-def test_predict_names_the_rule_of_a_rolled_wheel(capfd):
-    words = ["predict", *WHEEL, "--roll", "1,0.2"]
-    contents = []
-    for more in ([], ["--no-track"], ["--friction", "0.4"]):
-        assert main([*words, *more, "--json"]) == 0
-        contents.append(json.loads(capfd.readouterr().out))
+def test_predict_names_the_rule_of_a_rolled_wheel(folder):
+    words = ("predict", *WHEEL, "--roll", "1,0.2", "--force")
+    contents = [
+        json_of(*words, *more, folder=folder)
+        for more in ((), ("--no-track",), ("--friction", "0.4"))
+    ]
     assert [content["rule"].partition(":")[0] for content in contents] == [
         "own-track",
         "none",
@@ -106,8 +105,8 @@ def test_predict_names_the_rule_of_a_rolled_wheel(capfd):
     drawbars = [content["mean_of_turn"]["drawbar_N"] for content in contents]
     assert drawbars[0] < drawbars[1]
     assert drawbars[2] != drawbars[0]
-    assert main(["predict", *WHEEL, "--press", "1", "--no-track"]) == 2
-    assert "--roll" in capfd.readouterr().err
+    error = refused("predict", *WHEEL, "--press", "1", "--no-track", folder=folder)
+    assert "--roll" in error
 
 
 def test_a_predicted_load_has_no_error_of_the_model_and_says_so():
