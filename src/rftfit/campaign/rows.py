@@ -164,6 +164,8 @@ class TableColumn:
         elif self.above is not None:
             allowed += f" above {self.above:g}"
             allowed += "" if self.high is None else f", up to {self.high:g}"
+        elif self.low is not None:
+            allowed += f" of at least {self.low:g}"
         allowed += self.unit and f" {self.unit}"
         return allowed + (self.hint and f"; {self.hint}")
 

@@ -165,10 +165,8 @@ def arc(
     return _bent(phi, max_length_cm, width_cm, elements, name)
 
 
-def _bent(
-    phi: float, max_length_cm: float, width_cm: float, elements: int, name: str, lead_cm: float = 0
-) -> Outline:
-    """Make an arc that spans 2 `phi` (rad, positive for a c-leg), or its face `lead_cm` ahead of the middle line.
+def _bent(phi: float, max_length_cm: float, width_cm: float, elements: int, name: str) -> Outline:
+    """Make an arc that spans 2 `phi` (rad, positive for a c-leg).
 
     `max_length_cm`: from axle to tip, or the diameter of the circle where the arc is more than half of it.
     """
@@ -179,10 +177,9 @@ def _bent(
     psi = phi * (1 - 2 * along)  # tangent from straight down
     # distance from the axle over the chord; a straight leg is the limit: sin(k phi) / sin(phi) -> k
     above = np.sin(phi * along) / bend if bend else along
-    x = -chord * np.sin(phi * (1 - along)) * above - lead_cm * np.cos(psi)
-    z = -chord * np.cos(phi * (1 - along)) * above + lead_cm * np.sin(psi)
-    # a face on the convex side is longer than the middle line by its lead times the angle
-    length = max(0.0, chord * (phi / bend if bend else 1.0) + 2 * phi * lead_cm)
+    x = -chord * np.sin(phi * (1 - along)) * above
+    z = -chord * np.cos(phi * (1 - along)) * above
+    length = chord * (phi / bend if bend else 1.0)
     half = np.full(elements, length / elements / 2)
     return Outline(np.stack([x, z, -np.sin(psi), -np.cos(psi), half], axis=-1), width_cm, name)
 
@@ -221,22 +218,16 @@ def arc_of(leg: Leg) -> float:
 
 
 def leg_outline(
-    leg: Leg,
-    name: str = "leg",
-    elements: int = ELEMENTS,
-    *,
-    arc_deg: float | None = None,
-    lead_cm: float = 0.0,
+    leg: Leg, name: str = "leg", elements: int = ELEMENTS, *, arc_deg: float | None = None
 ) -> Outline:
     """Make the outline of a leg of the campaign's configuration.
 
     `arc_deg`: angle that its arc spans instead, with the same maximal length; without effect on a straight leg.
-    `lead_cm`: distance of its face ahead of the middle line, on the side that the leg sweeps toward.
     """
     phi = float(np.arcsin(leg.curvature_times_R))
     if arc_deg is not None:
         phi = float(np.sign(phi) * np.radians(arc_deg) / 2)
-    return _bent(phi, leg.max_length_cm, leg.width_cm, elements, name, lead_cm)
+    return _bent(phi, leg.max_length_cm, leg.width_cm, elements, name)
 
 
 def polyline(
