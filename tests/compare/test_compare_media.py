@@ -89,7 +89,7 @@ def test_sets_whose_runs_scatter_unlike_say_so(factors):
     assert any(note.startswith("runs of A scatter by") for note in notes) == (factors != (1, 1))
 
 
-def test_units_and_order_of_runs_do_not_matter():
+def test_units_order_of_runs_and_order_of_sides_do_not_matter():
     a, b = sides(1.1)
     shuffled = [
         replace(
@@ -103,6 +103,9 @@ def test_units_and_order_of_runs_do_not_matter():
     comparison, rescaled = compare_run_sets(a, b), compare_run_sets(shuffled[0], shuffled[1])
     for name in ("ratio", "ratio_lo", "size_p", "shape_percent", "shape_p", "least_ratio"):
         assert getattr(rescaled, name) == pytest.approx(getattr(comparison, name), rel=1e-4)
+    backward = compare_run_sets(b, a)
+    assert backward.ratio * comparison.ratio == pytest.approx(1, abs=1e-4)
+    assert backward.shape_p == pytest.approx(comparison.shape_p, rel=0.02)
 
 
 def test_the_surface_of_a_session_widens_the_ratio_and_not_the_shape():
