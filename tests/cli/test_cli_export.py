@@ -7,14 +7,8 @@ import json
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import pytest
 from result_tables import read_output
-
-from rftfit.checks.declared import COLUMNS
-from rftfit.store import write_csv
-
-from .conftest import MEASURED
 
 pytestmark = pytest.mark.usefixtures("work_folder")
 
@@ -54,26 +48,6 @@ def test_scale_and_plan_go_on_from_the_pushes_behind_a_profile(rftfit, work_fold
         ]
         assert plans[0] == plans[1]
     assert not read_output(work_folder / "a.csv").equals(read_output(work_folder / "c.csv"))
-
-
-def test_marks_are_handed_on(rftfit, work_folder, results):
-
-    for name in (*MEASURED, "sand"):
-        bad = name == "poppy_LP"
-        row = {
-            "medium": name,
-            "check": "work",
-            "code": "work",
-            "verdict": "failed" if bad else "passed",
-            "effect": "unusable" if bad else "",
-            "sentence": "x",
-        }
-        table = pd.DataFrame([row]).reindex(columns=COLUMNS)
-        write_csv(table, results / "checks" / f"{name}.csv")
-    output = rftfit("export --results", results, "--medium poppy_LP")
-    mark = content(work_folder / "profile.json")["validity"]["marks"]
-    assert mark.startswith("unusable: ")
-    assert f"warning: poppy_LP is {mark}" in output.err
 
 
 def test_a_damaged_file_is_refused_by_every_reader(rftfit, refusal, work_folder):

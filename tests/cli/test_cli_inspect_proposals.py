@@ -10,14 +10,9 @@ import numpy as np
 import pytest
 from makers import json_of
 from numpy.testing import assert_allclose
-from third_party import REPORTED, UNITS, inspected, needs, proposal, read_by
+from third_party import REPORTED, needs, proposal, read_by
 
-from rftfit import read_log
-from rftfit.campaign.config import ForceLog
-from rftfit.logs.base import LogError
-from rftfit.logs.inspect import recognised
-from rftfit.logs.registry import source_reader
-from rftfit.measure.log_columns import columns_asked, map_columns
+from rftfit import RftfitError, read_log
 
 ROWS = [f"{n / 50:.2f},{0.5 * n},{10 - 0.25 * n}" for n in range(60)]
 """Time in s, force and z of a push."""
@@ -29,9 +24,8 @@ def table(path, header, rows=ROWS):
 
 
 def read_force(path, **section):
-    source = ForceLog.model_validate(section)
-    reader = source_reader(source, "rig", "force_log").only(columns_asked(source))
-    return map_columns(reader.load(path), source, UNITS, "force_log")
+    """Read a log by a section of the config."""
+    return read_by(path, {"force_log": section})["force_log"]
 
 
 @pytest.mark.parametrize("column", [2, "Force"])
@@ -39,7 +33,7 @@ def test_a_column_is_given_by_its_number_or_by_its_name(column, tmp_path):
     path = table(tmp_path / "log.csv", "Time (s),Force (N),z (mm)")
     log = read_force(path, text={}, columns={"time": "Time", "F3": column})
     assert_allclose(log.columns["F3"], 0.5 * np.arange(60))
-    with pytest.raises(LogError, match="column: found 'column 4'; allowed: Time, Force, z"):
+    with pytest.raises(RftfitError, match="column: found 'column 4'; allowed: Time, Force, z"):
         read_force(path, text={}, columns={"F3": 4})
 
 
@@ -47,7 +41,7 @@ def test_a_column_is_given_by_its_number_or_by_its_name(column, tmp_path):
 def test_a_number_counts_the_columns_that_are_not_read():
     columns = {"time": {"column": 4, "unit": "s"}, "F3": {"column": 5, "unit": "N"}}
     text = {"delimiter": ",", "skip_lines": 7, "units": True}
-    with pytest.raises(LogError, match="the file says m, which is no unit of time"):
+    with pytest.raises(RftfitError, match="the file says m, which is no unit of time"):
         read_force(REPORTED / "m12_ags4.ags", text=text, columns=columns)
     columns = {name: chosen | {"factor": 1} for name, chosen in columns.items()}
     log = read_force(REPORTED / "m12_ags4.ags", text=text, columns=columns)
@@ -57,7 +51,7 @@ def test_a_number_counts_the_columns_that_are_not_read():
 
 def test_a_factor_of_one_declares_a_unit(tmp_path):
     path = table(tmp_path / "log.csv", "Time (s),Force (V),z (mm)")
-    with pytest.raises(LogError, match="add `factor:`"):
+    with pytest.raises(RftfitError, match="add `factor:`"):
         read_force(path, text={}, columns={"F3": {"column": "Force", "unit": "N"}})
     chosen = {"column": "Force", "unit": "N", "factor": 1}
     assert read_force(path, text={}, columns={"F3": chosen}).units["F3"] == "N"
@@ -90,9 +84,8 @@ def test_a_leg_leads_to_the_place_of_its_toe(tmp_path):
     """Not to the motor whose position is an angle."""
     header = "t (s),motor_position,toe_position_x,toe_position_y,toe_force_x,toe_force_y"
     rows = [f"{n / 100},{n},{n * 2}.5,{n}.25,0.5,1.5" for n in range(30)]
-    (survey,), _ = inspected(table(tmp_path / "log.csv", header, rows))
-    quantities = {name: survey.quantities[name] for name in ("x", "z")}
-    assert quantities == {"x": "toe_position_x", "z": "toe_position_y"}
+    columns = proposal(table(tmp_path / "log.csv", header, rows))["motion_log"]["columns"]
+    assert (columns["x"]["column"], columns["z"]["column"]) == ("toe_position_x", "toe_position_y")
 
 
 def test_a_column_of_seconds_that_grows_is_the_time(tmp_path):
@@ -176,7 +169,6 @@ def test_attributes_say_what_a_stored_number_is(attributes, unit, value, tmp_pat
     assert log.units["F"] == unit
     assert_allclose(log.columns["F"], [value, np.nan, *[value] * 7])
     assert "1 times -99, which stands for no value" in log.notes[0]
-    assert recognised(path).reader.only(["t", "F"]).load(path).dropped == {"no value in a cell": 1}
     with h5py.File(path, "a") as file:
         file["F"].attrs["scale_factor"] = "a lot"
     log = read_log(path)
@@ -198,10 +190,11 @@ def test_a_stated_time_in_other_units_is_converted(tmp_path):
             file[name].attrs["units"] = unit
         file["z"].attrs["missing_value"] = np.array([-3.0, -4.0])
         file["z"].attrs["gain"] = 7
-    (survey,), proposed = inspected(path)
-    assert [column.values for column in survey.columns] == [40, 40, 38]
-    assert "attributes that are not applied: gain 7" in survey.notes[0]
-    with pytest.raises(LogError, match="gain 7, which is not applied: add `factor:`"):
+    proposed = proposal(path)
+    (clock,) = json_of("inspect", path)["clocks"]
+    assert [column["values"] for column in clock["columns"]] == [40, 40, 38]
+    assert "attributes that are not applied: gain 7" in clock["notes"][0]
+    with pytest.raises(RftfitError, match="gain 7, which is not applied: add `factor:`"):
         read_by(path, proposed)
     with h5py.File(path, "a") as file:
         del file["z"].attrs["gain"]

@@ -1,24 +1,10 @@
-"""`rftfit plan` and `rftfit scale --pushes` give the library's numbers or name wrong input."""
+"""`rftfit plan` writes rows of a run sheet, in directions that the rig can push."""
 
 import csv
 
 import pytest
-from result_tables import LABORATORY, SAND, make_campaign, one_cell
 
-from rftfit import reference
-
-PUSHES = """beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3,se_z
-0,90,0.35,,0.01
-30,45,0.30,0.10,
-60,18.43,0.08,0.17,
-"""
-
-
-@pytest.fixture(autouse=True)
-def work_folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "pushes.csv").write_text(PUSHES, "utf-8")
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("work_folder")
 
 
 def test_rows_of_a_plan_are_rows_of_a_run_sheet(rftfit, work_folder):
@@ -39,12 +25,8 @@ def test_rows_of_a_plan_are_rows_of_a_run_sheet(rftfit, work_folder):
     assert {"intrusion", "extraction"} <= ways
 
 
-def test_a_plan_goes_on_from_a_campaign(rftfit, work_folder):
-    roles = {"full": LABORATORY, "sand": SAND}
-    alpha = {"full": reference.alpha_grid("poppy_LP"), "sand": one_cell(0.7)}
-    make_campaign(work_folder / "c", roles, alpha)
-    output = rftfit("plan --results c --medium sand --count 2 --beta 0,15 --gamma=-45,45,90")
-    assert "1 made already" in output.out
+def test_a_plan_keeps_to_the_angles_of_the_rig(rftfit, work_folder):
+    rftfit("plan --count 3 --beta 0,15 --gamma=-45,45,90")
     rows = list(csv.DictReader((work_folder / "plan.csv").read_text().splitlines()))
     assert {row["beta_deg"] for row in rows} <= {"0", "15"}
     assert {row["gamma_deg"] for row in rows} <= {"-45", "45", "90"}

@@ -4,7 +4,6 @@ The events are made here; Snakemake is not started.
 """
 
 import json
-from typing import Any
 
 import pytest
 
@@ -35,6 +34,12 @@ def watch(*lines):
     for line in lines:
         progress.update_by(line)
     return progress
+
+
+@pytest.fixture
+def failure(tmp_path):
+    """What is said of the jobs of some events, whose logs are in a folder."""
+    return lambda *lines, status=1: describe_failure(watch(*lines), tmp_path, tmp_path, status)
 
 
 def write_log(root, rule, text):
@@ -85,15 +90,10 @@ def test_each_failed_job_tells_what_is_in_its_log(tmp_path):
     assert not failed_to_write(progress, tmp_path)
 
 
-def test_a_traceback_becomes_its_last_line(tmp_path):
+def test_a_traceback_becomes_its_last_line(failure, tmp_path):
     trace = 'Traceback (most recent call last):\n  File "a.py", line 1, in <module>\nValueError: no sand\n'
     write_log(tmp_path, "tare", trace)
-    text = describe_failure(
-        watch(begun(1, "tare"), *ended(1, "tare", "returned non-zero exit status 1.")),
-        tmp_path,
-        tmp_path,
-        1,
-    )
+    text = failure(begun(1, "tare"), *ended(1, "tare", "returned non-zero exit status 1."))
     assert "    ValueError: no sand\n    (an error that the program did not expect" in text
     assert "File " not in text
 
@@ -107,32 +107,26 @@ def test_a_traceback_becomes_its_last_line(tmp_path):
         ("returned non-zero exit status 7.", "no message; exit status 7"),
     ],
 )
-def test_jobs_that_say_nothing(tmp_path, status, message):
+def test_jobs_that_say_nothing(failure, tmp_path, status, message):
     write_log(tmp_path, "tare", "")
-    progress = watch(begun(1, "tare"), *ended(1, "tare", status))
-    assert message in describe_failure(progress, tmp_path, tmp_path, 1)
+    assert message in failure(begun(1, "tare"), *ended(1, "tare", status))
 
 
 def on_slurm(number, rule):
-    status_line = "SLURM-job '7' failed, SLURM status is: 'TIMEOUT'."
-    facts: dict[str, Any] = {
-        "jobid": number,
-        "rule_name": rule,
-        "rule_msg": status_line,
-        "indent": True,
-    }
-    return [begun(number, rule), event(event="job_error", **facts)]
+    status = "SLURM-job '7' failed, SLURM status is: 'TIMEOUT'."
+    error = event(event="job_error", jobid=number, rule_name=rule, rule_msg=status, indent=True)
+    return [begun(number, rule), error]
 
 
-def test_of_jobs_that_went_as_one_the_failed_one_is_named(tmp_path):
+def test_of_jobs_that_went_as_one_the_failed_one_is_named(failure, tmp_path):
     write_log(tmp_path, "slopes", "poppy: 3 of 4 runs\n")
     write_log(tmp_path, "tare", "rftfit tare: no tare\n  in row 3\n")
-    progress = watch(*on_slurm(1, "tare"), *on_slurm(2, "slopes"))
-    text = describe_failure(progress, tmp_path, tmp_path, 1)
+    jobs = [*on_slurm(1, "tare"), *on_slurm(2, "slopes")]
+    text = failure(*jobs)
     assert text.splitlines()[1:4] == ["  tare:", "    no tare", "      in row 3"]
     assert "slopes" not in text
     write_log(tmp_path, "tare", "")
-    text = describe_failure(progress, tmp_path, tmp_path, 1)
+    text = failure(*jobs)
     assert text.splitlines()[1:3] == [
         "  one of tare, slopes:",
         "    no message; Slurm says TIMEOUT",
@@ -153,13 +147,11 @@ def test_a_job_whose_log_cannot_be_made(tmp_path):
     assert failed_to_write(full, tmp_path)
 
 
-def test_a_stage_whose_log_is_full_speaks_among_the_lines_of_snakemake(tmp_path):
+def test_a_stage_whose_log_is_full_speaks_among_the_lines_of_snakemake(failure, tmp_path):
     lines = ["rftfit tare: a: other", "rftfit page: page.html: cannot write; run again"]
     jobs = [*ended(3, "page"), *ended(4, "slopes")]
     write_log(tmp_path, "page", "")
-    text = describe_failure(
-        watch(begun(3, "page"), begun(4, "slopes"), *lines, *jobs), tmp_path, tmp_path, 1
-    )
+    text = failure(begun(3, "page"), begun(4, "slopes"), *lines, *jobs)
     assert "  page:\n    page.html: cannot write; run again" in text
     assert "  slopes:\n    no message; exit status 2" in text
 
@@ -183,15 +175,11 @@ def test_two_jobs_fail_before_either_is_named():
     assert [job.status for job in progress.failed.values()] == ["3", "4"]
 
 
-def test_snakemake_itself_cannot_write(tmp_path):
-    refused = watch("OSError: [Errno 28] No space left on device")
-    text = describe_failure(refused, tmp_path, tmp_path, 1)
-    assert ": No space left on device" in text
-    assert failed_to_write(refused, tmp_path)
+def test_snakemake_itself_fails(failure, tmp_path):
+    full = "OSError: [Errno 28] No space left on device"
+    assert ": No space left on device" in failure(full)
+    assert failed_to_write(watch(full), tmp_path)
     assert not failed_to_write(watch("OSError: [Errno 2] No such file or directory"), tmp_path)
     assert not failed_to_write(watch(), tmp_path)
-
-
-def test_snakemake_is_killed_or_gives_no_reason(tmp_path):
-    assert "ended by SIGKILL" in describe_failure(watch(), tmp_path, tmp_path, -9)
-    assert "gave no reason" in describe_failure(watch(), tmp_path, tmp_path, 1)
+    assert "ended by SIGKILL" in failure(status=-9)
+    assert "gave no reason" in failure()

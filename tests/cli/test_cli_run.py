@@ -7,19 +7,14 @@ import os
 import signal
 import subprocess
 import sys
-from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from forked import snakemake_forked
 from waiting import ASLEEP_S, LONGEST_S, wait_for
 
-from rftfit import RftfitError
-from rftfit.errors import InputError
-from rftfit.workflow.closing import describe_ledger
-from rftfit.workflow.run import Workflow
-from rftfit.workflow.snakemake import _signals_as_interrupts, find_snakefile, find_snakemakes
+import rftfit as package
+from rftfit.workflow.snakemake import _signals_as_interrupts, find_snakemakes
 
 WORKFLOW = """
 import os
@@ -44,8 +39,6 @@ rule ledger:
         "echo p2,plate,dropped,bad,3 >> {output}; echo p2,plate,lost,packets,8 >> {output}"
         ") 2> {log}"
 """
-HEAD = "run_id,kind,fate,reason_code,rows\n"
-"""Header of a ledger."""
 SLOW = f"""
 rule all:
     output: "results/slow.txt"
@@ -97,9 +90,10 @@ def test_dry_run_targets_and_words_for_snakemake(rftfit, campaign, fake):
 
 def test_a_stage_that_fails(rftfit, campaign, fake, monkeypatch):
     monkeypatch.setenv("BAD", "b")
+    monkeypatch.setattr("rftfit.workflow.run.find_snakefile", lambda: campaign / "fake.smk")
     stopped: Any
-    with pytest.raises(RftfitError) as stopped:
-        Workflow(Path("config/config.yaml"), cores=1, snakefile=Path("fake.smk")).run()
+    with pytest.raises(package.RftfitError) as stopped:
+        package.run(campaign, cores=1)
     assert stopped.value.exit_code == 4
     assert stopped.value.report.made == ["ingest a"]
     assert stopped.value.report.failed == {"ingest b": "raw/b.csv: no good\n  and so on"}
@@ -197,66 +191,22 @@ def test_a_run_under_nohup_stays_when_its_terminal_closes():
         signal.signal(signal.SIGHUP, old_handler)
 
 
-def test_snakefile_is_found(monkeypatch, tmp_path):
-    package = tmp_path / "site" / "lib" / "rftfit"
-    (package / "_workflow").mkdir(parents=True)
-    monkeypatch.setattr("rftfit.store.environment.PACKAGE", package)
-    with pytest.raises(InputError, match="Snakefile: not there"):
-        find_snakefile()
-    (package / "_workflow" / "Snakefile").write_text("")
-    assert find_snakefile() == package / "_workflow" / "Snakefile"
-    (tmp_path / "site" / "Snakefile").write_text("")
-    assert find_snakefile() == tmp_path / "site" / "Snakefile"
+def test_without_a_snakefile_nothing_is_run(refusal, monkeypatch, campaign, tmp_path):
+    monkeypatch.setattr("rftfit.store.environment.PACKAGE", tmp_path)
+    assert "Snakefile: not there" in refusal("run")
+    assert not (campaign / ".snakemake").exists()
 
 
-@pytest.mark.parametrize(
-    "text", ["", "a,b\n1,2\n", f"{HEAD}p1,plate,used,slope,x\n", f"{HEAD}p1\n"]
-)
-def test_ledger_that_is_none(tmp_path, text):
-    path = tmp_path / "ledger.csv"
-    assert describe_ledger(path) == ""
-    path.write_text(text)
-    # an empty table or one of other columns: no numbers are better than wrong ones
-    assert describe_ledger(path) == ""
+@pytest.mark.usefixtures("campaign")
+def test_the_lock_of_a_run_that_goes_on_is_left(rftfit, monkeypatch):
+    processes = [12, 34]
+    monkeypatch.setattr("rftfit.workflow.run.find_snakemakes", lambda _: processes)
+    assert "(process 12, 34)" in rftfit("run --unlock", code=4).err
+    processes.clear()
 
-
-def workflow(monkeypatch, root):
-    """A workflow in a folder without a campaign."""
-
-    campaign = SimpleNamespace(root=root, read_from={}, raw=root / "raw", sheet=root / "runs.csv")
-    states = SimpleNamespace(campaign=campaign)
-    monkeypatch.setattr("rftfit.workflow.run.read_states", lambda _: states)
-    return Workflow(root / "config.yaml", say=print)
-
-
-def test_locks(monkeypatch, work_folder):
-
-    process_ids: list[int] = [12, 34]
-    monkeypatch.setattr("rftfit.workflow.run.find_snakemakes", lambda _: process_ids)
-    flow = workflow(monkeypatch, work_folder)
-    with pytest.raises(RftfitError, match=r"\(process 12, 34\)") as locked:
-        flow.unlock()
-    assert locked.value.exit_code == 4
-    assert "12, 34" in flow._describe_lock()
-    process_ids.clear()
-    assert "rftfit run --unlock" in flow._describe_lock()
-
-    def refused(_words, _log, tell):
+    def refuse(_words, _log, tell):
         tell("no room left")
         return 1
 
-    monkeypatch.setattr("rftfit.workflow.run.run_snakemake", refused)
-    with pytest.raises(RftfitError, match="no room left") as full:
-        flow.unlock()
-    assert full.value.exit_code == 4
-
-
-def test_a_lock_of_a_killed_run(monkeypatch, work_folder, capsys):
-    from contextlib import nullcontext
-
-    flow = workflow(monkeypatch, work_folder)
-    monkeypatch.setattr("rftfit.workflow.run.run_snakemake", lambda *_: 0)
-    for certain in (False, True):
-        monkeypatch.setattr("rftfit.workflow.run.stale_lock", lambda _, c=certain: nullcontext(c))
-        flow._clear_stale_lock()
-        assert bool(capsys.readouterr().out) == certain
+    monkeypatch.setattr("rftfit.workflow.run.run_snakemake", refuse)
+    assert "no room left" in rftfit("run --unlock", code=4).err

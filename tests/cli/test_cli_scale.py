@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 from result_tables import LABORATORY, SAND, make_campaign, one_cell
 
-from rftfit import FourierProfile, Reference, reference, scale_by_paper
-from rftfit.model.scaling import published
+from rftfit import FourierProfile, Reference, published_reference, reference, scale_by_paper
 
 pytestmark = pytest.mark.usefixtures("work_folder")
 
 
 def test_intervals_hold_for_a_medium_left_out():
-    source = published()
+    source = published_reference()
     beta, gamma = np.radians(reference.BETA_DEG)[:, None], np.radians(reference.GAMMA_DEG)
     of_coefficients, of_profiles = [], []
     for i, medium in enumerate(source.media):
@@ -44,16 +43,6 @@ def test_intervals_hold_for_a_medium_left_out():
 )
 def test_another_unit(rftfit, alpha, warned):
     assert ("another unit" in rftfit("scale --alpha", alpha).err) is warned
-
-
-CAMPAIGN_MEDIA = ("poppy_LP", "glass3mm_CP")
-
-
-@pytest.fixture
-def results(work_folder):
-    """Results of a campaign of two media."""
-    alpha = {medium: reference.alpha_grid(medium) for medium in CAMPAIGN_MEDIA}
-    return make_campaign(work_folder / "c", dict.fromkeys(CAMPAIGN_MEDIA, LABORATORY), alpha)
 
 
 def test_one_medium_of_its_own_is_not_enough(refusal, work_folder):

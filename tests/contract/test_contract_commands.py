@@ -206,12 +206,6 @@ def test_export_is_the_profile(folder):
     exported, own = (json.loads((folder / n).read_text()) for n in ("profile.json", "own.json"))
     for section in ("directions", "golden", "force_errors"):
         assert exported[section] == own[section]
-    forces = json_of("predict", "--leg", "c_leg", "--profile-file", "profile.json", folder=folder)
-    direct = json_of(
-        "predict", "--leg", "c_leg", "--medium", "glass3mm_CP", "--force", folder=folder
-    )
-    lift = [content["peaks"]["lift"]["force_z_N"] for content in (forces, direct)]
-    assert lift[0] == pytest.approx(lift[1], rel=1e-5)
 
 
 # --- plan
@@ -345,12 +339,19 @@ def test_options_that_a_dialect_does_not_have(dialect, options, tmp_path):
         refused("inspect", path, "--dialect", dialect, *words)
 
 
-def test_a_drawing_of_a_log(tmp_path):
+@pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
+def test_a_drawing_replaces_no_picture_of_somebody_else(ending, tmp_path):
     path = MadePush().log().write(tmp_path / "push.csv")
-    assert answer_of("inspect", path, "--plot", tmp_path / "log.svg")[0] == 0
-    assert (tmp_path / "log.svg").read_bytes().lstrip().startswith(b"<?xml")
-    # a picture of its own may be drawn again
-    assert answer_of("inspect", path, "--plot", tmp_path / "log.svg")[0] == 0
+    picture = tmp_path / f"rig.{ending}"
+    picture.write_bytes(b"a photograph of the rig")
+    error = refused("inspect", path, "--plot", picture)
+    assert "was not written by rftfit inspect" in error
+    assert picture.read_bytes() == b"a photograph of the rig"
+    assert answer_of("inspect", path, "--plot", picture, "--force")[0] == 0
+    drawn = picture.read_bytes()
+    # its own it draws anew unasked
+    assert answer_of("inspect", path, "--plot", picture)[0] == 0
+    assert picture.read_bytes() == drawn != b"a photograph of the rig"
     refused("inspect", path, "--plot", tmp_path / "log.bmp")
 
 
@@ -522,12 +523,18 @@ def test_a_target_that_is_no_file_is_refused(kind, folder):
         assert elsewhere.read_text() == "mine\n"
 
 
-def test_where_nothing_can_be_written_the_numbers_are_out(folder):
-    (folder / "file").write_text("")
-    words = "scale --alpha 0.9 --json --output file/a.csv"
+@pytest.mark.parametrize(
+    "words",
+    [
+        "init field.csv/below",
+        "scale --alpha 0.9 --json --output field.csv/a.csv",
+        "simulate --frequency 5 --curvature 1 --medium poppy_LP --output field.csv",
+    ],
+)
+def test_where_nothing_can_be_written_it_is_said(words, folder):
     code, _, error = answer_of(*words.split(), folder=folder)
-    assert code in (2, 3)
-    assert "file" in error
+    assert code == 3
+    assert "field.csv" in error
 
 
 @pytest.mark.parametrize(
@@ -618,12 +625,6 @@ def test_errors_have_the_exit_codes_that_help_lists():
     listed = [int(word[:-1]) for word in out.split() if word[:-1].isdigit() and word.endswith(":")]
     assert {0, 1, 2, 3, 4, 5, 130, 141} <= {*listed}
     assert rftfit.RftfitError.exit_code == 1
-
-
-def test_the_template_of_a_config_is_the_documented_schema(tmp_path):
-    assert answer_of("init", "c", folder=tmp_path)[0] == 0
-    schema = json.loads((tmp_path / "c/config/config.schema.json").read_text())
-    assert {"raw", "run_sheet", "media", "transducer", "arm", "fit"} <= schema["properties"].keys()
 
 
 def test_inspect_names_gauges_in_volts_and_states_rows_a_second(tmp_path):

@@ -93,11 +93,6 @@ def test_motions():
             rftfit.path(times, times, times, times)
 
 
-def test_a_leg_in_air_feels_nothing():
-    forces = rftfit.predict(POPPY, rftfit.model_leg("c_leg"), rftfit.rotation(hip_height_cm=20))
-    assert (forces[["force_z_N", "force_x_N", "moment_N_cm"]] == 0).all(axis=None)
-
-
 @pytest.mark.parametrize(("depths_cm", "limits"), [([1, 1.2], 0), ([1, 200], 3)])
 def test_deeper_than_alpha_was_measured(depths_cm, limits):
     leg = rftfit.model_leg("c_leg")
@@ -124,16 +119,6 @@ def test_a_prediction_warns_of_each_limit_at_the_line_that_asks_for_it(ask):
 )
 def test_a_mesh_has_its_area(mesh, area):
     assert mesh().area_cm2 == pytest.approx(area, rel=0.01)
-
-
-def test_a_horizontal_sheet_in_space_is_the_plate():
-    corners = [(-1, -1.5, 0), (1, -1.5, 0), (1, 1.5, 0), (-1, 1.5, 0)]
-    sheet = rftfit.Mesh(corners, [(0, 1, 2), (0, 2, 3)], sheet=True)
-    motion = rftfit.Motion3D([(0, 0, -1), (0, 0, -2)], [(0, 0, -1), (0, 0, -1)])
-    forces = rftfit.predict(POPPY, sheet, motion)
-    assert_allclose(forces["force_z_N"], ALPHA_DOWN * 6 * np.array([1, 2]), rtol=1e-9)
-    assert_allclose(forces["force_y_N"], 0, atol=1e-9)
-    assert {*forces["reason"]} == {""}
 
 
 def test_an_open_mesh_is_refused():

@@ -151,8 +151,10 @@ def test_compare(media, twice, form):
 def test_the_paper_routine_has_no_table_and_no_draws(media, tmp_path):
     routine = rftfit.scale_by_paper(ALPHA)
     assert lift(routine) < 0.95 * 110
-    with pytest.raises(rftfit.RftfitError, match="allowed: a map or a table"):
-        rftfit.write_profile(tmp_path / "out.json", routine)
+    for profile in (routine, rftfit.published_medium("poppy_LP", "fourier")):
+        with pytest.raises(rftfit.RftfitError, match="allowed: a map or a table"):
+            rftfit.write_profile(tmp_path / "out.json", profile)
+    assert not (tmp_path / "out.json").exists()
     with pytest.raises(rftfit.RftfitError, match="scatter between media"):
         rftfit.compare_media(routine, media["scale"])
 

@@ -10,6 +10,7 @@ import io
 import numpy as np
 import pandas as pd
 import pytest
+from campaigns import planned
 from paper import DISTURBANCES, disturbed_logs, pink
 
 from rftfit.lab.enact import run_logs
@@ -44,14 +45,14 @@ CHANGED = {
 
 
 @pytest.mark.parametrize("name", DISTURBANCES)
-def test_what_is_changed(config, runs, name):
+def test_what_is_changed(paper_config, name):
     disturbance = DISTURBANCES[name]
     changed_runs = set()
-    for run in (runs[run_id] for run_id in (PUSH, ROD, LEG, AIR)):
-        plain = run_logs(run, config, SEED)
-        disturbed = disturbed_logs(run, config, SEED, {name: disturbance.size})
-        assert disturbed == disturbed_logs(run, config, SEED, {name: disturbance.size})
-        assert disturbed_logs(run, config, SEED, {name: disturbance.nothing}) == plain
+    for run in (planned()[run_id] for run_id in (PUSH, ROD, LEG, AIR)):
+        plain = run_logs(run, paper_config, SEED)
+        disturbed = disturbed_logs(run, paper_config, SEED, {name: disturbance.size})
+        assert disturbed == disturbed_logs(run, paper_config, SEED, {name: disturbance.size})
+        assert disturbed_logs(run, paper_config, SEED, {name: disturbance.nothing}) == plain
         assert disturbed[run.motion_log] == plain[run.motion_log]
         log_before, log_after = read(plain[run.force_log]), read(disturbed[run.force_log])
         for column in ("time_s", "arm_moving"):
