@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 import pytest
 from campaigns import run_rules
 
 import rftfit
+from rftfit.store import read_csv, write_csv
 
 TEST = "yuma_bp00_g90_in"
 """The penetration test of a natural sand."""
@@ -26,3 +28,19 @@ def test_a_penetration_test_that_gave_nothing(room, cells, code):
     assert (row["medium"], row["run_id"]) == ("yuma", TEST)
     assert np.isnan(row["zeta"])
     assert row["reason_code"] == code
+
+
+def test_a_table_without_rows_joins_as_numbers(tmp_path):
+    """Else theta of every other medium would become words, which no stage can join by."""
+    rows = pd.DataFrame({"medium": ["m"], "theta_deg": [1.5], "force_z_N": [2.0]})
+    for name, table in {"some": rows, "none": rows.iloc[:0]}.items():
+        write_csv(table, tmp_path / name)
+    kinds = {"medium": "text"}
+    joined = pd.concat(
+        [
+            read_csv(tmp_path / name, lambda column: kinds.get(column, ""))
+            for name in ("some", "none")
+        ]
+    )
+    assert joined["theta_deg"].dtype == np.float64
+    assert list(joined["medium"]) == ["m"]
