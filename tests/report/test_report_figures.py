@@ -2,27 +2,24 @@
 
 import subprocess
 import sys
-from importlib import import_module
 from tempfile import TemporaryDirectory
-from types import SimpleNamespace
-from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 import pandas as pd
 import pytest
 import result_tables as chain
+from matplotlib.collections import QuadMesh
+from matplotlib.contour import QuadContourSet
 from matplotlib.patches import PathPatch
 from numpy.testing import assert_allclose
 from pages import words
-from result_tables import memory, of_runs
+from paper import paper_config
+from result_tables import memory, of_runs, run
 
 from rftfit import FourierProfile, reference
-from rftfit.campaign.config import Figures, Fit, Fourier
 from rftfit.errors import InputError, OutputError
 from rftfit.figures import style
-from rftfit.figures.maps import add_surface
-from rftfit.figures.plates import nearest_cells, stress_runs
+from rftfit.figures.plates import stress_runs
 from rftfit.figures.registry import figures
 from rftfit.measure.flags import attach_run, flag_table, remark
 from rftfit.model.fourier import TERMS
@@ -34,6 +31,11 @@ def declared(name):
 
 def draw(name, results, *medium):
     return declared(name).draw(results, *medium)
+
+
+def section(name, **values):
+    """A section of the demonstration's config with other values."""
+    return {name: getattr(paper_config(), name).model_copy(update=values)}
 
 
 def hatched(figure):
@@ -57,14 +59,14 @@ def two_runs():
 
 
 def maps_of(table, confidence=0.95):
-    results = memory({"alpha/{medium}.csv": table}, ["poppy_LP"], fit=Fit(confidence=confidence))
-    return draw("alpha_maps", results)
+    changed = section("fit", confidence=confidence)
+    return draw("alpha_maps", memory({"alpha/{medium}.csv": table}, ["poppy_LP"], **changed))
 
 
 def stress_figure():
     traces, fits = two_runs()
-    shown = Figures(stress_runs=("down", "up"))
-    return draw("stress_of_runs", of_runs(traces, fits.assign(medium="poppy_LP"), figures=shown))
+    shown = section("figures", stress_runs=("down", "up"))
+    return draw("stress_of_runs", of_runs(traces, fits.assign(medium="poppy_LP"), **shown))
 
 
 def test_the_same_figure_gives_the_same_bytes_in_any_folder(small_map, tmp_path):
@@ -120,20 +122,27 @@ def test_maps_show_media_and_missing_cells():
     assert hatched(maps_of(nothing)) == 4 * 91
 
 
+def test_where_alpha_pushes_along_the_motion_is_shaded():
+    """Straight up, an upward push helps; straight down it opposes; sideways motion is toward -x."""
+
+    def shaded_gammas(axes):
+        contours = [c for c in axes.collections if isinstance(c, QuadContourSet) and c.filled]
+        return [path.vertices[:, 0] for contour in contours for path in contour.get_paths()]
+
+    table = chain.alpha_table("poppy_LP", {}).assign(alpha_z_N_per_cm3=1.0, alpha_x_N_per_cm3=1.0)
+    of_z, _, of_x, _, *_ = maps_of(table).axes
+    (gammas,) = shaded_gammas(of_z)
+    assert (gammas.min(), gammas.max()) == pytest.approx((-90, 0), abs=0.1)
+    assert shaded_gammas(of_x) == []
+    (gammas,) = shaded_gammas(maps_of(table.assign(alpha_x_N_per_cm3=-1.0)).axes[2])
+    assert (gammas.min(), gammas.max()) == pytest.approx((-90, 90), abs=0.1)
+
+
 def test_the_first_map_names_its_medium_and_where_it_is_from(monkeypatch):
     results = memory({"alpha/{medium}.csv": every_alpha()})
     monkeypatch.setattr(results, "marks", {})
     named = "poppy seeds, loose: measured"
     assert any(text.startswith(named) for text in words(draw("first_map", results)))
-
-
-def test_a_surface_fills_the_plane_of_directions():
-    """Its first row is beta -90 deg, at the bottom; its first column gamma -90 deg, at the left."""
-    axes = style.new_figure(8, 8).add_subplot()
-    image: Any = add_surface(axes, np.array([[0.1, 0.2], [0.3, -0.4]]))
-    assert image.get_extent() == [-90, 90, -90, 90]
-    assert image.origin == "lower"
-    assert image.get_clim() == (-0.4, 0.4)
 
 
 def fitted(method="lsq", **tables):
@@ -143,7 +152,7 @@ def fitted(method="lsq", **tables):
         "penetration.csv": chain.penetration_table(),
     }
     changed = {f"{name}.csv": table for name, table in tables.items()}
-    return memory(every | changed, fourier=Fourier(method=method))
+    return memory(every | changed, **section("fourier", method=method))
 
 
 def test_fit_maps_show_measured_minus_fit():
@@ -153,7 +162,11 @@ def test_fit_maps_show_measured_minus_fit():
     assert "nine-term fit (dft-index)\n$\\alpha_z$ (N/cm$^3$)" in text
     assert "measured minus fit\n$\\alpha_x$ (N/cm$^3$)" in text
     # the first axes are the maps, a row a medium: fit and residual of alpha_z, then of alpha_x
-    residual = figure.axes[4 * 4 + 3].collections[0].get_array()
+    mesh = figure.axes[4 * 4 + 3].collections[0]
+    assert isinstance(mesh, QuadMesh)
+    corners = mesh.get_coordinates()
+    assert corners[[0, -1], [0, -1]].tolist() == [[-90, -90], [90, 90]]
+    residual = mesh.get_array()
     terms = chain.coefficient_table().query("method == 'dft-index' and medium == 'glass3mm_CP'")
     kept = terms.set_index("coefficient").query("kept")["value_N_per_cm3"]
     assert "Cm1" not in kept
@@ -173,7 +186,12 @@ def test_depth_only_maps_are_made_from_three_measured_values():
     table = chain.alpha_table("poppy_LP", {})
     results = memory({"alpha/{medium}.csv": table}, ["poppy_LP"])
     figure = draw("depth_only_maps", results, "poppy_LP")
-    z, x = (np.asarray(figure.axes[i].images[0].get_array()) for i in (0, 2))
+    images = [figure.axes[i].images[0] for i in (0, 2)]
+    z, x = (np.asarray(image.get_array()) for image in images)
+    # the first row is beta -90 deg, at the bottom; the first column gamma -90 deg, at the left
+    assert {image.origin for image in images} == {"lower"}
+    assert [image.get_extent() for image in images] == [[-90, 90, -90, 90]] * 2
+    assert images[0].get_clim() == pytest.approx((-z.max(), z.max()))
     indexed = table.set_index(["beta_deg", "gamma_deg"])
     down = indexed.loc[(0.0, 90.0), "alpha_z_N_per_cm3"]
     left = indexed.loc[(90.0, 0.0), "alpha_x_N_per_cm3"]
@@ -250,16 +268,15 @@ def test_which_runs_the_stress_figure_shows():
     assert stress_runs(campaign) == ["down", "up"]
     for run_id, message in (("moon", "figures.stress_runs: found moon"), ("flat", "horizontal")):
         with pytest.raises(InputError, match=message):
-            stress_runs(of_runs(traces, fits, figures=Figures(stress_runs=(run_id,))).campaign)
+            stress_runs(of_runs(traces, fits, **section("figures", stress_runs=(run_id,))).campaign)
     flat = fits[fits["run_id"] == "flat"]
     results = of_runs(traces[traces["run_id"] == "flat"], flat)
     assert stress_runs(results.campaign) == []
     # by default the pair nearest to (30, 45) degrees, a push alone only where there is no pair
     runs = [
-        SimpleNamespace(
-            run_id=f"{beta:g} {gamma:g} {direction}",
-            medium="poppy_LP",
-            kind="plate",
+        run(
+            f"{beta:g} {gamma:g} {direction}",
+            "poppy_LP",
             direction=direction,
             beta_deg=beta,
             gamma_deg=gamma,
@@ -339,22 +356,6 @@ def test_braces_in_the_title_of_a_medium_are_text():
     assert " in sand {wet}, made from" in caption
 
 
-def test_every_figure_of_the_demonstration_has_a_file_of_its_own():
-    campaign = memory({}, [*reference.MEDIA, *reference.SANDS]).campaign
-    files = [figure.file(medium) for figure in figures() for medium in figure.media(campaign)]
-    assert len(files) == len(set(files)) > 30
-    assert {
-        "figures/alpha_maps",
-        "figures/alpha_maps_poppy_LP",
-        "quality/yuma",
-        "figures/robot_full_speed",
-        "figures/legs_in_sands",
-    } <= set(files)
-    for figure in figures():
-        module, _, name = figure.run.partition(":")
-        assert callable(getattr(import_module(module), name))
-
-
 def test_a_sand_alone_has_no_figure_of_laboratory_media():
     campaign = memory({}, ["yuma"]).campaign
     files = {figure.file(medium) for figure in figures() for medium in figure.media(campaign)}
@@ -406,37 +407,3 @@ def test_declarations_load_no_matplotlib():
     )
     with TemporaryDirectory() as folder:
         subprocess.run([sys.executable, "-c", script, folder], check=True)
-
-
-def test_linearity_is_drawn_in_directions_of_the_campaign():
-    directions = [(-50.0, 20.0), (-5.0, 80.0), (35.0, 50.0), (70.0, -60.0)]
-    table = pd.DataFrame(directions, columns=["beta_deg", "gamma_deg"])
-    nearest = nearest_cells(table)
-    assert set(nearest) <= set(directions)
-    assert len(set(nearest)) == len(nearest)
-    assert nearest[0] == (-5.0, 80.0)
-    assert nearest_cells(table[:1]) == directions[:1]
-
-
-@pytest.fixture(scope="module")
-def small_map():
-    before = dict(mpl.rcParams)
-    figure = maps_of(chain.alpha_table("poppy_LP"))
-    assert dict(mpl.rcParams) == before
-    return figure
-
-
-@pytest.mark.parametrize(
-    ("runs", "of_robot"), [(None, "simulated robot"), ("runs", "simulated robot and tracks")]
-)
-def test_a_stamp_says_what_is_simulated(runs, of_robot):
-    strides_of_tracks = ["stride"] if runs else []
-    results: Any = SimpleNamespace(
-        config=SimpleNamespace(robot=SimpleNamespace(runs=runs)), table=lambda _: strides_of_tracks
-    )
-    stamps = {declared.name: declared.stamped(results) for declared in figures()}
-    assert stamps["{medium}_speed"] == stamps["robot_motion"] == of_robot
-    # no published or tracked numbers stand in it
-    assert stamps["robot_stance"] == "simulated robot"
-    of_others = {declared.stamped(results) for declared in figures() if declared.section != "Robot"}
-    assert of_others == {"simulated logs"}

@@ -9,16 +9,13 @@ import pytest
 import result_tables as chain
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgba
-from numpy.testing import assert_allclose, assert_array_equal
+from numpy.testing import assert_allclose
 from pages import words
 from result_tables import memory, of_runs
 
 from rftfit.compare.peers import compare_runs
 from rftfit.figures import style
-from rftfit.figures.maps import along_motion, edges, pivot, refine
-from rftfit.figures.quality import runs_on_pages
 from rftfit.figures.registry import figures
-from rftfit.figures.traces import panel_limits, round_up_125, stress_of, thin
 from rftfit.measure.flags import attach_run, flag_table, remark
 
 
@@ -91,9 +88,6 @@ def test_the_sheet_of_a_campaign_is_drawn_from_its_tables(medium):
     some = fits["run_id"].iloc[:12]
     traces, fits = traces[traces["run_id"].isin(some)], fits[fits["run_id"].isin(some)]
     results = of_runs(traces, fits)
-    samples = stress_of(results, "poppy_LP")
-    for name in ("stress_z_N_per_cm2", "tare_z_N_per_cm2", "in_window"):
-        assert_allclose(samples[name], traces[name])
     (figure,) = draw("{medium}", results, "poppy_LP")
     assert any(line.endswith(": 12 plate runs, 0 marked") for line in words(figure))
     results.tables["fits/{medium}.csv"] = fits.iloc[:0]
@@ -113,77 +107,52 @@ def test_repeats_and_gaps_of_the_grid(medium):
 
 
 def test_horizontal_runs_stand_by_depth(medium):
-    fits = medium[1]
-    depth = fits.set_index("run_id")["depth_from_cm"] + 0.02
-    (page,) = runs_on_pages(fits, depth)
-    assert len(page.column_labels) == 15
-    assert page.column_labels[6:9] == [
-        f"\u03b3 = 0\u00b0\nhorizontal\n{level:.1f} cm deep" for level in (2.56, 5.10, 7.64)
-    ]
-    assert page.row_labels[0] == "\u03b2 = \u221290\u00b0"
-    flat = fits[(fits["direction"] == "horizontal") & (fits["beta_deg"] == 30)]
-    assert [page.places[run] for run in flat["run_id"]] == [(4, 6), (4, 7), (4, 8)]
+    traces, fits = medium
+    (figure,) = sheets(traces, fits)
+    text = words(figure)
+    levels = (2.5, 5.1, 7.6)
+    heads = [f"\u03b3 = 0\u00b0\nhorizontal\n{level:.1f} cm deep" for level in levels]
+    assert [line for line in text if "cm deep" in line] == heads
+    assert "\u03b2 = \u221290\u00b0" in text
     # one of unknown depth keeps a place
-    depth[flat["run_id"].iloc[0]] = np.nan
-    pages = runs_on_pages(fits, depth)
-    assert sum(len(page.places) for page in pages) == len(fits)
-    assert any("depth not known" in label for page in pages for label in page.column_labels)
+    (lost, *_) = fits.loc[fits["direction"] == "horizontal", "run_id"]
+    fits = fits.assign(depth_from_cm=fits["depth_from_cm"].where(fits["run_id"] != lost))
+    text = [
+        line
+        for page in np.ravel(sheets(traces[traces["run_id"] != lost], fits))
+        for line in words(page)
+    ]
+    assert any("depth not known" in line for line in text)
+    assert sum(line.startswith(f"{lost}\n") for line in text) == 1
 
 
-def test_thinning_keeps_spikes_ends_and_gaps():
-    x = np.linspace(0, 8, 1000)
-    y = np.sin(x)
-    y[333] = 50.0
-    y[600:610] = np.nan
-    lines = thin(x, y)
-    assert len(lines) == 2
-    assert sum(map(len, lines)) <= 90
-    assert max(line[:, 1].max() for line in lines) == 50.0
-    assert lines[0][0, 0] == x[0]
-    assert lines[0][-1, 0] == x[599]
-    assert lines[1][0, 0] == x[610]
-    assert lines[1][-1, 0] == x[-1]
-    assert thin(x, np.full(x.shape, np.nan)) == []
-    # no stretch is left out at the end
-    line = thin(np.arange(1131.0), np.zeros(1131), 400)[0]
-    assert np.diff(line[:, 0]).max() <= 10
+def test_a_scale_is_round_and_holds_its_trace(medium):
+    traces, fits = (table[table["run_id"] == medium[1]["run_id"][0]] for table in medium)
+    stress = np.linspace(0, 1.7, len(traces))
+    others = [name for name in traces if name.endswith("_N_per_cm2")]
+    traces = traces.assign(**dict.fromkeys(others, 0.0)).assign(stress_z_N_per_cm2=stress)
+    (figure,) = sheets(traces, fits)
+    assert "stress \u22120.4 to 2 N/cm\u00b2" in words(figure)
 
 
-def test_panel_scales_are_round_and_hold_the_trace():
-    assert [round_up_125(value) for value in (0.9, 1.0, 1.1, 2.5, 7.0, 0.03)] == pytest.approx(
-        [1, 1, 2, 5, 10, 0.05]
+def test_a_spike_and_a_gap_of_a_long_run_are_drawn():
+    trace, fit = chain.one_run(
+        "down", "intrusion", np.nan, 0.35, 0.0, np.random.default_rng(1), 9000
     )
-    trace = {"stress_z_N_per_cm2": np.array([0.0, 1.7, np.nan]), "depth_cm": np.array([90.0])}
-    assert panel_limits(trace) == (-0.4, 2.0)
-    assert panel_limits({"stress_x_N_per_cm2": np.array([-0.7, 0.4])}) == (-1.0, 0.5)
-    assert panel_limits({"stress_x_N_per_cm2": np.full(3, np.nan)}) == pytest.approx((-0.01, 0.05))
-
-
-def test_grids_of_the_alpha_table():
-    table = chain.alpha_table("poppy_LP")
-    beta, gamma, values = pivot(table.sample(frac=1, random_state=2), "alpha_z_N_per_cm3")
-    assert values.shape == (7, 13)
-    assert np.isnan(values).sum() == len(chain.MISSING)
-    first = table[(table["beta_deg"] == 30) & (table["gamma_deg"] == 90)]
-    assert values[4, 12] == first["alpha_z_N_per_cm3"].iloc[0]
-    borders = edges(gamma)
-    assert borders[0] == -90
-    assert borders[-1] == 90
-    assert ((borders[:-1] <= gamma) & (gamma <= borders[1:])).all()
-    with pytest.raises(ValueError, match="twice"):
-        pivot(pd.concat([table, table.iloc[:1]]), "alpha_z_N_per_cm3")
-    fine = refine(beta, gamma, values)
-    for i, angle in enumerate(beta):
-        row = fine[2][np.isclose(fine[0], angle)][0]
-        assert_allclose(row[np.isclose(fine[1], gamma[6])], values[i, 6])
-
-
-def test_alpha_that_pushes_along_the_motion_is_positive():
-    gamma = np.array([-90.0, 0.0, 90.0])
-    alpha = np.ones((1, 3))
-    # straight up, an upward push helps; straight down it opposes; sideways motion is toward -x
-    assert_array_equal(along_motion("z", gamma, alpha), [[1, 0, -1]])
-    assert_array_equal(along_motion("x", gamma, alpha), [[0, -1, 0]])
+    stress = trace["stress_z_N_per_cm2"].to_numpy(copy=True)
+    stress[[3333, 8999]] = 50.0, 7.0
+    stress[6000:6010] = np.nan
+    fits = pd.DataFrame([fit | {"medium": "poppy_LP", "beta_deg": 30.0, "gamma_deg": 45.0}])
+    figure = draw("stress_of_runs", of_runs(trace.assign(stress_z_N_per_cm2=stress), fits))
+    colour = style.COMPONENT_COLOURS["z"]
+    before, after = (
+        line.get_xydata() for line in figure.axes[0].lines if line.get_color() == colour
+    )
+    depth = trace["depth_cm"].to_numpy()
+    assert len(before) + len(after) < 500
+    assert_allclose([before[0, 0], before[-1, 0]], depth[[0, 5999]])
+    assert_allclose([after[0, 0], after[-1, 0]], depth[[6010, 8999]])
+    assert (before[:, 1].max(), after[-1, 1]) == pytest.approx((50, 7))
 
 
 def repeats(count, wrong, per_direction):

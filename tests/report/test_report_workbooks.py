@@ -14,7 +14,7 @@ from result_tables import bare_campaign, write
 import rftfit
 from rftfit import reference
 from rftfit.model.fourier import TERMS
-from rftfit.page.workbooks import Book, workbooks
+from rftfit.page.workbooks import workbooks
 
 MEDIA = [*reference.MEDIA, "generic"]
 
@@ -107,12 +107,14 @@ def test_no_text_becomes_a_formula(tmp_path):
         assert set(bad) <= {cell.value for cell in cells}
 
 
-def test_sheet_names_are_made_acceptable():
-    book = Book()
-    for name in ("About", "About", "x" * 40, "x" * 41, "History", "a/b"):
-        book.add_sheet(name)
-    sheets = load_workbook(io.BytesIO(book.close())).sheetnames
-    assert sheets == ["About", "About_2", "x" * 31, "x" * 29 + "_2", "History_2", "a_b"]
+def test_sheet_names_are_made_acceptable(tmp_path):
+    names = ("About", "x" * 40, "x" * 41, "History")
+    media = dict.fromkeys(names, paper_config().media["poppy_LP"])
+    results = bare_campaign(tmp_path, names, media=media)
+    for name in names:
+        write(results, f"alpha/{name}.csv", chain.alpha_table("poppy_LP"))
+    sheets = load_workbook(io.BytesIO(workbooks(results)[0])).sheetnames
+    assert sheets == ["About", "About_2", "x" * 31, "x" * 29 + "_2", "History_2"]
 
 
 def test_coefficient_workbook_holds_values_intervals_and_what_was_published(results, books):

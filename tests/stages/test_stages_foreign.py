@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
 from typing import Any
 
@@ -11,10 +10,9 @@ import pytest
 import yaml
 from campaigns import RigRoom, chain, run_rules
 from log_files import netft, told
+from makers import answer_of, json_of
 
-from rftfit.campaign.load import check_campaign, load_campaign
-from rftfit.cli.main import main
-from rftfit.results import open_results
+import rftfit
 from rftfit.workflow.state import read_states
 
 RUN = "poppy_LP_bp30_g45_in"
@@ -220,10 +218,10 @@ def single(rig, tmp_path):
     return room
 
 
-def test_force_and_motion_in_one_file(single, rig, capfd):
+def test_force_and_motion_in_one_file(single, rig):
     """From `check` to alpha and the ledger of all, with every line counted once."""
     path = single.write()
-    assert main(["check", "--config", str(path)]) == 0
+    assert json_of("check", folder=single.folder)["errors"] == 0
     results = single.chain()
     assert_same_alpha(results.fit(RUN), rig.fit(RUN), 2e-3)
     assert_same_alpha(results.cell(30, 45), rig.cell(30, 45), 2e-3)
@@ -231,15 +229,13 @@ def test_force_and_motion_in_one_file(single, rig, capfd):
     results.check_ledger(single.counted, single.names)
     lines = single.counted[f"one/{RUN}.csv"]
     assert [*results.run(RUN)[["rows_force", "rows_motion"]]] == [lines, lines]
-    sums = {name: hashlib.sha256(log).hexdigest() for name, log in single.logs.items()}
-    assert read_states(path).all_log_digests == sums
-    capfd.readouterr()
-    assert main(["inspect", str(single.folder / f"raw/paper/one/{RUN}.csv")]) == 0
-    _, _, block = capfd.readouterr().out.partition("for config.yaml")
+    code, out, _ = answer_of("inspect", single.folder / f"raw/paper/one/{RUN}.csv")
+    assert code == 0
+    _, _, block = out.partition("for config.yaml")
     proposed = yaml.safe_load(block.partition("\n")[2])
     assert [proposed[key]["columns"] for key in ("force_log", "motion_log")] == [FORCE, MOTION]
     run_rules(path, "ingest", "tare", "slopes", "checks", "legs", "ledger")
-    book = open_results(path).table("ledger.csv")
+    book = rftfit.open(single.folder).table("ledger.csv")
     assert book.groupby("file")["rows"].sum().to_dict() == single.counted
 
 
@@ -336,16 +332,15 @@ def test_gauges_and_a_calibration_give_what_the_loads_give(rig, tmp_path):
             gauges = np.column_stack([values[:, :2], values[:, 2:] @ np.linalg.pinv(matrix).T])
             head = "t [s],moving,G0 [mV],G1 [mV],G2 [mV],G3 [mV]"
             room.logs[name] = csv_lines(head, gauges.round(9).tolist())
-    path = room.write()
+    room.write()
     calibration = tmp_path / "raw" / "paper" / "gauges.csv"
     rows = [f"F{k},N,{','.join(f'{cell:.15g}' for cell in row)}" for k, row in enumerate(matrix, 1)]
     calibration.write_text("\n".join(["load,unit,G0,G1,G2,G3", *rows]) + "\n")
-    fit = chain(load_campaign(path), "poppy_LP").fit(RUN)
+    fit = chain(rftfit.open(tmp_path).campaign, "poppy_LP").fit(RUN)
     for name in ("alpha_z_N_per_cm3", "alpha_z_se_N_per_cm3", "alpha_x_N_per_cm3"):
         assert fit[name] == pytest.approx(rig.fit(RUN)[name], rel=1e-5)
-    assert "gauges.csv" in read_states(path).all_log_digests
     calibration.unlink()
-    (missing,) = told(check_campaign(path)[1])
+    (missing,) = told(rftfit.check(tmp_path))
     assert missing.startswith("config.calibration-file force_log.calibration 'gauges.csv'")
 
 
@@ -361,22 +356,20 @@ def test_a_folder_of_ros2_is_named_by_its_folder(tmp_path):
     sheet = raw / "runs.csv"
     text = sheet.read_text()
     sheet.write_text(text.replace(f"poppy_LP/{RUN}_force.csv", "bags/one"))
-    campaign = load_campaign(path)
-    assert (
-        next(run for run in campaign.runs if run.run_id == RUN).force_log
-        == "bags/one/metadata.yaml"
-    )
+    campaign = rftfit.open(tmp_path).campaign
+    assert campaign.by_id[RUN].force_log == "bags/one/metadata.yaml"
     bag_files = {"bags/one/metadata.yaml", "bags/one/one_0.db3"}
     assert bag_files <= read_states(path).all_log_digests.keys()
     (bag / "metadata.yaml").unlink()
-    (no_file,) = told(check_campaign(path)[1])
+    (no_file,) = told(rftfit.check(tmp_path))
     assert re.fullmatch(r"sheet.log-not-a-file \d+ force_log 'bags/one'", no_file)
 
 
 def test_level_pushes_alone_are_told_of_the_other_role(tmp_path):
     room = RigRoom(tmp_path).add("poppy_LP_bp00_g90_in")
     for count in (1, 0):
-        problems = [str(problem) for problem in check_campaign(room.write())[1]]
+        room.write()
+        problems = [str(problem) for problem in rftfit.check(tmp_path)]
         assert (
             sum("medium poppy_LP" in problem and "natural_sand" in problem for problem in problems)
             == count

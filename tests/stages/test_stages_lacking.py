@@ -7,18 +7,14 @@ import pandas as pd
 import pytest
 from campaigns import run_rules
 
-from rftfit.results import open_results
+import rftfit
 from rftfit.store import read_csv, write_csv
 
 TEST = "yuma_bp00_g90_in"
 """The penetration test of a natural sand."""
 
 
-def measure(room, *further_stages):
-    """Measure, and do some more stages; the results."""
-    config = room.write()
-    run_rules(config, "ingest", "tare", "slopes", "checks", *further_stages)
-    return open_results(room.folder)
+STAGES = ("ingest", "tare", "slopes", "checks", "legs", "fourier", "scaling", "legs_predicted")
 
 
 @pytest.mark.parametrize(
@@ -27,8 +23,8 @@ def measure(room, *further_stages):
 )
 def test_a_penetration_test_that_gave_nothing(room, cells, code):
     room.add(TEST).set(TEST, **cells)
-    stages = ("legs", "fourier", "scaling", "legs_predicted", "natural_sands")
-    row = measure(room, *stages).table("sands.csv").iloc[0]
+    run_rules(room.write(), *STAGES, "natural_sands")
+    row = rftfit.open(room.folder).table("sands.csv").iloc[0]
     assert (row["medium"], row["run_id"]) == ("yuma", TEST)
     assert np.isnan(row["zeta"])
     assert row["reason_code"] == code

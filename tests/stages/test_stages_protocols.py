@@ -5,25 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 import pytest
+from campaigns import chain
 from log_files import told
 from mistakes import MEDIUM, Case, make
 
-from rftfit.campaign.load import check_campaign, load_campaign
+import rftfit
 from rftfit.lab.truth import table_s5
-from rftfit.measure.alpha import alpha_table
-from rftfit.measure.fits import fit_medium
-from rftfit.measure.ingest import ingest_medium
-from rftfit.measure.tare import tare_medium
 
 
 def measured(folder):
-    """Alpha, fits, runs and flags of the only medium of a campaign."""
-    campaign = load_campaign(folder / "config" / "config.yaml")
-    samples, runs, of_ingest = ingest_medium(campaign, MEDIUM)
-    tared, tares, of_tare = tare_medium(campaign, MEDIUM, samples, runs)
-    fits, _, of_slopes = fit_medium(campaign, MEDIUM, runs, tared, tares)
-    flags = [*of_ingest.flags, *of_tare.flags, *of_slopes.flags]
-    return alpha_table(fits, MEDIUM, 0.95, 3, None, campaign.config.grid), fits, runs, flags
+    """Alpha, fits, runs and codes of the flags of the only medium of a campaign, by run."""
+    results = chain(rftfit.open(folder).campaign, MEDIUM)
+    codes = {run_id: codes for run_id in results.runs["run_id"] if (codes := results.codes(run_id))}
+    return results.alpha, results.fits, results.runs, codes
 
 
 def edit(folder, old, new):
@@ -51,14 +45,14 @@ def test_a_protocol_measures_what_is_there(tmp_path, protocol):
     alpha, fits, _, flags = measured(tmp_path)
     assert len(alpha) == 36
     assert (fits["reason"] == "").all()
-    assert flags == []
+    assert flags == {}
     assert np.mean(np.abs(off_by_half_widths(alpha)) <= 1) >= 0.9
 
 
 def test_without_a_tare_alpha_is_off_and_says_so(tmp_path):
     make(tmp_path, Case("one-row", "paper", tare=False))
     alpha, fits, _, flags = measured(tmp_path)
-    assert {flag.run_id for flag in flags if flag.code == "no-tare"} == set(fits["run_id"])
+    assert {name for name, codes in flags.items() if "no-tare" in codes} == set(fits["run_id"])
     assert np.mean(np.abs(off_by_half_widths(alpha)) <= 1) < 0.5
 
 
@@ -67,7 +61,7 @@ def test_without_a_rod_there_is_nothing_to_flag(tmp_path):
     flagged = measured(tmp_path)[0]
     edit(tmp_path, "missing_tare: flag", "missing_tare: none")
     alpha, *_, flags = measured(tmp_path)
-    assert flags == []
+    assert flags == {}
     assert alpha["alpha_z_N_per_cm3"][0] == flagged["alpha_z_N_per_cm3"][0]
 
 
@@ -79,8 +73,7 @@ def test_the_error_of_a_stated_zero_widens_every_interval(tmp_path):
     name = "alpha_z_se_N_per_cm3"
     assert (wide[name] > 3 * narrow[name]).all()
     edit(tmp_path, "  sd_N: 0.2\n", "")
-    campaign, problems = check_campaign(tmp_path / "config" / "config.yaml")
-    assert campaign is None
+    problems = rftfit.check(tmp_path)
     assert told(problems) == ["config.inconsistent zero"]
     assert "sd_N" in problems[0].allowed
 

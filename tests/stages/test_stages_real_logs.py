@@ -7,7 +7,7 @@ from mistakes import MEASURED, compare
 from seeds import seeds
 from third_party import LOGS, REAL_LOGS, campaign_around_log, judge, needs
 
-from rftfit.workflow.stages import FIGURE_RULES, STAGES
+from rftfit.workflow.stages import FIGURE_RULES, RULES
 
 pytestmark = needs(LOGS)
 
@@ -32,6 +32,6 @@ def test_a_campaign_around_a_real_log(log, tmp_path, monkeypatch):
     monkeypatch.setattr("rftfit.workflow.job._refuse_edited_inputs", lambda *_: {})
     folder = campaign_around_log(log, tmp_path)
     page = str(log).endswith(WITH_PAGE)
-    whole = [rule for rule in STAGES if rule not in (*FIGURE_RULES, "provenance")]
+    whole = [rule for rule in RULES if rule not in (*FIGURE_RULES, "provenance")]
     assert compare(folder, whole if page else MEASURED) == log.outcome
     assert judge(log, folder, page=page) == []

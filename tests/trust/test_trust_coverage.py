@@ -22,8 +22,6 @@ from coverage_levels import (
 )
 from seeds import ALL, seeds
 
-from rftfit.measure.errors import AS_PREPARED
-
 pytestmark = pytest.mark.statistics
 
 CAMPAIGNS, SEED = seeds(8, 2), 7
@@ -106,7 +104,9 @@ def test_few_repeats_and_the_generic_coefficients(ensemble):
 def test_a_spread_that_nobody_told_is_not_in_the_intervals(ensemble):
     """What `scatter between beds not included` means: such intervals miss the mean of many beds nine times in ten."""
     tables = list(ensemble.tables(SEED, RUN_TO_RUN))
-    assert {source for table in tables for source in table["spread"]} == {AS_PREPARED}
+    assert {source for table in tables for source in table["spread"]} == {
+        "scatter between beds not included"
+    }
     assert np.mean([alpha_inside(table)["alpha, slanted"].inside.mean() for table in tables]) < 0.25
 
 

@@ -4,8 +4,6 @@ import csv
 import io
 import os
 import re
-import subprocess
-import sys
 import time
 import unicodedata
 import zipfile
@@ -17,15 +15,14 @@ import pytest
 import result_tables as chain
 import yaml
 from campaigns import FEW, Room, make_campaign, run_rules
-from makers import write_yaml
+from makers import answer_of, read_rows, write_rows, write_yaml
 from result_tables import Memory, memory, read_result, run
-from waiting import LONGEST_S, run_commands
+from waiting import run_commands
 
 from rftfit.campaign import rows
 from rftfit.campaign.load import check_campaign
 from rftfit.campaign.problems import Place
 from rftfit.figures.registry import figures
-from rftfit.figures.style import content
 
 needs_links = pytest.mark.skipif(os.name != "posix", reason="links and pipes of a POSIX system")
 
@@ -33,21 +30,6 @@ needs_links = pytest.mark.skipif(os.name != "posix", reason="links and pipes of 
 @pytest.fixture
 def room(tmp_path):
     return Room(tmp_path / "room")
-
-
-def rftfit(*words, cwd=None):
-    """Run the command as a user would; it may neither hang nor show a traceback."""
-    process = subprocess.run(
-        [sys.executable, "-m", "rftfit", *map(str, words)],
-        cwd=cwd,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=LONGEST_S,
-        stdin=subprocess.DEVNULL,
-    )
-    assert "Traceback" not in process.stdout + process.stderr
-    return process
 
 
 # --- files that are none ----------------------------------------------------------------------------
@@ -266,10 +248,10 @@ def test_notes_hold_no_control_characters(room, sign):
 def test_messages_hold_nothing_that_a_terminal_would_act_on(room):
     room.rows["p1"]["medium"] = "\x1b[2J\x07\u202egnas"
     room.write()
-    process = rftfit("check", "--config", room.path)
-    assert process.returncode == 2
-    assert all(line.isprintable() for line in process.stdout.splitlines())
-    assert r"\x1b[2J\x07\u202egnas" in process.stdout
+    code, out, _ = answer_of("check", "--config", room.path)
+    assert code == 2
+    assert all(line.isprintable() for line in out.splitlines())
+    assert r"\x1b[2J\x07\u202egnas" in out
 
 
 # --- spreadsheets -----------------------------------------------------------------------------------
@@ -315,7 +297,9 @@ def test_any_title_can_be_drawn():
     )
     tables = {"alpha/{medium}.csv": pd.concat([alpha.assign(medium=name) for name in media])}
     maps = next(figure for figure in figures() if figure.name == "alpha_maps")
-    assert b"<script" not in content(maps.draw(Memory(campaign, tables)), "svg")
+    drawn = io.BytesIO()
+    maps.draw(Memory(campaign, tables)).savefig(drawn, format="svg")
+    assert b"<script" not in drawn.getvalue()
 
 
 # --- names that shells and Snakemake act on ---------------------------------------------------------
@@ -348,17 +332,13 @@ def test_odd_names_pass_through_the_workflow(tmp_path):
     values["media"]["poppy_LP"]["title"] = r"<script>$\frac{</script>"
     write_yaml(folder.config, values)
     sheet = folder.root / "raw" / "paper" / "runs.csv"
-    with sheet.open(encoding="utf-8", newline="") as handle:
-        rows = list(csv.DictReader(handle))
+    rows = read_rows(sheet)
     cells = [(row, column) for row in rows for column in ("force_log", "motion_log")]
     for (row, column), name in zip(cells, ODD, strict=False):
         new = Path(row[column]).parent / name
         (sheet.parent / row[column]).rename(sheet.parent / new)
         row[column] = new.as_posix()
-    with sheet.open("w", encoding="utf-8", newline="") as handle:
-        writer = csv.DictWriter(handle, list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
+    write_rows(sheet, rows)
     digests = folder.raw_digests()
     process = folder.rftfit("run", "results/ledger.csv")
     assert process.returncode == 0, process.stdout + process.stderr

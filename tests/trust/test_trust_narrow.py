@@ -8,8 +8,6 @@ from mistakes import EQUAL, enacted, judged, stated, with_mistake
 from mistakes import MISTAKES as EVERY_MISTAKE
 from seeds import seeds
 
-from rftfit.measure.alpha import column
-
 CURVED = ((0.0, 90.0), (0.0, -90.0), (0.0, 45.0), (30.0, 90.0), (30.0, 45.0))
 """Directions of a campaign of curved stress."""
 COPIES = ["copies", "copies, 5 rows cut", "copies, last digit", "copies, times 1.0001"]
@@ -74,8 +72,8 @@ def test_a_run_that_stands_apart_does_not_widen_other_cells_at_depths():
     merged = judged_after.at_depth.merge(
         judged_before.at_depth, on=["beta_deg", "gamma_deg", "depth_cm"], suffixes=("", "_old")
     )
-    lo, hi = (merged[column("z", end)] for end in ("_lo", "_hi"))
-    old_lo, old_hi = (merged[column("z", end) + "_old"] for end in ("_lo", "_hi"))
+    lo, hi = (merged[f"alpha_z_{end}_N_per_cm3"] for end in ("lo", "hi"))
+    old_lo, old_hi = (merged[f"alpha_z_{end}_N_per_cm3_old"] for end in ("lo", "hi"))
     is_own_cell = merged["run_ids"].str.contains(rf"\b{runs[0]}\b")
     assert is_own_cell.sum() == 3
     assert ((hi - lo) < 1.5 * (old_hi - old_lo))[~is_own_cell & lo.notna()].all()

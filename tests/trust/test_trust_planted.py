@@ -10,14 +10,10 @@ from pathlib import Path
 import pytest
 from campaigns import Folder, make_campaign, run_rules
 from harm import OF_RUN, lab_files, places_of, plant, victims_of
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 from rftfit.bench.watch import Watch
 from rftfit.lab.enact import prepare
 from rftfit.store.files import open_growing, open_note, set_time
-from rftfit.workflow.processes import hold_lock, stale_lock
-from rftfit.workflow.snakemake import run_snakemake
 from rftfit.workflow.state import read_states
 
 pytestmark = [
@@ -40,36 +36,6 @@ def tiny(tmp_path_factory):
 def has_other_name(path):
     """Whether a file has a second name, by a hard link."""
     return path.is_file() and not path.is_symlink() and path.stat().st_nlink > 1
-
-
-@settings(max_examples=15, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(st.data())
-def test_a_symbolic_link_anywhere_is_refused_before_the_first_byte(tiny, data):
-    """In the place of a file or of a folder on the way to it, before a first run or a second."""
-    campaign = tiny[data.draw(st.sampled_from(["fresh", "done"]))]
-    path = campaign.root / data.draw(st.sampled_from(tiny["places"]))
-    ways = [path, *path.parents][: len(path.relative_to(campaign.root).parts)]
-    link = data.draw(st.sampled_from(ways))
-    victim = data.draw(st.sampled_from(victims_of(campaign.root)))
-    victim = victim if link == path else victim.parent
-    before, aside = lab_files(campaign.root), campaign.root / "aside"
-    is_there = link.exists()
-    if is_there:
-        link.rename(aside)
-    link.parent.mkdir(parents=True, exist_ok=True)
-    link.symlink_to(os.path.relpath(victim, link.parent))
-    try:
-        process = campaign.rftfit("run")
-        assert process.returncode == 2
-        # the config is read first: results within the raw folder are refused there
-        is_of_config = "key raw" in process.stderr and str(victim) in process.stderr
-        is_of_link = "files.link-in-the-way" in process.stderr and f"{link} -> " in process.stderr
-        assert is_of_link or (is_of_config and link.name == "results")
-        assert lab_files(campaign.root) == before
-    finally:
-        link.unlink()
-        if is_there:
-            aside.rename(link)
 
 
 @pytest.mark.parametrize("time", ["fresh", "done"])
@@ -129,23 +95,6 @@ def test_what_is_written_in_place_is_a_new_file(victim, kind):
     os.write(handle, b"note")
     os.close(handle)
     assert link.read_bytes() == b"note"
-
-
-@pytest.mark.parametrize("kind", ["symbolic", "hard"])
-def test_the_note_of_the_lock_is_a_new_file(victim, kind):
-    link = link_of(victim, kind)
-    with stale_lock(link.parents[1]) as certain:
-        assert not certain
-    hold_lock(link.parents[1])
-    assert not link.is_symlink()
-    assert link.stat().st_ino != victim.stat().st_ino
-
-
-@pytest.mark.parametrize("kind", ["symbolic", "hard"])
-def test_the_log_of_snakemake_is_a_new_file(victim, kind):
-    link = link_of(victim, kind)
-    assert run_snakemake(["--version"], link, lambda _: None) == 0
-    assert link.read_text("utf-8").strip()[0].isdecimal()
 
 
 def test_a_time_is_set_to_one_name_alone(victim):

@@ -7,13 +7,7 @@ import pytest
 from seeds import seeds
 
 from rftfit import TableProfile
-from rftfit.measure.errors import (
-    REPEATS,
-    ErrorTerm,
-    bed_of_mean,
-    combined_half_width,
-    spread_of_beds,
-)
+from rftfit.measure.errors import ErrorTerm, bed_of_mean, combined_half_width, spread_of_beds
 
 SPREAD = 0.005
 """Standard deviation between runs, N/cm^3."""
@@ -40,7 +34,7 @@ def test_spread_from_repeats_by_hand():
     spread = spread_of_beds(groups)
     # each pair has the sum of squares 2 x 0.005^2 and one degree of freedom
     variance_between, variance_within = 5e-5, (1e-6 + 4e-6) / 2
-    assert spread.source == REPEATS
+    assert spread.source == "repeats"
     error = error_of_z(spread, 0.305)
     assert error.sd == pytest.approx(math.sqrt(variance_between - variance_within), rel=1e-3)
     assert error.dof == pytest.approx(5)

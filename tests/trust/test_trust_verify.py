@@ -10,6 +10,7 @@ import re
 
 import pytest
 from campaigns import planned_jobs
+from makers import read_rows, write_rows
 
 from rftfit import RftfitError
 from rftfit.workflow.job import do_job
@@ -37,6 +38,7 @@ def checked(small):
         "config/config.yaml",
         "results/alpha/poppy_LP.csv",
         "results/provenance.json",
+        "results/manifest.sha256",
         FIGURE,
         CODE,
     )
@@ -125,12 +127,10 @@ def test_a_chain_is_told(checked):
 
 def change_row(root):
     sheet = root / "raw" / "paper" / "runs.csv"
-    header, *rows = sheet.read_text(encoding="utf-8").splitlines()
-    place = next(i for i, row in enumerate(rows) if row.startswith("poppy_LP_bp30_g45_in,"))
-    cells = rows[place].split(",")
-    cells[header.split(",").index("surface_z_mm")] = "149.5"
-    rows[place] = ",".join(cells)
-    sheet.write_text("\n".join([header, *rows]) + "\n", encoding="utf-8")
+    rows = read_rows(sheet)
+    (row,) = (row for row in rows if row["run_id"] == "poppy_LP_bp30_g45_in")
+    row["surface_z_mm"] = "149.5"
+    write_rows(sheet, rows)
 
 
 def change_setting(root):
@@ -268,24 +268,24 @@ def test_edits_and_damage_are_made_again(checked):
     assert "Nothing to do" in checked.rftfit("run").stdout
 
 
-@pytest.mark.parametrize("word", ["results/coeficients.csv", "raw", "../elsewhere.csv"])
-def test_what_is_not_recorded_is_no_result(checked, word):
-    process = checked.rftfit("verify", word)
-    assert process.returncode == 2
-    assert f"{word}: " in process.stderr
-
-
-@pytest.mark.parametrize("text", [None, "", "{}", "[]", '{"format": 1}', '{"format": 99}'])
-def test_a_record_that_is_absent_or_damaged_is_told(checked, text):
-    path = checked.root / "results" / "provenance.json"
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        *(("provenance.json", text) for text in (None, "", "{}", "[]", '{"format": 1}')),
+        ("provenance.json", '{"format": 99}'),
+        ("manifest.sha256", "nothing"),
+    ],
+)
+def test_a_record_that_is_absent_or_damaged_is_told(checked, name, text):
+    path = checked.root / "results" / name
     if text is None:
         path.unlink()
     else:
         path.write_text(text, encoding="utf-8")
     process = checked.rftfit("verify")
     assert process.returncode == 2
-    assert "provenance.json" in process.stderr
-    assert "rftfit run" in process.stderr
+    assert name in process.stderr
+    assert "rftfit run" in process.stderr or name != "provenance.json"
 
 
 @pytest.mark.parametrize("kind", ["log", "row", "setting", "result"])

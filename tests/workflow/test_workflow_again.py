@@ -1,6 +1,5 @@
 """A run describes every file that it makes and repeats only what a change affects."""
 
-import contextlib
 import json
 import os
 import re
@@ -8,15 +7,11 @@ import shutil
 import time
 
 import numpy as np
-import pandas as pd
 import pytest
 from campaigns import Folder
 from pages import check_results
 
 import rftfit
-from rftfit.campaign.load import load_campaign
-from rftfit.figures.registry import figures
-from rftfit.workflow.stages import STAGES
 
 pytestmark = pytest.mark.slow
 
@@ -24,13 +19,6 @@ pytestmark = pytest.mark.slow
 def test_every_file_and_column_is_in_the_dictionary(small):
     problems = check_results(small.root / "results")
     assert problems == []
-
-
-def test_nothing_is_done_twice(small):
-    assert small.stale() == {}
-    digests_before = small.digests()
-    assert "Nothing to be done" in small.run()
-    assert small.digests() == digests_before
 
 
 def test_results_of_a_medium_of_before_are_named_and_not_believed(small):
@@ -55,58 +43,6 @@ def test_results_of_a_medium_of_before_are_named_and_not_believed(small):
 
 
 IN_2037 = 2.13e9
-
-
-@contextlib.contextmanager
-def changed(path, content):
-    """A file with another content for a while."""
-    content_before = path.read_bytes()
-    path.write_bytes(content)
-    try:
-        yield
-    finally:
-        path.write_bytes(content_before)
-
-
-def test_one_changed_log_reruns_its_medium_only(small):
-    log = small.root / "raw" / "paper" / "yuma" / "yuma_bp00_g90_in_force.csv"
-    content = log.read_bytes()
-    # one row less: another content, not only another date
-    with changed(log, content[: content.rstrip().rfind(b"\n") + 1]):
-        stale = small.stale()
-    # the others follow where what they read comes out changed
-    assert stale == {"ingest": {"yuma"}, "provenance": {""}}
-
-
-def test_a_changed_setting_reruns_what_depends_on_it(small):
-    content_before = small.config.read_bytes()
-    with changed(small.config, content_before.replace(b"threshold: 0.05", b"threshold: 0.06")):
-        campaign = load_campaign(small.config)
-        stale = small.stale()
-    rules = {
-        rule
-        for rule, stage in STAGES.items()
-        if {"fourier", "*"} & {*stage.settings} and not stage.on_demand
-    }
-    drawn = {
-        figure.file(medium).rpartition("/")[2]
-        for figure in figures()
-        if "fourier" in figure.settings and not figure.on_demand
-        for medium in figure.media(campaign)
-    }
-    assert {*stale} == rules | {"figure"}
-    assert stale["figure"] == drawn
-
-
-def test_a_changed_row_of_the_sheet_reruns_its_medium_only(small):
-    path = small.root / "raw" / "paper" / "runs.csv"
-    sheet = pd.read_csv(path, dtype=str, keep_default_na=False)
-    sheet.loc[sheet["run_id"] == "yuma_bp00_g90_in", ["excluded", "reason"]] = "yes", "dust"
-    with changed(path, sheet.to_csv(index=False).encode()):
-        stale = small.stale()
-    for stage in ("ingest", "tare", "slopes", "legs"):
-        assert stale[stage] == {"yuma"}
-    assert not {"fourier", "scaling", "legs_predicted", "figure", "quality"} & {*stale}
 
 
 def test_a_setting_changed_in_a_copy_without_the_memory_of_snakemake(small, tmp_path):

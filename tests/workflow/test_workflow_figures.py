@@ -10,7 +10,7 @@ from pages import words
 
 import rftfit
 from rftfit import Results
-from rftfit.figures.registry import DeclaredFigure, figures
+from rftfit.figures.registry import figures
 from rftfit.workflow.state import read_states
 
 pytestmark = pytest.mark.slow
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.slow
 CAN_LACK = [
     figure
     for figure in figures()
-    if figure.lacking is not DeclaredFigure.lacking and not figure.on_demand
+    if figure.lacking is not type(figure).lacking and not figure.on_demand
 ]
 """Figures that can lack their input."""
 

@@ -1,11 +1,10 @@
 """Campaigns without a tare, or with a medium of which nothing is usable, run to their end."""
 
-import csv
-
 import pandas as pd
 import pytest
 import yaml
 from campaigns import FEW, Folder, make_campaign
+from makers import read_rows, write_rows, write_yaml
 from third_party import CMU_SAND, needs
 
 pytestmark = pytest.mark.slow
@@ -16,12 +15,8 @@ ALPHA = ["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]
 def rewrite(folder, keep, **cells):
     """Keep some rows of the run sheet, with these cells changed, and return them."""
     sheet = folder.root / "raw" / "paper" / "runs.csv"
-    with sheet.open(newline="", encoding="utf-8") as lines:
-        rows = [row | cells for row in csv.DictReader(lines) if keep(row)]
-    with sheet.open("w", newline="", encoding="utf-8") as lines:
-        writer = csv.DictWriter(lines, list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
+    rows = [row | cells for row in read_rows(sheet) if keep(row)]
+    write_rows(sheet, rows)
     return rows
 
 
@@ -34,7 +29,7 @@ def allow_no_tare(root):
     values = yaml.safe_load(path.read_text("utf-8"))
     values["fit"]["missing_tare"] = "flag"
     del values["robot"]
-    path.write_text(yaml.safe_dump(values, sort_keys=False), "utf-8")
+    write_yaml(path, values)
 
 
 def run(folder, drawn=()):
@@ -104,20 +99,6 @@ def test_a_medium_without_a_cell_takes_no_other_down(untared):
         assert table.loc[none, column].isna().all()
         assert table.loc[none, "reason"].notna().all()
         assert table.loc[~none, column].notna().all()
-
-
-def test_the_only_medium_without_a_cell(tmp_path):
-    folder = make_campaign(tmp_path / "campaign", ("poppy_LP",), plates_only=True, directions=FEW)
-    rows = rewrite(folder, lambda row: "_bp00_g90_" in row["run_id"])
-    for row in rows:
-        if row["kind"] == "plate":
-            damage(folder, row)
-    # what is missing is said where it would be drawn
-    empty = ("stress_of_runs", "fit_maps", "protocol_poppy_LP", "tare_poppy_LP")
-    run(folder, empty)
-    assert folder.table("coefficients.csv")["reason"].notna().all()
-    for name in empty:
-        assert (folder.root / "results" / "figures" / f"{name}.png").read_bytes(), name
 
 
 @needs(CMU_SAND)
