@@ -581,9 +581,10 @@ class Medium(KnownMedium):
 
     @property
     def zeta(self) -> float:
-        """Scaling factor of the nine terms fitted to the pushed directions; NaN if there is none.
+        """Scaling factor by the method of the configuration; NaN if there is none.
 
-        The terms are fitted by the method of the configuration. If the pushes leave out parts of the published grid,
+        Of a laboratory medium it is that of nine terms fitted to the pushed directions, of a natural sand alpha straight
+        down over the mean chi. If the pushes leave out parts of the published grid,
         this factor cannot be compared with those of the paper; the factor of the map (`rftfit.Map.zeta`) can.
         """
         if self.name in self.results.laboratory:

@@ -531,7 +531,7 @@ def shrink_png(png: bytes) -> bytes:
 
 
 def size_of_preview(content: bytes) -> tuple[int, int]:
-    """Return width and height of a preview, pixels; 1 and 1 for a file that is empty or no picture."""
+    """Return width and height of a preview, pixels; 1 and 1 of a file without a picture, as tests write them."""
     from PIL import Image, UnidentifiedImageError
 
     try:

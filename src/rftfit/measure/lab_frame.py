@@ -236,7 +236,7 @@ def find_zero(
     drift_N_per_min: float,
     least_cm: float = 0.0,
 ) -> Zero:
-    """Estimate the zero from the samples in air, with rests before and after the stroke if both exist.
+    """Estimate the zero from the samples in air: a line in time between rests before and after the stroke if both exist.
 
     Refused if no stretch in air has the samples of half a second (`fewest_for_zero`). Where the intruder is in air at
     one end of the run only, the zero may drift until the stroke without a trace in the log: its variance includes this.

@@ -110,7 +110,10 @@ class ObservedSystem:
         return cls(tuple(bodies), mean, root)
 
     def first_size(self) -> float:
-        """Estimate the size of the medium from the forces, by least squares of force over load; else NaN."""
+        """Estimate the size of the medium (`rftfit.model.maps`), N/cm^3, by least squares of force over load; else NaN.
+
+        The error of the force model is in proportion to the load.
+        """
         forces_times_expected = expected_squared = 0.0
         for body in self.bodies:
             expected = body.weights @ self.mean + body.offset

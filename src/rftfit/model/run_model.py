@@ -72,6 +72,7 @@ class Freedom(NamedTuple):
         """Return the covariance (2 n, 2 n) by these factors of alpha with the mean (2 n,), z first, at n directions."""
         gamma = np.tile(gamma_deg, 2)
         is_x = np.arange(mean.size) >= gamma_deg.size
+        # runs within a degree of level count as level
         factors = self.x * is_x, self.pulls * (gamma < -1), self.level * (np.abs(gamma) <= 1)
         change = np.stack([mean * factor for factor in factors])
         return np.asarray(change.T @ change)

@@ -295,8 +295,20 @@ def _map_of_unit_push(results: Results, se: float) -> Map:
         return estimate(push, confidence=confidence)
 
 
+_PEAK_NAMES = {"z": ("lift",), "x": ("thrust", "drag")}
+"""Names of the peaks of each component of the force."""
+
+
+_FORCES = [f"force_{c}_N" for c in "zx"]
+_ENDS = [f"force_{c}_{end}_N" for c in "zx" for end in ("lo", "hi", "model_lo", "model_hi")]
+
+
 def _numbers_of_map(results: Results, unit_map: Map) -> dict[str, Any]:
-    """Collect alpha, zeta and forces on the legs by a map, with their intervals."""
+    """Collect alpha, zeta and forces on the legs by a map, with their intervals.
+
+    ``map``: alpha of the cells. ``zeta``: value and ends. ``legs``: of each leg turned by -135 to 135 deg the columns of
+    forces and their ends over theta, and ``peaks`` of z and x as `_largest_peak` lists them.
+    """
     config, legs = results.config, {}
     for name, leg in config.legs.items():
         motion = rotation(None, leg.hip_height_cm, config.arm.leg_speed_rad_per_s)
@@ -322,10 +334,6 @@ def _numbers_of_map(results: Results, unit_map: Map) -> dict[str, Any]:
         "zeta": as_lists(np.array(unit_map.zeta), CURVE_DIGITS),
         "legs": legs,
     }
-
-
-_PEAK_NAMES = {"z": ("lift",), "x": ("thrust", "drag")}
-"""Names of the peaks of each component of the force."""
 
 
 def _largest_peak(peaks: Sequence[Peak], names: Sequence[str]) -> list[Any]:
@@ -446,10 +454,6 @@ def _map_cells(
         "unmeasured_x": unmeasured_x,
         "tolerance_deg": tolerance_deg,
     }
-
-
-_FORCES = [f"force_{c}_N" for c in "zx"]
-_ENDS = [f"force_{c}_{end}_N" for c in "zx" for end in ("lo", "hi", "model_lo", "model_hi")]
 
 
 def _measured_curve(rows: pd.DataFrame) -> dict[str, Any]:

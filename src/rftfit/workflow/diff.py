@@ -210,7 +210,7 @@ def _compare_tables(
 ) -> list[Difference]:
     """List the numbers that differ between two tables of one name; `keys` are columns that name a row."""
     index = [key for key in keys if key in first and key in second]
-    # a version of the program may lack some of these columns
+    # a version of the program may lack some of these columns: then the first of the rows that only they tell apart is compared
     if not index:
         raise InputError(f"{name}: no column {', '.join(keys)} in both folders to compare rows by")
     before, after = (table.drop_duplicates(index).set_index(index) for table in (first, second))
