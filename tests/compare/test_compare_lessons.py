@@ -36,7 +36,7 @@ def test_the_same_leg_elsewhere_predicts_better_than_plates_alone(tmp_path):
     means = lessons.groupby("lesson")[["rms_relative_to_peak", "inside_percent"]].mean()
     rms = means["rms_relative_to_peak"]
     assert rms["same-leg-elsewhere"] < 0.85 * rms["plates"]
-    assert means.loc["same-leg-elsewhere", "inside_percent"] > 85
+    assert means["inside_percent"]["same-leg-elsewhere"] > 85
 
 
 def test_a_curve_of_one_pose_has_a_reason_and_no_number(tmp_path):

@@ -119,8 +119,8 @@ def test_maps_are_compared_where_no_direction_is_common(small_root, changed):
     assert code == 0
     assert f"Note: {sides[0]} and {sides[1]} " in out
     assert (changed / "c.svg").is_file()
-    media = (rftfit.open(root)[LAB] for root in (small_root, changed))
-    comparison = rftfit.compare_media(*media)
+    first, second = (rftfit.open(root)[LAB] for root in (small_root, changed))
+    comparison = rftfit.compare_media(first, second)
     assert comparison.ratio_lo < 1 < comparison.ratio_hi
     assert comparison.ratio_lo * comparison.ratio_hi == pytest.approx(comparison.ratio**2)
 

@@ -32,7 +32,7 @@ def force_per_depth(logs, run_id):
     has_moved = (
         np.hypot(motion["x_mm"] - motion["x_mm"][0], motion["z_mm"] - motion["z_mm"][0]) > 0.2
     )
-    offset_s = motion["time_s"][has_moved.idxmax()] - force["time_s"][is_moving.idxmax()] - 0.1
+    offset_s = motion["time_s"][has_moved].iloc[0] - force["time_s"][is_moving].iloc[0] - 0.1
     z_mm = np.interp(force["time_s"] + offset_s, motion["time_s"], motion["z_mm"])
     depth_cm = 15 - z_mm / 10
     inside = is_moving & (depth_cm > 2) & (depth_cm < 5)

@@ -66,7 +66,11 @@ def bare_loads():
     """Load without cancellation in each pose, element by element."""
     parts = [rftfit.Outline(LEG.body[k : k + 1], LEG.width_cm) for k in range(len(LEG.body))]
     forces = [rftfit.predict(POPPY, part, TURN, model_error=0) for part in parts]
-    return np.hypot(*(sum(abs(f[name]) for f in forces) for name in ("force_z_N", "force_x_N")))
+    load_z, load_x = (
+        np.sum([np.abs(table[name]) for table in forces], axis=0)
+        for name in ("force_z_N", "force_x_N")
+    )
+    return np.hypot(load_z, load_x)
 
 
 def test_the_error_is_eps_times_the_load_without_cancellation():

@@ -41,7 +41,7 @@ def test_bad_paths_are_refused_with_their_rows(tmp_path, rows, expected):
 
 def forces_in(profile, body, poses):
     """Forces in poses that stand for themselves."""
-    return predict(profile, body, Motion("poses", poses, {"t_s": np.arange(len(poses))}))
+    return predict(profile, body, Motion("poses", poses, {"t_s": np.arange(float(len(poses)))}))
 
 
 def test_a_missing_cell_says_why():

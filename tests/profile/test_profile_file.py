@@ -453,8 +453,8 @@ def test_what_a_file_states_of_the_data_goes_on(sources, tmp_path):
     """Notes and the verdict on the data stay in a file that is written again; the verdict is a warning where it is used."""
     first, again = tmp_path / "first.json", tmp_path / "again.json"
     marks = "unusable: the signs of forces are wrong"
+    rftfit.write_profile(first, sources["map"], name="dune", title="Dune", notes="wet", marks=marks)
     titled = {"name": "dune", "title": "Dune", "notes": "wet"}
-    rftfit.write_profile(first, sources["map"], marks=marks, **titled)
     profile = rftfit.read_profile(first)
     assert profile.doubt == marks
     for source in (first, profile):

@@ -127,7 +127,9 @@ def test_where_alpha_pushes_along_the_motion_is_shaded():
 
     def shaded_gammas(axes):
         contours = [c for c in axes.collections if isinstance(c, QuadContourSet) and c.filled]
-        return [path.vertices[:, 0] for contour in contours for path in contour.get_paths()]
+        return [
+            np.asarray(path.vertices)[:, 0] for contour in contours for path in contour.get_paths()
+        ]
 
     table = chain.alpha_table("poppy_LP", {}).assign(alpha_z_N_per_cm3=1.0, alpha_x_N_per_cm3=1.0)
     of_z, _, of_x, _, *_ = maps_of(table).axes
@@ -164,7 +166,7 @@ def test_fit_maps_show_measured_minus_fit():
     # the first axes are the maps, a row a medium: fit and residual of alpha_z, then of alpha_x
     mesh = figure.axes[4 * 4 + 3].collections[0]
     assert isinstance(mesh, QuadMesh)
-    corners = mesh.get_coordinates()
+    corners = np.asarray(mesh.get_coordinates())
     assert corners[[0, -1], [0, -1]].tolist() == [[-90, -90], [90, 90]]
     residual = mesh.get_array()
     terms = chain.coefficient_table().query("method == 'dft-index' and medium == 'glass3mm_CP'")

@@ -26,7 +26,7 @@ def test_shares_are_counted_with_and_without_the_calibration(tmp_path):
     tables = robot_tables(Results(results.campaign))
     assert tables is not None
     near, far = (
-        ["|".join(filter(None, (cell.text, *cell.notes))) for cell in cells]
+        ["|".join(filter(None, (cell.text, *map(str, cell.notes)))) for cell in cells]
         for cells in (
             [column.cell(row) for column in tables["shares"].columns]
             for row in tables["shares"].rows
