@@ -490,7 +490,7 @@ def test_whose_channels_are_looked_at(run, dead, verdict, verdict_beside_fine):
 
 
 def test_two_dead_channels_are_two_causes_and_one_that_is_stated_is_none():
-    both: list[tuple[dict, dict]] = [({}, DEAD_X | DEAD_Z)] * 3
+    both: list[tuple[dict[str, Any], dict[str, Any]]] = [({}, DEAD_X | DEAD_Z)] * 3
     check = channels_of(*both)
     assert finds(check, cause("constant", "F1"), cause("constant", "F3"))
     dead = [(flag.run_id, flag.values["channel"]) for flag in check.flags]
