@@ -523,7 +523,6 @@ def _command():
 
 
 # --- The command `rftfit` in this process, as the installed program declares it -----------------------------------
-# The command `rftfit` in this process, as the installed program declares it: no inner name is imported.
 
 
 def answer_of(*words, folder=None):
@@ -551,7 +550,14 @@ def _refuse(constant):
     raise ValueError(f"{constant} is no JSON")
 
 
-# --- The small logs of `tests/logs/data` ------------------------------------------------------------------------
+# --- Tables of `tests/helpers/data` and the small logs of `tests/logs/data` ------------------------------------------------------------------------
+
+
+def data_of(name):
+    """Return the content of a table of `tests/helpers/data`."""
+    path = Path(__file__).parent / "data" / f"{name}.toml"
+    return tomllib.loads(path.read_text("utf-8"))
+
 
 LOGS = Path(__file__).parents[1] / "logs" / "data"
 """Small logs beside `expected.toml`, which says what each holds."""

@@ -16,7 +16,7 @@ import pandas as pd
 import yaml
 from campaigns import RigRoom, run_rules
 from coverage_levels import measured
-from makers import read_rows, write_campaign
+from makers import data_of, read_rows, write_campaign
 from paper import NOTHING, disturbed_logs, enact, paper_values
 
 from rftfit.campaign.config import Config
@@ -118,30 +118,11 @@ def _count_dropped(text, medium):
 
 # --- Campaigns of other labs: grids and protocols that are not the paper's, re-enacted ----------------------------
 
-GRIDS = {
-    "coarse": "-30,0,30,90 x -90,-60,-30,0,30,60,90",
-    "other": "-75,-40,-10,20,55,80 x -70,-45,-25,25,45,70",
-    "no-vertical": "-60,-20,20,60 x -75,-50,-20,20,50,75",
-    "one-row": "0 x -90,-60,-30,30,60,90",
-    "scattered": "scattered:25",
-    "straight-down": "-60,-30,0,30,60 x 90",
-    "one-push": "0:90",
-}
-SECTIONS = {
-    "paper": {},
-    "no-pause": {},
-    "stroke-only": {"clock": {"method": "same_clock"}, "zero": {"method": "stated", "sd_N": 0.02}},
-    "separate-zero": {"clock": {"method": "same_clock"}},
-    "one-file": {"clock": {"method": "same_clock"}},
-    "cyclic": {"clock": {"method": "same_clock"}},
-    "constant-speed": {
-        "clock": {"method": "same_clock"},
-        "zero": {"method": "stated", "sd_N": 0.02},
-        "motion_log": {
-            "columns": {"time": "time", "z": {"constant": 150.2, "unit": "mm", "rate": -10}}
-        },
-    },
-}
+_DATA = data_of("mistakes")
+GRIDS = _DATA["grids"]
+"""Directions, as `rftfit reenact --grid` takes them."""
+SECTIONS = _DATA["sections"]
+"""Sections of the config by the protocol that needs them."""
 MEDIUM = "poppy_CP"
 CELLS_OF_ONE = 0.8
 """Part of the numbers of one small campaign whose 95 % intervals must hold the truth."""
@@ -163,26 +144,7 @@ class Case:
         return f"{self.grid}, {self.protocol}{suffix}"
 
 
-CASES = [
-    *(
-        Case(grid, protocol)
-        for grid in ("coarse", "other", "no-vertical", "one-row", "scattered")
-        for protocol in ("paper", "no-pause", "stroke-only", "separate-zero", "one-file")
-    ),
-    Case("one-push", "paper"),
-    Case("one-push", "stroke-only", tare=False),
-    Case("coarse", "paper", tare=False),
-    Case("coarse", "one-file", tare=False, legs=True),
-    Case("scattered", "stroke-only", tare=False),
-    Case("other", "paper", legs=True),
-    Case("coarse", "separate-zero", legs=True),
-    Case("coarse", "cyclic"),
-    Case("scattered", "cyclic"),
-    Case("straight-down", "constant-speed"),
-    Case("straight-down", "cyclic", dialect="xlsx"),
-    *(Case("coarse", "one-file", dialect=dialect) for dialect in ("instron", "lvm", "tdms")),
-    *(Case("coarse", "paper", dialect=dialect) for dialect in ("delimited", "parquet", "arrays")),
-]
+CASES = [Case(**case) for case in _DATA["cases"]]
 
 
 def make(folder, case):
@@ -365,25 +327,8 @@ def _of_cell(luck, written):
     row = luck.choice(written.rows)
     column = luck.choice(list(row))
     cells_of_column = [sheet_row[column] for sheet_row in written.rows]
-    row[column] = luck.choice(
-        [
-            *cells_of_column,
-            "",
-            "0",
-            "45",
-            "-90",
-            "90",
-            "18.43",
-            "1e9",
-            "-3",
-            "nan",
-            "yes",
-            "rod",
-            "horizontal",
-            "extraction",
-            luck.choice(list(written.logs)),
-        ]
-    )
+    words = [*_DATA["cells"], luck.choice(list(written.logs))]
+    row[column] = luck.choice([*cells_of_column, *words])
     return f"{row['run_id']}, {column}: {row[column]!r}"
 
 
@@ -392,9 +337,7 @@ def _of_setting(luck, written):
     path = []
     while True:
         keys = range(len(section)) if isinstance(section, list) else sorted(section)
-        key = luck.choice(
-            [candidate for candidate in keys if candidate not in ("title", "raw", "run_sheet")]
-        )
+        key = luck.choice([key for key in keys if key not in ("title", "raw", "run_sheet")])
         path.append(str(key))
         if not isinstance(section[key], dict | list) or not section[key]:
             break
@@ -405,70 +348,27 @@ def _of_setting(luck, written):
     elif isinstance(value, int | float):
         section[key] = luck.choice([0, 0.1, 10, -1, 1000, 1e-6]) * (value or 1)
     else:
-        section[key] = luck.choice(
-            [
-                "N",
-                "kN",
-                "mm",
-                "cm",
-                "m",
-                "estimate",
-                "same_clock",
-                "sync_line",
-                "stated",
-                "air",
-                "find",
-                "flag",
-                "refuse",
-                "drop",
-                "uneven",
-                "+F1",
-                "-F1",
-                "-F3",
-                "natural_sand",
-                "dft-index",
-            ]
-        )
+        section[key] = luck.choice(_DATA["settings"])
     return f"{'.'.join(path)}: {section[key]!r}"
 
 
 def _of_log(luck, written):
     name = luck.choice([name for name in written.logs if not name.endswith("REENACTED.txt")])
-    damage = luck.choice(DAMAGES)
-    text = written.logs[name].decode()
-    lines = text.splitlines()
+    damage = luck.choice([*DAMAGES])
+    lines = written.logs[name].decode().splitlines()
     top = next((i + 1 for i, line in enumerate(lines) if line.startswith(("time", "medium"))), 0)
     if len(lines) - top < 10:
         return f"{name}: spoiled already"
-    if damage is _another:
+    if damage == "another":
         written.logs[name] = written.logs[luck.choice(list(written.logs))]
     else:
-        body = damage(luck, [line.split(",") for line in lines[top:]])
-        head = [] if damage is _nothing else lines[:top]
-        if damage is _unit:
-            old, new = luck.choice(
-                [
-                    ("_N", "_lbf"),
-                    ("_mm", "_cm"),
-                    ("time_s", "time_ms"),
-                    ("run_id", "run"),
-                    ("_deg", ""),
-                ]
-            )
+        body = DAMAGES[damage](luck, [line.split(",") for line in lines[top:]])
+        head = [] if damage == "nothing" else lines[:top]
+        if damage == "unit":
+            old, new = luck.choice(_DATA["names"])
             head = [line.replace(old, new) for line in head]
         written.logs[name] = "\n".join([*head, *map(",".join, body)]).encode() + b"\n"
-    return f"{name}: {damage.__name__.strip('_')}"
-
-
-Table = list[list[str]]
-
-
-def _cut(luck, rows):
-    return rows[: luck.randrange(len(rows))]
-
-
-def _late(luck, rows):
-    return rows[luck.randrange(len(rows)) :]
+    return f"{name}: {damage}"
 
 
 def _hole(luck, rows):
@@ -497,10 +397,8 @@ def _scaled(luck, rows):
 
 
 def _spoiled(luck, rows):
-    column, word = (
-        luck.randrange(len(rows[0])),
-        luck.choice(["nan", "", "x", "1e9", "inf", "1;2", "0"]),
-    )
+    column = luck.randrange(len(rows[0]))
+    word = luck.choice(_DATA["words"])
     share = luck.choice([1.0, 0.5, 0.01])
     first = luck.randrange(len(rows))
     for row in rows[first : first + max(1, int(share * len(rows)))]:
@@ -508,46 +406,27 @@ def _spoiled(luck, rows):
     return rows
 
 
-def _backwards(_, rows):
-    return rows[::-1]
-
-
 def _shorter(luck, rows):
     column = luck.randrange(len(rows[0]))
     return [row[:column] + row[column + 1 :] for row in rows]
 
 
-def _nothing(_luck, _rows):
-    return []
-
-
-def _header(_luck, _rows):
-    return []
-
-
-def _another(_, rows):
-    return rows
-
-
-def _unit(_, rows):
-    return rows
-
-
-DAMAGES: tuple[Callable[[random.Random, Table], Table], ...] = (
-    _cut,
-    _late,
-    _hole,
-    _twice,
-    _swapped,
-    _scaled,
-    _spoiled,
-    _backwards,
-    _shorter,
-    _nothing,
-    _header,
-    _another,
-    _unit,
-)
+DAMAGES: dict[str, Callable[[random.Random, list[list[str]]], list[list[str]]]] = {
+    "cut": lambda luck, rows: rows[: luck.randrange(len(rows))],
+    "late": lambda luck, rows: rows[luck.randrange(len(rows)) :],
+    "hole": _hole,
+    "twice": _twice,
+    "swapped": _swapped,
+    "scaled": _scaled,
+    "spoiled": _spoiled,
+    "backwards": lambda _, rows: rows[::-1],
+    "shorter": _shorter,
+    "nothing": lambda *_: [],
+    "header": lambda *_: [],
+    "another": lambda _, rows: rows,
+    "unit": lambda _, rows: rows,
+}
+"""What is done to the rows of a log; `another` and `unit` change something else of it."""
 
 
 # --- Mistakes of a lab in the files of a re-enacted campaign: logs, run sheet, configuration ----------------------
@@ -801,22 +680,7 @@ def another_run(written, luck, in_other_medium=False, turn_deg=0):
     return of_logs(written, [row], transform, "motion_log")
 
 
-def _cut_rows(log, number):
-    return log[:, 5 * number :]
-
-
-def _last_digit(log, number):
-    force = log.shape[0] == len(CHANNELS) + 3
-    log[2 if force else 1 :] += (1e-5 if force else 1e-2) * number
-    return log
-
-
-def _times(log, number):
-    log[0] *= 1 + 1e-4 * number
-    return log
-
-
-def copies(written, _, transform=None, count=4):
+def copies(written, _, change_of_log="", count=4):
     """File copies of a straight push as its repeats, each changed by its number."""
     first = one_push(written)
     for number in range(1, count + 1):
@@ -824,13 +688,24 @@ def copies(written, _, transform=None, count=4):
         for name in LOGS:
             row[name] = f"{row['run_id']}_{name}.csv"
             written.logs[row[name]] = written.logs[first[name]]
-            if transform is not None:
-                change(written, row[name], partial(transform, number=number))
+            if change_of_log:
+                change(written, row[name], partial(_changed_copy, change_of_log, number))
         written.rows.append(row)
     for row in written.rows:
         if row["tare_run"] == first["tare_run"]:
             row["tare_shared"] = "yes"
     return [first["run_id"], *(row["run_id"] for row in written.rows[-count:])]
+
+
+def _changed_copy(change_of_log, number, log):
+    if change_of_log == "rows cut":
+        return log[:, 5 * number :]
+    if change_of_log == "times":
+        log[0] *= 1 + 1e-4 * number
+    if change_of_log == "last digit":
+        is_force = log.shape[0] == len(CHANNELS) + 3
+        log[2 if is_force else 1 :] += (1e-5 if is_force else 1e-2) * number
+    return log
 
 
 class Mistake(NamedTuple):
@@ -840,61 +715,11 @@ class Mistake(NamedTuple):
     named_by: tuple[str, ...]
 
 
-def _each():
-    mistakes: dict[str, Any] = {}
-    for axis in "xz":
-        mistakes |= {
-            f"{axis} reversed": (partial(gain, axis=axis, factor=-1), "work"),
-            f"{axis} constant": (partial(dead, axis=axis, noise_N=0), "channels"),
-            f"{axis} dead": (partial(dead, axis=axis), "channels"),
-            f"{axis} drifts": (partial(drift, axis=axis, newtons_per_s=0.05), "drift"),
-        }
-        for share in (0.3, 0.6):
-            for where in ("random", "stretch"):
-                settings: dict[str, Any] = {"axis": axis, "share": share, "where": where}
-                ending = f"{share:.0%} {where}"
-                mistakes[f"{axis} dead, {ending}"] = (partial(dead, **settings), "channels")
-                mistakes[f"{axis} gain 0.3, {ending}"] = (
-                    partial(gain, factor=0.3, **settings),
-                    "channels",
-                )
-    mistakes["x and z exchanged"] = (exchanged_channels, "work")
-    mistakes["clipped at 4 N"] = (partial(clipped, newtons=4), "channels")
-    for degrees in (-7, -4, -2, 2, 4, 7):
-        mistakes[f"turned {degrees:+d} deg"] = (partial(turned, degrees=degrees), "symmetry")
-    mistakes["tares exchanged"] = (partial(swapped, count=None), "rods")
-    for where in ("random", "stretch"):
-        mistakes |= {
-            f"10 tares exchanged, {where}": (partial(swapped, count=10, where=where), "rods"),
-            f"surface 3 mm, half, {where}": (
-                partial(surface, mm=3, share=0.5, where=where),
-                "surface",
-            ),
-            f"lag 0.2 s, half, {where}": (
-                partial(late, seconds=0.2, share=0.5, where=where),
-                "surface",
-            ),
-        }
-    mistakes |= {
-        "x reversed, 44% stretch": (
-            partial(gain, axis="x", factor=-1, share=80 / 180, where="stretch"),
-            "channels",
-        ),
-        "lag 0.3 s": (partial(late, seconds=0.3), "surface"),
-        "surface +3 mm": (partial(surface, mm=3), "surface"),
-        "surface -3 mm": (partial(surface, mm=-3), "surface"),
-        "copies": (copies, "same_logs"),
-        "copies, 5 rows cut": (partial(copies, transform=_cut_rows), "same_logs"),
-        "copies, last digit": (partial(copies, transform=_last_digit), "same_logs"),
-        "copies, times 1.0001": (partial(copies, transform=_times), "same_logs"),
-        "one run of another medium": (partial(another_run, in_other_medium=True), "repeats"),
-        "one run in lbf": (pounds, "repeats"),
-        "one run mislabelled": (partial(another_run, turn_deg=30), "repeats"),
-    }
-    return {name: Mistake(make, (check,)) for name, (make, check) in mistakes.items()}
+def _mistake(make, named_by, **settings):
+    return Mistake(partial(globals()[make], **settings), (named_by,))
 
 
-MISTAKES = _each()
+MISTAKES = {name: _mistake(**entry) for name, entry in _DATA["mistakes"].items()}
 """By name. Of one run, and copies: `repeats` of the sheet matter."""
 
 

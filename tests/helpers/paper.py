@@ -13,7 +13,7 @@ from unittest.mock import patch
 
 import numpy as np
 import yaml
-from makers import write_yaml
+from makers import data_of, write_yaml
 
 from rftfit import reference
 from rftfit.campaign.config import Config, Grid, Leg
@@ -99,42 +99,7 @@ NORMAL_DEPTH_CM = 5.0
 
 PATCH_CM, SLIP_CM = 2.0, 0.1
 
-DISTURBANCES: dict[str, Disturbance] = {
-    "surface": Disturbance(
-        1.0, "mm", "standard deviation of the height of the free surface, drawn for each run"
-    ),
-    "surface-session": Disturbance(
-        1.0,
-        "mm",
-        "standard deviation of an error of the surface that all runs of the campaign share",
-    ),
-    "lag": Disturbance(0.05, "s", "delay of all force channels behind the sync line, in every run"),
-    "spread-percent": Disturbance(
-        5.0,
-        "%",
-        "standard deviation of a factor of the granular force, drawn for each run, common to z and x",
-    ),
-    "pink": Disturbance(0.05, "N", "standard deviation of 1/f noise within 41 s, of each channel"),
-    "patches": Disturbance(
-        3.0, "%", "standard deviation of the granular force along the path, in patches of 2 cm"
-    ),
-    "deep-noise": Disturbance(
-        2.0, "%", "standard deviation of stick-slip of 1 mm, of the granular force"
-    ),
-    "power": Disturbance(
-        1.1,
-        "",
-        "exponent p of the stress of plates, depth^p, that of the table at 5 cm",
-        nothing=1.0,
-    ),
-    "tare-bed": Disturbance(
-        10.0,
-        "%",
-        "by how much the force on the rod alone is larger than that on the rod of plate runs",
-    ),
-    "turn": Disturbance(1.0, "deg", "angle by which the mount is turned more than the config says"),
-}
-"""Why the sizes are ordinary is said in docs/reliability-details.md."""
+DISTURBANCES = {name: Disturbance(**entry) for name, entry in data_of("disturbances").items()}
 
 
 def sizes_of(asked):
