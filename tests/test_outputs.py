@@ -1,6 +1,6 @@
 """The dictionary of outputs describes every file and column that the program writes.
 
-`tests/workflow/test_workflow_again.py` holds it against every file of a whole run.
+`tests/golden/test_golden.py` holds it against every file of the golden campaigns.
 """
 
 import shutil
@@ -82,12 +82,6 @@ def test_every_stage_and_result_is_described(tmp_path, paper_config):
     for entry in outputs():
         if entry.file.startswith("results/"):
             assert set(entry.stage.split(", ")) <= stages, entry.file
-
-
-# --- against tables -------------------------------------------------------------------------------
-
-
-# --- the check itself -----------------------------------------------------------------------------
 
 
 def test_the_closest_entry_describes():
