@@ -1,6 +1,7 @@
 """Campaigns of other labs, and mistakes in sheet, config and logs, with what check and stages say of them."""
 
 import copy
+import json
 import random
 import re
 from collections.abc import Callable
@@ -16,22 +17,20 @@ import pandas as pd
 import yaml
 from campaigns import RigRoom, run_rules
 from coverage_levels import measured
-from makers import data_of, read_rows, write_campaign
+from makers import answer_of, data_of, read_rows, write_campaign
 from paper import NOTHING, disturbed_logs, enact, paper_values
 
+import rftfit
 from rftfit.campaign.config import Config
-from rftfit.campaign.load import check_campaign, load_campaign
+from rftfit.campaign.load import load_campaign
 from rftfit.checks.verdict import Verdict, verdict_on
-from rftfit.errors import InputError
 from rftfit.lab.enact import prepare, run_logs
 from rftfit.lab.plan import PlannedRun, parse_directions
 from rftfit.lab.truth import table_s5
 from rftfit.lab.write import format_numbers, sheet_text
 from rftfit.measure.alpha import column
 from rftfit.measure.flags import Flags
-from rftfit.measure.read import readers
 from rftfit.page.outcome import outcome_of_runs
-from rftfit.results import open_results
 from rftfit.workflow.measure import checks
 
 # --- What `rftfit check` says of a campaign beside what its stages do with it -------------------------------------
@@ -47,52 +46,40 @@ def compare(folder, stages=()):
     AssertionError
         If `check` passes what the stages refuse, or drops what they use, or one of them breaks.
     """
-    root = folder.root
-    completed = folder.rftfit("check")
-    campaign, problems = check_campaign(folder.config)
-    if campaign is None:
-        assert completed.returncode == 2, completed.stdout
-        return REFUSED
-    if fault := _fault_of_readers(campaign):
-        assert completed.returncode == 2
-        assert fault in completed.stdout
+    code, printed, _ = answer_of("check", "--json", folder=folder.root)
+    checked = json.loads(printed)
+    problems = checked["problems"]
+    if checked["campaign"] is None or any(one["code"] == "logs.reader" for one in problems):
+        assert code == 2, printed
         return REFUSED
     run_rules(folder.config, *stages)
-    of_sheet = {problem.place.row for problem in problems if problem.place.row is not None}
+    results = rftfit.open(folder.root)
+    campaign = results.campaign
+    rows_of_sheet = {problem["place"]["row"] for problem in problems}
     excluded = [run for run in campaign.runs if run.excluded]
     empty = False
     lost: set[str] = set()
     for medium in campaign.media_with_runs:
-        reasons = _reasons(root / "results", medium)
+        reasons = _reasons(results, medium)
         runs = [run for run in campaign.runs_of(medium) if not run.excluded]
         lost_of_medium = {run.run_id for run in runs if reasons[run.run_id]}
         with_logs = {r.run_id for r in runs if _has_logs(campaign.raw, r)}
-        assert _count_dropped(completed.stdout, medium) == len(lost_of_medium & with_logs), (
+        assert _count_dropped(problems, medium) == len(lost_of_medium & with_logs), (
             sorted(lost_of_medium & with_logs),
-            completed.stdout,
+            printed,
         )
-        assert all(run.row in of_sheet for run in runs if run.run_id in lost_of_medium - with_logs)
+        assert {r.row for r in runs if r.run_id in lost_of_medium - with_logs} <= rows_of_sheet
         plates_and_legs = {run.run_id for run in runs if run.kind in ("plate", "leg")}
-        nothing = (
+        empty |= (
             bool(lost_of_medium & with_logs)
             and (plates_and_legs & with_logs or with_logs) <= lost_of_medium
         )
-        empty |= nothing
         lost |= lost_of_medium
-    assert completed.returncode == (2 if empty else 0), completed.stdout
+    assert code == (2 if empty else 0), printed
     # and the page tells of the same runs
-    dropped = {str(row["run_id"]) for row in outcome_of_runs(open_results(root)).dropped}
+    dropped = {str(row["run_id"]) for row in outcome_of_runs(results).dropped}
     assert lost == dropped - {run.run_id for run in (*campaign.unassigned_air_runs, *excluded)}
     return NOTHING_LEFT if empty else SOME if lost else ALL
-
-
-def _fault_of_readers(campaign):
-    try:
-        if not campaign.numbers:
-            readers(campaign)
-    except InputError as error:
-        return str(error)
-    return ""
 
 
 def _has_logs(raw, run):
@@ -104,15 +91,15 @@ def _reasons(results, medium):
     """Why each run gave no number, by the tables of the stages; empty where it gave one."""
     reasons: dict[str, str] = {}
     for name in ("runs", "tares", "fits"):
-        table = pd.read_csv(results / name / f"{medium}.csv", dtype=str, keep_default_na=False)
+        table = results.table(f"{name}/{medium}.csv")
         reasons |= dict(zip(table["run_id"], table["reason"], strict=True))
     return reasons
 
 
-def _count_dropped(text, medium):
+def _count_dropped(problems, medium):
     """How many runs of a medium `check` says would be dropped."""
-    lines = [line for line in text.splitlines() if line.startswith(f"  {medium}, ")]
-    counts = [re.match(r".*?, (\d+) (?:of \d+ )?runs? would be dropped", line) for line in lines]
+    places = [problem["place"]["file"] for problem in problems if problem["code"] == "logs.refused"]
+    counts = (re.match(rf"{medium}, (\d+) ", place) for place in places)
     return sum(int(count[1]) for count in counts if count)
 
 
