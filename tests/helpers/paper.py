@@ -12,6 +12,7 @@ from typing import Any
 from unittest.mock import patch
 
 import numpy as np
+import pandas as pd
 import yaml
 from makers import data_of, write_yaml
 
@@ -51,18 +52,17 @@ def flat(alpha):
 
 def by_hand(beta, gamma, alpha_z, alpha_x):
     """Unweighted least squares of the nine terms, written out: one row a direction that was measured."""
+    beta_deg, gamma_deg = np.round(np.degrees([beta, gamma]), 6)
+    runs = pd.DataFrame(
+        {"beta": beta_deg % 180, "gamma": gamma_deg % 360, "z": alpha_z, "x": alpha_x}
+    )
+    means = runs.groupby(["beta", "gamma"]).mean().reset_index()
     coefficients = []
-    for alpha, terms in ((alpha_z, _lift), (alpha_x, _drag)):
-        rows: dict[tuple[float, float], tuple[list[float], list[float]]] = {}
-        for b, g, value in zip(beta, gamma, alpha, strict=True):
-            place = round(np.degrees(b), 6) % 180, round(np.degrees(g), 6) % 360
-            if np.isfinite(value):
-                rows.setdefault((round(place[0], 6), round(place[1], 6)), (terms(b, g), []))[
-                    1
-                ].append(value)
-        design, values = zip(*rows.values(), strict=True)
-        means = [np.mean(cells) for cells in values]
-        coefficients.append(np.linalg.lstsq(np.array(design), np.array(means), rcond=None)[0])
+    for component, terms in (("z", _lift), ("x", _drag)):
+        measured = means.dropna(subset=component)
+        angles = np.radians(measured[["beta", "gamma"]].to_numpy())
+        design = [terms(b, g) for b, g in angles]
+        coefficients.append(np.linalg.lstsq(np.array(design), measured[component])[0])
     return np.concatenate(coefficients)
 
 

@@ -24,7 +24,6 @@ from rftfit.measure.strokes import SHORTEST_CM, UNDERGROUND_CM, IntruderPath, fi
 def plate_run(run_id="r1", **cells):
     """A plate of the paper that is pushed straight down, with nothing else said, but for some cells."""
     values: dict[str, Any] = {
-        "run_id": run_id,
         "kind": "plate",
         "medium": "poppy_LP",
         "intruder": "plate",
@@ -34,15 +33,9 @@ def plate_run(run_id="r1", **cells):
         "depth_cm": math.nan,
         "force_log": f"{run_id}.csv",
         "motion_log": "b.csv",
-        "tare_run": "",
-        "tare_shared": False,
-        "surface_z_mm": None,
-        "excluded": False,
-        "reason": "",
-        "note": "",
         "row": 2,
     }
-    return Run(**values | cells)
+    return Run(run_id, **values | cells)
 
 
 # --- Pushes into sand on two clocks, from a known truth, for tests of clocks and surface --------------------------
