@@ -234,11 +234,10 @@ def _is_number(label):
 
 
 def _name_of(axes):
-    """What a reader would call an axes: its title or the title of an axis, else its place."""
+    """What a reader would call an axes: its title or the title of an axis, and its place."""
     names = (axes.get_title(), axes.get_title(loc="left"), axes.get_ylabel(), axes.get_xlabel())
-    name = next((" ".join(name.split()) for name in names if name), "")
-    box = axes.get_position()
-    return f"{name or 'axes'} at {box.x0:.2f}, {box.y0:.2f}"
+    left, below, *_ = axes.get_position().bounds
+    return f"{next(filter(None, names), 'axes')!r} at {left:.2f}, {below:.2f}"
 
 
 def _leaving(axes):
@@ -254,19 +253,10 @@ def _leaving(axes):
             continue
         reach = _radius(artist)
         low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
-        sides = [
-            side
-            for side, passes in zip(
-                ("left", "below", "right", "above"),
-                (*(low < frame[:2] - over), *(high > frame[2:] + over)),
-                strict=True,
-            )
-            if passes
-        ]
+        passed = (*(low < frame[:2] - over), *(high > frame[2:] + over))
+        sides = [*itertools.compress(("left", "below", "right", "above"), passed)]
         if sides:
-            faults.append(
-                f"{_name_of(axes)}: {type(artist).__name__} in {_colour_name(artist)} leaves the axes: {', '.join(sides)}"
-            )
+            faults.append(f"{_name_of(axes)}: {artist} leaves the axes: {', '.join(sides)}")
     return faults
 
 
@@ -306,20 +296,6 @@ def _radius(artist):
     return size / 2 * _POINT * artist.figure.dpi
 
 
-def _colour_name(artist):
-    colour = (
-        artist.get_color()
-        if isinstance(artist, Line2D)
-        else next(iter([*artist.get_facecolor(), *artist.get_edgecolor()]), None)
-        if isinstance(artist, Collection)
-        else artist.get_facecolor()
-    )
-    if colour is None:
-        return "no colour"
-    red, green, blue, _ = to_rgba(colour)
-    return "#" + "".join(f"{round(255 * part):02x}" for part in (red, green, blue))
-
-
 @dataclass(frozen=True)
 class Look:
     """How one thing looks.
@@ -345,10 +321,10 @@ def _legend_faults(legend, looks_by_axes):
     drawn_looks = [look for looks in looks_by_axes for look in looks]
     faults = []
     for name, looks in looks_by_entry.items():
-        missing = [look for look in looks if not any(look.is_like(drawn) for drawn in drawn_looks)]
         faults += [
-            f"legend: {name!r} shows a {look.form} {look.detail} {_hex(look)} that is not drawn"
-            for look in missing
+            f"legend: {name!r} shows a {look} that is not drawn"
+            for look in looks
+            if not any(look.is_like(drawn) for drawn in drawn_looks)
         ]
         if not looks:
             faults.append(f"legend: {name!r} shows nothing")
@@ -362,20 +338,12 @@ def _legend_faults(legend, looks_by_axes):
     return faults
 
 
-def _hex(look):
-    red, green, blue, opacity = look.colour
-    return (
-        "#"
-        + "".join(f"{round(255 * part):02x}" for part in (red, green, blue))
-        + f" ({opacity:.2f})"
-    )
-
-
 def _differ(looks, other_looks):
     """Whether two entries can be told apart by form, detail or colour."""
-    if {(look.form, look.detail) for look in looks} != {
-        (look.form, look.detail) for look in other_looks
-    }:
+    forms, other_forms = (
+        {(look.form, look.detail) for look in entry} for entry in (looks, other_looks)
+    )
+    if forms != other_forms:
         return True
     pairs = zip(looks, other_looks, strict=False)
     return len(looks) != len(other_looks) or any(
@@ -524,20 +492,13 @@ def print_figure_faults(campaigns):
     for folder in campaigns:
         results = rftfit.open(folder)
         for figure in figures():
-            for medium in figure.media(results.campaign):
-                if figure.on_demand:
-                    continue
+            for medium in () if figure.on_demand else figure.media(results.campaign):
                 drawn = figure.draw(results, *filter(None, [medium]))
-                faults = [
-                    f
-                    for page in (drawn if isinstance(drawn, list) else [drawn])
-                    for f in figure_faults(page)
-                ]
-                count += len(faults)
-                for fault, repeats in sorted({f: faults.count(f) for f in faults}.items()):
-                    print(
-                        f"{figure.file(medium)}: {fault}{f' ({repeats} times)' if repeats > 1 else ''}"
-                    )
+                for drawn_page in drawn if isinstance(drawn, list) else [drawn]:
+                    faults = figure_faults(drawn_page)
+                    count += len(faults)
+                    for fault in faults:
+                        print(f"{figure.file(medium)}: {fault}")
     print(f"{count} faults")
     return int(count > 0)
 

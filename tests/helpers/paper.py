@@ -21,7 +21,7 @@ from rftfit.campaign.config import Config, Grid, Leg
 from rftfit.forces import prediction
 from rftfit.lab.enact import prepare, run_logs
 from rftfit.lab.plan import half_extents, plate_of
-from rftfit.lab.rig import FORCE_HZ, Lab, ideal, published_laws, random_numbers
+from rftfit.lab.rig import Lab, ideal, published_laws, random_numbers
 from rftfit.lab.truth import published_alpha, sand_stress, submerged_depth
 from rftfit.model import posterior
 
@@ -310,7 +310,7 @@ class DisturbedLab(Lab):
         true = ideal(run, config, parts, phase_s, laws_in(bed, run, config, self.depth_law))
         way = path_cm(true.motion, config.intruders[run.intruder])
         uneven = np.array(true.granular) * unevenness(self.sizes, stroke.random, way)
-        samples = self.sizes.get("lag", 0.0) * FORCE_HZ
+        samples = 100 * self.sizes.get("lag", 0.0)  # of a second
         forces = (delayed(np.array(force), samples) for force in (uneven, true.rod, true.steady))
         granular, rod, steady = ((force[0], force[1]) for force in forces)
         return replace(true, granular=granular, rod=rod, steady=steady)

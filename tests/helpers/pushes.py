@@ -16,7 +16,7 @@ from rftfit.measure.alignment import estimate_clocks
 from rftfit.measure.flags import Refused
 from rftfit.measure.lab_frame import path_in_lab_frame
 from rftfit.measure.readings import clean, without_holds, without_lone_positions
-from rftfit.measure.strokes import SHORTEST_CM, UNDERGROUND_CM, IntruderPath, find_stroke
+from rftfit.measure.strokes import IntruderPath, find_stroke
 
 # --- The row of a run sheet ---------------------------------------------------------------------------------------
 
@@ -178,6 +178,8 @@ def stones(random, time):
 # --- Motions of testing machines and arms, with the strokes that are truly in them --------------------------------
 
 AIR_CM = 2.0
+UNDERGROUND_CM, SHORTEST_CM = 0.1, 0.3
+"""Least depth and least length of a stroke that counts."""
 LONE_CM = 0.5, 3.0
 """Least and largest distance of a lone reading from the path."""
 NAN = float("nan")
