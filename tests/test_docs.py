@@ -20,8 +20,8 @@ from pages import (
     pages,
 )
 
+import rftfit
 from rftfit.conventions import direction, tangent
-from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
 
 BLOCKS = [block for page in pages() for block in blocks_of(page)]
 RUN = sorted({block.page for block in BLOCKS if fate(block) == "run"})
@@ -98,7 +98,8 @@ def test_examples_of_the_introduction_say_what_the_package_computes():
     for block in blocks_of("docs/introduction.md"):
         if block.language == "python":
             exec(block.text, names)  # noqa: S102
-    alpha_z = alpha_grid("poppy_LP")[0][list(BETA_DEG).index(30), list(GAMMA_DEG).index(45)]
+    cells = rftfit.published_table("table_s5").set_index(["medium", "beta_deg", "gamma_deg"])
+    alpha_z = cells.loc[("poppy_LP", 30, 45), "alpha_z_N_per_cm3"]
     assert names["alpha_z"] == pytest.approx(alpha_z)
     assert names["highest"]["theta_deg"] < 0 < names["highest"]["force_z_N"]
     zeta, zeta_lo, zeta_hi = names["sand"].zeta

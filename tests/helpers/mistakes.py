@@ -31,7 +31,7 @@ from rftfit.lab.write import format_numbers, sheet_text
 from rftfit.measure.alpha import column
 from rftfit.measure.flags import Flags
 from rftfit.page.outcome import outcome_of_runs
-from rftfit.workflow.measure import checks
+from rftfit.workflow import measure as measure_stages
 
 # --- What `rftfit check` says of a campaign beside what its stages do with it -------------------------------------
 
@@ -804,6 +804,6 @@ def judged(written):
         campaign = load_campaign(root / "config" / "config.yaml")
         results = measured(campaign, campaign.config.transducer.slow_noise_N)
         (medium,) = results.media
-        verdicts, alpha, _, at_depth, _, causes, flags = checks(results, medium)
+        verdicts, alpha, _, at_depth, _, causes, flags = measure_stages.checks(results, medium)
         verdict = verdict_on(verdicts, results.table(f"fits/{medium}.csv"), Flags(flags))
         return Judged(verdicts, alpha, at_depth, Flags(flags), causes, verdict)
