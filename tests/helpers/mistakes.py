@@ -667,10 +667,10 @@ def another_run(written, luck, in_other_medium=False, turn_deg=0):
     return of_logs(written, [row], transform, "motion_log")
 
 
-def copies(written, _, change_of_log="", count=4):
-    """File copies of a straight push as its repeats, each changed by its number."""
+def copies(written, _, change_of_log=""):
+    """File four copies of a straight push as its repeats, each changed by its number."""
     first = one_push(written)
-    for number in range(1, count + 1):
+    for number in range(1, 5):
         row = first | {"run_id": f"{first['run_id']}_copy{number}"}
         for name in LOGS:
             row[name] = f"{row['run_id']}_{name}.csv"
@@ -681,7 +681,7 @@ def copies(written, _, change_of_log="", count=4):
     for row in written.rows:
         if row["tare_run"] == first["tare_run"]:
             row["tare_shared"] = "yes"
-    return [first["run_id"], *(row["run_id"] for row in written.rows[-count:])]
+    return [first["run_id"], *(row["run_id"] for row in written.rows[-4:])]
 
 
 def _changed_copy(change_of_log, number, log):

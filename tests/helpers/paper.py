@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
 from unittest.mock import patch
 
 import numpy as np
@@ -230,10 +229,8 @@ def bed_of(stroke, sizes, spread=0.0):
     return Bed((z, x), float(factor[0]), float(height[0]), sizes.get("power", 1.0), rod)
 
 
-def laws_in(bed, run, config, depth_law=None):
+def laws_in(bed, run, config):
     """Laws of a run in a bed.
-
-    `depth_law`: Depth that takes the place of |z| in alpha |z| of plates; default: the power of the bed.
 
     Published curves of legs and natural sands are multiplied by what the bed makes of a straight
     push; a leg's also by what the surface makes of the square of its greatest depth.
@@ -253,8 +250,7 @@ def laws_in(bed, run, config, depth_law=None):
         factor *= 1 + bed.off[0] / push_alpha(run)
     else:
         _, half_z = half_extents(plate_of(config.intruders)[1], run.beta_deg or 0.0)
-        law = depth_law or (lambda depth_cm: power_law(depth_cm, bed.power))
-        granular = scaled(granular, lambda z: bent(submerged_depth(-z, half_z), law))
+        granular = scaled(granular, lambda z: bent(submerged_depth(-z, half_z), bed.power))
     if isinstance(intruder, Leg):
         deepest = intruder.max_length_cm - intruder.hip_height_cm
         factor *= (1 + bed.surface_cm / deepest) ** 2 if deepest > 0 else 1.0
@@ -279,9 +275,9 @@ def below(law, surface_cm):
     return lambda segment, x, z, angle: law(segment, x, z - surface_cm, angle)
 
 
-def bent(depth_cm, depth_law):
-    """Factor of a force that is proportional to depth where stress follows another law of depth."""
-    equivalent_cm = depth_law(depth_cm)
+def bent(depth_cm, power):
+    """Factor of a force that is proportional to depth where stress goes as a power of depth."""
+    equivalent_cm = power_law(depth_cm, power)
     return np.divide(equivalent_cm, depth_cm, out=np.ones_like(depth_cm), where=depth_cm > 0)
 
 
@@ -296,18 +292,17 @@ def push_alpha(run):
 class DisturbedLab(Lab):
     """A lab with all disturbances but `turn`, which is an error of the config (`turned_mount`).
 
-    `spread`: As of `bed_of`. `depth_law`: As of `laws_in`. Purposes 3 to 8 of random numbers are used.
+    `spread`: As of `bed_of`. Purposes 3 to 8 of random numbers are used.
     """
 
     sizes: Sizes
     spread: float = 0.0
-    depth_law: Any = None
 
     def forces(self, stroke, parts, phase_s):
         """Noise-free forces in the bed of a stroke, uneven along its path and late."""
         run, config = stroke.run, stroke.config
         bed = bed_of(stroke, self.sizes, self.spread)
-        true = ideal(run, config, parts, phase_s, laws_in(bed, run, config, self.depth_law))
+        true = ideal(run, config, parts, phase_s, laws_in(bed, run, config))
         way = path_cm(true.motion, config.intruders[run.intruder])
         uneven = np.array(true.granular) * unevenness(self.sizes, stroke.random, way)
         samples = 100 * self.sizes.get("lag", 0.0)  # of a second
@@ -354,9 +349,9 @@ def reenact_disturbed(config, raw, sheet, sizes, spread=0.0, **options):
     return prepare_disturbed(config, sizes, spread, **options).write(raw, sheet)
 
 
-def disturbed_logs(run, config, seed, sizes, spread=0.0, **options):
+def disturbed_logs(run, config, seed, sizes, **options):
     """Make the logs of a run with disturbances: `options` of `run_logs`."""
-    lab = DisturbedLab(sizes, spread)
+    lab = DisturbedLab(sizes)
     return run_logs(run, turned_mount(config, sizes), seed, lab=lab, **options)
 
 
