@@ -695,19 +695,8 @@ def _changed_copy(change_of_log, number, log):
     return log
 
 
-class Mistake(NamedTuple):
-    """A mistake: makes it and returns the run_ids; checks or flags of which one has to name it."""
-
-    make: Callable[[Written, Luck], list[str]]
-    named_by: tuple[str, ...]
-
-
-def _mistake(make, named_by, **settings):
-    return Mistake(partial(globals()[make], **settings), (named_by,))
-
-
-MISTAKES = {name: _mistake(**entry) for name, entry in _DATA["mistakes"].items()}
-"""By name. Of one run, and copies: `repeats` of the sheet matter."""
+MISTAKES = _DATA["mistakes"]
+"""Function that makes each mistake, with its settings, by name. Of one run, and copies: `repeats` of the sheet matter."""
 
 
 def copied(base):
@@ -717,8 +706,9 @@ def copied(base):
 
 def with_mistake(base, name, seed):
     """Make a mistake in a copy of a campaign; the run_ids that it is in."""
-    written = copied(base)
-    return written, MISTAKES[name].make(written, np.random.default_rng(seed))
+    written, settings = copied(base), dict(MISTAKES[name])
+    make_mistake = globals()[settings.pop("make")]
+    return written, make_mistake(written, np.random.default_rng(seed), **settings)
 
 
 class Judged(NamedTuple):
@@ -750,10 +740,6 @@ class Judged(NamedTuple):
     def wrong(self, truth=table_s5):
         """Cells that lie outside their interval and are more than 0.005 N/cm^3 off."""
         return self.alpha[[self._is_wrong(row, truth) for row in self.alpha.to_dict("records")]]
-
-    def silent(self):
-        """Number of wrong cells without a flag where no check fails."""
-        return 0 if self.failed else len(self.without_flag(self.wrong()))
 
     def narrower(self, than, least=NARROWER):
         """Cells, of alpha and at depths, whose interval is narrower, with the `share` of its width that is left."""
