@@ -3,25 +3,18 @@
 import importlib
 import re
 import shutil
+import tomllib
 from typing import Any
 
 import numpy as np
 import pytest
 import yaml
-from pages import (
-    REASONS,
-    ROOT,
-    Reader,
-    blocks_of,
-    check_values,
-    commands_in,
-    comparable,
-    fate,
-    pages,
-)
+from pages import REASONS, ROOT, Reader, blocks_of, comparable, fate, pages
 
 import rftfit
+from rftfit.campaign.config import Config
 from rftfit.conventions import direction, tangent
+from rftfit.robot.config import Robot
 
 BLOCKS = [block for page in pages() for block in blocks_of(page)]
 RUN = sorted({block.page for block in BLOCKS if fate(block) == "run"})
@@ -33,6 +26,24 @@ NOT_RUN = {
     "docs/theory/comparison.md": ["takes minutes"],
 }
 """Pages with blocks that no test runs, and why: not more than these."""
+
+
+def commands_in(block):
+    """Commands of rftfit that a block calls."""
+    return set(re.findall(r"\brftfit(?:\.exe)? +([a-z]+)", block.text))
+
+
+def check_values(block, base):
+    """Let the models judge a block of configuration; `base` has the sections it leaves out."""
+    if block.language == "toml":
+        assert tomllib.loads(block.text), block.place
+        return
+    values = yaml.safe_load(block.text)
+    if "body" in values:
+        Robot.model_validate(values)
+        return
+    without_robot = {name: section for name, section in base.items() if name != "robot"}
+    Config.model_validate(without_robot | values)
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,6 @@ import os
 import re
 import subprocess
 import sys
-import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
@@ -20,7 +19,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import RendererSVG
 from matplotlib.collections import Collection, LineCollection, PathCollection
@@ -35,13 +33,11 @@ from matplotlib.spines import Spine
 from matplotlib.text import Text
 
 import rftfit
-from rftfit.campaign.config import Config
 from rftfit.figures import style
 from rftfit.figures.plates import stress_runs
 from rftfit.figures.registry import figures
 from rftfit.page.page import page
 from rftfit.results import open_results
-from rftfit.robot.config import Robot
 
 # --- Texts of a figure that lie over one another or stick out of it, by the renderer's own boxes ------------------
 
@@ -758,24 +754,6 @@ def comparable(text):
     return re.sub(r"\b\d+\.\d s\b|\b[0-9a-f]{12}\b\+?", "...", without_progress(text))
 
 
-def commands_in(block):
-    """Commands of rftfit that a block calls."""
-    return set(re.findall(r"\brftfit(?:\.exe)? +([a-z]+)", block.text))
-
-
-def check_values(block, base):
-    """Let the models judge a block of configuration; `base` has the sections it leaves out."""
-    if block.language == "toml":
-        assert tomllib.loads(block.text), block.place
-        return
-    values = yaml.safe_load(block.text)
-    if "body" in values:
-        Robot.model_validate(values)
-        return
-    without_robot = {name: section for name, section in base.items() if name != "robot"}
-    Config.model_validate(without_robot | values)
-
-
 class Reader:
     """Somebody who follows a page from top to bottom, in a folder of their own.
 
@@ -824,36 +802,6 @@ class Reader:
         assert "Traceback" not in completed.stdout, f"{block.place}:\n{completed.stdout}"
         if block.language != "python":
             self.folder = Path(self._state.read_text(encoding="utf-8").strip())
-
-
-# --- Units in the names of columns --------------------------------------------------------------------------------
-
-UNITS = {
-    "N2_per_cm6": "N^2/cm^6",
-    "N_per_cm3": "N/cm^3",
-    "N_per_cm2": "N/cm^2",
-    "N_per_cm": "N/cm",
-    "per_cm": "1/cm",
-    "N_cm": "N cm",
-    "cm_per_s": "cm/s",
-    "deg_per_s": "degrees/s",
-    "percent": "%",
-    "turns": "turns",
-    "hours": "h",
-    "deg": "degrees",
-    "Hz": "Hz",
-    "N2": "N^2",
-    "N": "N",
-    "cm": "cm",
-    "mm": "mm",
-    "s": "s",
-}
-"""What a name ends with, the longest first, and the unit it stands for."""
-
-
-def unit_of(name):
-    """Unit that a name carries; empty where it carries none."""
-    return next((unit for end, unit in UNITS.items() if name.endswith(f"_{end}")), "")
 
 
 def print_faults(words):
