@@ -56,11 +56,16 @@ UNITS = {
 }
 
 
-def inspected(path):
-    """Return what `rftfit inspect` finds in a log, and what it proposes for the config, as YAML reads it."""
-    surveys, _ = survey_file(recognised(recording(path)).reader, recording(path))
+def printed_proposal(path):
+    """Return what `rftfit inspect` prints for the config, as YAML reads it."""
     lines = json_of("inspect", path)["config"]
-    return surveys, yaml.load("\n".join(lines), Loader=yaml.CSafeLoader) or {}
+    return yaml.load("\n".join(lines), Loader=yaml.CSafeLoader) or {}
+
+
+def inspected(path):
+    """Return what `rftfit inspect` finds in a log, and what it proposes for the config."""
+    surveys, _ = survey_file(recognised(recording(path)).reader, recording(path))
+    return surveys, printed_proposal(path)
 
 
 def proposal(path):
@@ -233,7 +238,7 @@ REAL_LOGS = [RealLog(**log) for log in data_of("real_logs")["log"]]
 
 def campaign_around_log(log, root):
     """Write config, run sheet and log as a user of `inspect` would; what the log lacks is constant."""
-    proposed = {} if "dialect" in log.section else proposal(LOGS / log.file)
+    proposed = {} if "dialect" in log.section else printed_proposal(LOGS / log.file)
     force = {"columns": {}} | proposed.get("force_log", {}) | log.section
     force["columns"] = NOT_MEASURED | force["columns"]
     of_force = {name: column for name, column in force["columns"].items() if name == "time"}
