@@ -51,16 +51,14 @@ def flat(alpha):
 
 def by_hand(beta, gamma, alpha_z, alpha_x):
     """Unweighted least squares of the nine terms, written out: one row a direction that was measured."""
+    runs = pd.DataFrame({"b": beta, "g": gamma, "z": alpha_z, "x": alpha_x})
     beta_deg, gamma_deg = np.round(np.degrees([beta, gamma]), 6)
-    runs = pd.DataFrame(
-        {"beta": beta_deg % 180, "gamma": gamma_deg % 360, "z": alpha_z, "x": alpha_x}
-    )
-    means = runs.groupby(["beta", "gamma"]).mean().reset_index()
+    directions = runs.groupby([beta_deg % 180, gamma_deg % 360])
+    means = directions.agg({"b": "first", "g": "first", "z": "mean", "x": "mean"})
     coefficients = []
     for component, terms in (("z", _lift), ("x", _drag)):
         measured = means.dropna(subset=component)
-        angles = np.radians(measured[["beta", "gamma"]].to_numpy())
-        design = [terms(b, g) for b, g in angles]
+        design = [terms(b, g) for b, g in zip(measured["b"], measured["g"], strict=True)]
         coefficients.append(np.linalg.lstsq(np.array(design), measured[component])[0])
     return np.concatenate(coefficients)
 
