@@ -11,21 +11,9 @@ import sys
 from typing import Any
 
 import pytest
-from result_tables import LABORATORY, SAND, make_campaign, one_cell
+from result_tables import SAND, make_campaign, one_cell
 
 import rftfit
-from rftfit import reference
-
-MEASURED_MEDIA = ("poppy_LP", "poppy_CP", "glass3mm_CP")
-
-
-@pytest.fixture(scope="module")
-def results(tmp_path_factory):
-    alpha = {medium: reference.alpha_grid(medium) for medium in MEASURED_MEDIA} | {
-        "sand": one_cell(0.7)
-    }
-    roles = dict.fromkeys(MEASURED_MEDIA, LABORATORY) | {"sand": SAND}
-    return rftfit.open(make_campaign(tmp_path_factory.mktemp("api") / "c", roles, alpha))
 
 
 def test_import_loads_nothing():
@@ -88,7 +76,8 @@ def test_every_example_runs(name):
     assert runner.summarize().failed == 0
 
 
-def test_run_returns_what_it_did_and_prints_nothing(results, monkeypatch, capfd):
+def test_run_returns_what_it_did_and_prints_nothing(tmp_path, monkeypatch, capfd):
+    folder = make_campaign(tmp_path / "c", {"sand": SAND}, {"sand": one_cell(0.7)})
     events: Any = (
         *(
             {"event": "job_info", "jobid": number, "rule_name": rule, "wildcards": {"m": "sand"}}
@@ -107,7 +96,7 @@ def test_run_returns_what_it_did_and_prints_nothing(results, monkeypatch, capfd)
         return 0
 
     monkeypatch.setattr("rftfit.workflow.run.run_snakemake", listen)
-    report = rftfit.run(results.root / "results", ["results/coefficients.csv"], cores=3)
+    report = rftfit.run(folder, ["results/coefficients.csv"], cores=3)
     assert (report.made, report.skipped, report.failed) == (["slopes sand"], ["tare sand"], {})
     assert called[0] == "results/coefficients.csv"
     assert called[called.index("--cores") + 1] == "3"

@@ -3,25 +3,18 @@
 import importlib
 import re
 import shutil
+import tomllib
 from typing import Any
 
 import numpy as np
 import pytest
 import yaml
-from pages import (
-    REASONS,
-    ROOT,
-    Reader,
-    blocks_of,
-    check_values,
-    commands_in,
-    comparable,
-    fate,
-    pages,
-)
+from pages import REASONS, ROOT, Reader, blocks_of, comparable, fate, pages
 
+import rftfit
+from rftfit.campaign.config import Config
 from rftfit.conventions import direction, tangent
-from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
+from rftfit.robot.config import Robot
 
 BLOCKS = [block for page in pages() for block in blocks_of(page)]
 RUN = sorted({block.page for block in BLOCKS if fate(block) == "run"})
@@ -33,6 +26,24 @@ NOT_RUN = {
     "docs/theory/comparison.md": ["takes minutes"],
 }
 """Pages with blocks that no test runs, and why: not more than these."""
+
+
+def commands_in(block):
+    """Commands of rftfit that a block calls."""
+    return set(re.findall(r"\brftfit(?:\.exe)? +([a-z]+)", block.text))
+
+
+def check_values(block, base):
+    """Let the models judge a block of configuration; `base` has the sections it leaves out."""
+    if block.language == "toml":
+        assert tomllib.loads(block.text), block.place
+        return
+    values = yaml.safe_load(block.text)
+    if "body" in values:
+        Robot.model_validate(values)
+        return
+    without_robot = {name: section for name, section in base.items() if name != "robot"}
+    Config.model_validate(without_robot | values)
 
 
 @pytest.fixture(scope="module")
@@ -98,7 +109,8 @@ def test_examples_of_the_introduction_say_what_the_package_computes():
     for block in blocks_of("docs/introduction.md"):
         if block.language == "python":
             exec(block.text, names)  # noqa: S102
-    alpha_z = alpha_grid("poppy_LP")[0][list(BETA_DEG).index(30), list(GAMMA_DEG).index(45)]
+    cells = rftfit.published_table("table_s5").set_index(["medium", "beta_deg", "gamma_deg"])
+    alpha_z = cells.loc[("poppy_LP", 30, 45), "alpha_z_N_per_cm3"]
     assert names["alpha_z"] == pytest.approx(alpha_z)
     assert names["highest"]["theta_deg"] < 0 < names["highest"]["force_z_N"]
     zeta, zeta_lo, zeta_hi = names["sand"].zeta

@@ -1,6 +1,6 @@
 """The dictionary of outputs describes every file and column that the program writes.
 
-`tests/workflow/test_workflow_again.py` holds it against every file of a whole run.
+`tests/golden/test_golden.py` holds it against every file of the golden campaigns.
 """
 
 import shutil
@@ -10,7 +10,6 @@ from typing import Any
 import pandas as pd
 import pytest
 from campaigns import planned_jobs
-from pages import unit_of
 
 from rftfit.lab.plan import plan_runs
 from rftfit.lab.write import sheet_text
@@ -22,7 +21,32 @@ ROOT = Path(__file__).parents[1]
 TABLES = [output for output in outputs() if output.columns]
 
 
-# --- the dictionary itself ------------------------------------------------------------------------
+UNITS = {
+    "N2_per_cm6": "N^2/cm^6",
+    "N_per_cm3": "N/cm^3",
+    "N_per_cm2": "N/cm^2",
+    "N_per_cm": "N/cm",
+    "per_cm": "1/cm",
+    "N_cm": "N cm",
+    "cm_per_s": "cm/s",
+    "deg_per_s": "degrees/s",
+    "percent": "%",
+    "turns": "turns",
+    "hours": "h",
+    "deg": "degrees",
+    "Hz": "Hz",
+    "N2": "N^2",
+    "N": "N",
+    "cm": "cm",
+    "mm": "mm",
+    "s": "s",
+}
+"""What a name ends with, the longest first, and the unit it stands for."""
+
+
+def unit_of(name):
+    """Unit that a name carries; empty where it carries none."""
+    return next((unit for end, unit in UNITS.items() if name.endswith(f"_{end}")), "")
 
 
 @pytest.mark.parametrize("table", TABLES, ids=lambda table: table.file)
@@ -82,12 +106,6 @@ def test_every_stage_and_result_is_described(tmp_path, paper_config):
     for entry in outputs():
         if entry.file.startswith("results/"):
             assert set(entry.stage.split(", ")) <= stages, entry.file
-
-
-# --- against tables -------------------------------------------------------------------------------
-
-
-# --- the check itself -----------------------------------------------------------------------------
 
 
 def test_the_closest_entry_describes():

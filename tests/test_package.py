@@ -18,7 +18,7 @@ from packaging.requirements import Requirement
 from seams import declared_names, used_names
 
 import rftfit
-from rftfit.reference import CITATION
+from rftfit import reference
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "src" / "rftfit"
@@ -41,8 +41,8 @@ def test_versions_and_citation_agree():
     assert project["version"] == rftfit.__version__
     assert project["license"] == citation["license"]
     paper = citation["references"][0]
-    assert paper["doi"] in CITATION
-    assert paper["title"] in CITATION
+    assert paper["doi"] in reference.CITATION
+    assert paper["title"] in reference.CITATION
     codemeta = json.loads((ROOT / "codemeta.json").read_text("utf-8"))
     assert codemeta["license"] == f"https://spdx.org/licenses/{project['license']}"
     assert codemeta["keywords"] == project["keywords"] == citation["keywords"]

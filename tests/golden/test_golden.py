@@ -7,12 +7,20 @@ import re
 import tomllib
 from functools import cache
 
+import pandas as pd
 import pytest
-from golden_tables import compare_tables, is_same_machine, output_of, read_expected, short_tables
+from golden_tables import (
+    SUMMARIES,
+    compare_tables,
+    is_same_machine,
+    output_of,
+    read_expected,
+    short_tables,
+)
 from makers import KNOWN_WRONG, SMALL, golden_campaigns
 from waiting import make_once
 
-from rftfit.outputs.dictionary import alternatives, column_of, outputs
+from rftfit.outputs.dictionary import alternatives, column_of, describe_file, outputs
 
 CAMPAIGNS = {campaign.name: campaign for campaign in golden_campaigns()}
 TABLES = [output for output in outputs() if output.columns]
@@ -41,6 +49,8 @@ ALWAYS_EMPTY = {
     ): "no golden campaign has a motion log along another path than its sheet",
 }
 """Columns that are empty in all golden tables, by table and column, with the reason."""
+WITHOUT_COLUMNS = ("files", "results/report.html", "commands/endings.json")
+"""Golden tables whose rows the dictionary does not describe."""
 
 
 @pytest.fixture(scope="session")
@@ -55,32 +65,85 @@ def golden_folder(request, tmp_path_factory):
     return folder_of
 
 
+@cache
+def expected_of(name):
+    """Return the expected tables of a campaign, which nobody changes."""
+    return read_expected(CAMPAIGNS[name].expected)
+
+
 @pytest.mark.parametrize("name", CAMPAIGNS)
 def test_every_column_is_as_expected(name, golden_folder):
     tables = short_tables(golden_folder(name))
-    folder = CAMPAIGNS[name].expected
-    expected = read_expected(folder)
-    assert expected
-    differences = compare_tables(expected, tables, is_here=is_same_machine(folder))
+    assert expected_of(name)
+    is_here = is_same_machine(CAMPAIGNS[name].expected)
+    differences = compare_tables(expected_of(name), tables, is_here=is_here)
     assert not differences, "\n".join(map(str, differences))
+
+
+def columns_of(path, table):
+    """Return the columns of a golden table, or the keys of a json object."""
+    if path.endswith(".json"):
+        return {path_of_value.split(".")[1].split("[")[0] for path_of_value in table["row"]}
+    return {*table.columns} - {"row"}
+
+
+def is_of_kind(kind, cells):
+    """Return whether cells are what the dictionary calls them."""
+    if kind == "yes or no":
+        return {*cells} <= {"True", "False"}
+    if kind not in ("number", "count"):
+        return True
+    numbers = pd.to_numeric(cells)
+    return kind == "number" or bool(((numbers == numbers.round()) & (numbers >= 0)).all())
+
+
+@pytest.mark.parametrize("name", CAMPAIGNS)
+def test_every_file_and_column_is_what_the_dictionary_says(name):
+    tables = expected_of(name)
+    assert [path for path in tables["files"]["file"] if describe_file(path) is None] == []
+    for path in tables.keys() - WITHOUT_COLUMNS:
+        described, table = output_of(path), tables[path]
+        columns = columns_of(path, table)
+        always = {
+            column_name
+            for column in described.columns
+            if not column.when and "<" not in column.name
+            for column_name in column.names
+        }
+        assert always <= columns, path
+        for column in columns:
+            entry = column_of(described, column)
+            assert entry is not None, (path, column)
+            if not path.endswith(".json"):
+                cells = table.loc[~table["row"].isin(SUMMARIES), column]
+                assert is_of_kind(entry.kind, cells[cells != ""]), (path, column)
+
+
+def test_every_file_that_a_campaign_always_has_is_in_a_golden_one():
+    files = {path for name in CAMPAIGNS for path in expected_of(name)["files"]["file"]}
+    golden = {describe_file(path).file for path in files}
+    always = {
+        output.file
+        for output in outputs()
+        if not output.when and output.file.startswith("results/")
+    }
+    assert always - golden == {f"results/{kind}/<path>" for kind in ("logs", "records", "state")}
 
 
 @cache
 def filled_columns():
     """Return whether a column has a cell that is filled, by table and column of the dictionary."""
     filled: dict[tuple[str, str], bool] = {}
-    for campaign in CAMPAIGNS.values():
-        for name, table in read_expected(campaign.expected).items():
-            if name in ("files", "results/report.html", "commands/endings.json"):
-                continue
-            described = output_of(name)
-            if name.endswith(".json"):
-                keys = {path.split(".")[1].split("[")[0] for path in table["row"]}
-                filled |= {(described.file, key): True for key in keys}
-                continue
-            for column in table.columns.drop("row"):
+    for name in CAMPAIGNS:
+        tables = expected_of(name)
+        for path in tables.keys() - WITHOUT_COLUMNS:
+            described, table = output_of(path), tables[path]
+            for column in columns_of(path, table):
+                if path.endswith(".json"):
+                    filled[described.file, column] = True
+                    continue
                 key = described.file, name_in_dictionary(described, column)
-                rows_of_table = ~table["row"].isin(["count", "mean", "largest"])
+                rows_of_table = ~table["row"].isin(SUMMARIES)
                 is_filled = bool((table.loc[rows_of_table, column] != "").any())
                 filled[key] = filled.get(key, False) or is_filled
     return filled

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from functools import cache
+from itertools import compress
 from statistics import NormalDist
 from typing import NamedTuple
 
@@ -310,24 +311,22 @@ class Ensemble:
         random = np.random.default_rng([seed, *self.medium.encode()])
         beds_off = random.normal(0, run_to_run, self.quantities["alpha"].shape)
         is_kept = [run.number < (repeats if run.gamma_deg in repeated else 1) for run in self.runs]
-        kept = [run for run, keep in zip(self.runs, is_kept, strict=True) if keep]
-        fixed = pd.DataFrame(
+        kept = [*compress(self.runs, is_kept)]
+        rows = [
             {
-                "run_id": [run.run_id for run in kept],
-                "medium": self.medium,
-                "beta_deg": [run.beta_deg for run in kept],
-                "gamma_deg": [run.gamma_deg for run in kept],
-                "direction": [run.direction for run in kept],
-                "mirrored": [run.gamma_deg < 0 for run in kept],
-                "tare_run": [f"{run.run_id}_rod" for run in kept],
-                "lever_per_cm": [
-                    lever for lever, keep in zip(self.levers, is_kept, strict=True) if keep
-                ],
-                "depth_from_cm": [run.depth.min() for run in kept],
-                "depth_to_cm": [run.depth.max() for run in kept],
-                "reason": "",
+                "run_id": run.run_id,
+                "beta_deg": run.beta_deg,
+                "gamma_deg": run.gamma_deg,
+                "direction": run.direction,
+                "mirrored": run.gamma_deg < 0,
+                "tare_run": f"{run.run_id}_rod",
+                "depth_from_cm": run.depth.min(),
+                "depth_to_cm": run.depth.max(),
             }
-        )
+            for run in kept
+        ]
+        levers = [*compress(self.levers, is_kept)]
+        fixed = pd.DataFrame(rows).assign(medium=self.medium, lever_per_cm=levers, reason="")
         rods = [zero_intercept(run.depth, rod_stress(run, self.medium))[0] for run in kept]
         fixed = fixed.assign(
             alpha_z_rod_N_per_cm3=[rod[0] for rod in rods],

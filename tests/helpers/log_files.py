@@ -19,9 +19,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import dateutil.parser
 import numpy as np
 import pandas as pd
 import pytest
+from makers import data_of
 
 import rftfit
 from rftfit.logs.base import LogError
@@ -239,28 +241,20 @@ def dated(rows):
     ]
 
     def cells(line):
-        parts = [cell.strip(' \t"') for cell in next(csv.reader([line]))]
+        stamp, force, *rest = (cell.strip(' \t"') for cell in next(csv.reader([line])))
         # a comma behind the last cell adds none
-        if len(parts) < 2 or any(parts[2:]):
+        if any(rest):
             raise ValueError(line)
         # what is left of a file may have numbers for times
         with contextlib.suppress(ValueError):
-            return [float(parts[0]), float(parts[1])]
-        # any mark between year, month and day is as clear
-        stamp = re.sub(r"^(\d+)[-./](\d+)[-./](\d+)", r"\1-\2-\3", parts[0].replace(",", "."))
-        whole, _, fraction_and_zone = stamp.partition(".")
-        zone = fraction_and_zone.lstrip("0123456789")
-        # a year of two digits, others of one, and more blanks are as clear
-        whole = re.sub(r"(?<=\d)[T ] *(?=\d)", "T", whole)
-        whole = re.sub(r"^\d\d(?=-)", "20\\g<0>", whole)
-        whole = re.sub(r"(?<=-)\d(?=[-T ])", lambda digit: digit[0].zfill(2), whole)
-        whole = re.sub(r"(?<=[T: ])\d(?=:|$)", lambda digit: digit[0].zfill(2), whole)
-        time = dt.datetime.fromisoformat(whole + zone)
+            return [float(stamp), float(force)]
+        # years of two digits, months of one, any marks between them, and more blanks are as clear
+        whole, fraction, zone = re.findall(
+            r"^(.*?:.*?:\s*\d+)(?:[.,](\d*))?(Z?|[+-][\d:]+)$", stamp
+        )[0]
+        time = dateutil.parser.parse(whole + zone, yearfirst=True)
         time = time if time.tzinfo else time.replace(tzinfo=dt.UTC)
-        return [
-            int(time.timestamp()) + float(f"0.{fraction_and_zone.removesuffix(zone)}"),
-            float(parts[1]),
-        ]
+        return [int(time.timestamp()) + float(f"0.{fraction}"), float(force)]
 
     foreign = _foreign("delimited", head, lines, ["Time", "Fz"], cells)
     reader = text_reader()
@@ -535,64 +529,11 @@ def make_binary(name):
 MEMORY = 64_000_000
 """Bytes that reading a file of some kilobytes may take."""
 SLOWEST_S = 10.0
-_WORDS = (
-    b"\n",
-    b"\r",
-    b"\r\n",
-    b"\x00",
-    b'"',
-    b",",
-    b";",
-    b"\t",
-    b" ",
-    b"#",
-    b"%",
-    b"-",
-    b"+",
-    b"e",
-    b"E9999",
-    b"nan",
-    b"inf",
-    b"0x10",
-    b"1_0",
-    b"\xff\xfe",
-    b"\xef\xbb\xbf",
-    b"1,000,000",
-    b".",
-    b"(s);(mm)\n",
-    b"***End_of_Header***\n",
-    b"Channels\t2\n",
-    b"Status (hex), RDT Sequence\n",
-    b"%time,field.\n",
-    b"Delta_X\t0\n",
-    b"RDT Sample Rate: 0\n",
-    b"9" * 400,
-    b"\xc3",
-    b"\xe2\x88\x92",
-)
-
-
 MEMORY_OF_LIBRARIES = 200_000_000
 """Bytes above those before that a process may take while a library reads a file of some kilobytes."""
 SLOWEST_OF_LIBRARIES_S = 5.0
-_WORDS_OF_BINARIES = (
-    b"\x00",
-    b"\x00" * 8,
-    b"\xff",
-    b"\xff" * 4,
-    b"\xff" * 8,
-    b"\x7f\xff\xff\xff",
-    b"\xff\xff\xff\x7f",
-    b"\x00\x00\x00\x40",
-    b"\x00\x00\x00\x80",
-    (10**9).to_bytes(4, "little"),
-    (10**12).to_bytes(8, "little"),
-    b"[1000000000]",
-    b"[]",
-    b"&a [*a, *a]",
-    b"../../x",
-    b"\n",
-    b"9" * 30,
+_WORDS, _WORDS_OF_BINARIES = (
+    tuple(word.encode("latin-1") for word in words) for words in data_of("fuzz_words").values()
 )
 
 
@@ -709,16 +650,12 @@ def judge_binary(reader, place, score):
 def _restart_peak():
     """Let the kernel measure the peak of this process anew; what it takes now, bytes."""
     Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
-    return _of_status("VmRSS")
+    return _peak("VmRSS")
 
 
-def _peak():
-    return _of_status("VmHWM")
-
-
-def _of_status(word):
-    lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
-    return next(1024 * int(line.split()[1]) for line in lines if line.startswith(f"{word}:"))
+def _peak(word="VmHWM"):
+    status = Path("/proc/self/status").read_text(encoding="ascii")
+    return 1024 * int(re.findall(rf"(?m)^{word}:\s+(\d+)", status)[0])
 
 
 def _binary_input(luck, contents):
@@ -815,7 +752,7 @@ def check_rows(foreign, log, content):
         plain = _with_plain_numbers(plain)
         try:
             seen.add(tuple(foreign.cells(plain.decode("latin-1"))))
-        except (ValueError, IndexError, StopIteration):
+        except (ValueError, IndexError, OverflowError, StopIteration):
             continue
     rows = np.stack([log.columns[column] for column in foreign.raw], axis=1)
     for row in rows[~np.isnan(rows).any(axis=1)].tolist():  # NaN stands for a cell without a number

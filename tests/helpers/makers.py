@@ -196,30 +196,28 @@ NOT_MEASURED = {name: {"constant": 0, "unit": "N"} for name in ("F1", "F2")}
 """Channels of a load cell that feels F3 alone."""
 
 
+BENCH = """\
+title: one cell, one stage
+raw: raw
+run_sheet: config/runs.csv
+clock: {method: same_clock}
+transducer: {name: cell, range_N: [500, 500, 500], axes: {x: +F1, y: +F2, z: +F3}}
+container: {length_cm: 60, width_cm: 60, depth_cm: 40}
+intruders: {plate: {shape: plate, length_cm: 5, width_cm: 3, thickness_cm: 0.4}}
+media: {sand: {title: sand}}
+fit: {missing_tare: flag}
+"""
+"""Config of a bench without its logs."""
+
+
 def bench_config(force_log, motion_log, *, transducer=None, **sections):
     """Config of a bench with one clock, a plate and a bed of sand, whose channels lie along the axes.
 
     `transducer`: Settings of it beside those that are here, or in their place. `sections`: In place of those that are here.
     """
-    cell = {
-        "name": "cell",
-        "range_N": [500, 500, 500],
-        "axes": {"x": "+F1", "y": "+F2", "z": "+F3"},
-    }
-    plate = {"shape": "plate", "length_cm": 5, "width_cm": 3, "thickness_cm": 0.4}
-    return {
-        "title": "one cell, one stage",
-        "raw": "raw",
-        "run_sheet": "config/runs.csv",
-        "force_log": force_log,
-        "motion_log": motion_log,
-        "clock": {"method": "same_clock"},
-        "transducer": cell | (transducer or {}),
-        "container": {"length_cm": 60, "width_cm": 60, "depth_cm": 40},
-        "intruders": {"plate": plate},
-        "media": {"sand": {"title": "sand"}},
-        "fit": {"missing_tare": "flag"},
-    } | sections
+    config = yaml.safe_load(BENCH) | {"force_log": force_log, "motion_log": motion_log}
+    config["transducer"] |= transducer or {}
+    return config | sections
 
 
 def comma_log(**columns):
@@ -287,14 +285,13 @@ class SimulatedLab:
 
     def words(self):
         """Return the words of the command."""
-        chosen = ["--seed", str(self.seed), "--protocol", self.protocol]
-        chosen += [word for medium in self.media for word in ("--media", medium)]
-        chosen += [word for fault in self.faults for word in ("--fault", fault)]
-        # one word, since a grid may begin with a minus sign
-        chosen += [f"--grid={self.grid}"] if self.grid else []
-        chosen += [] if self.tare else ["--no-tare"]
-        chosen += [] if self.legs else ["--no-legs"]
-        return chosen
+        words = [f"--seed={self.seed}", f"--protocol={self.protocol}"]
+        words += [f"--media={medium}" for medium in self.media]
+        words += [f"--fault={fault}" for fault in self.faults]
+        words += [f"--grid={self.grid}"] if self.grid else []
+        words += [] if self.tare else ["--no-tare"]
+        words += [] if self.legs else ["--no-legs"]
+        return words
 
 
 @dataclass(frozen=True)
@@ -523,7 +520,6 @@ def _command():
 
 
 # --- The command `rftfit` in this process, as the installed program declares it -----------------------------------
-# The command `rftfit` in this process, as the installed program declares it: no inner name is imported.
 
 
 def answer_of(*words, folder=None):
@@ -551,7 +547,14 @@ def _refuse(constant):
     raise ValueError(f"{constant} is no JSON")
 
 
-# --- The small logs of `tests/logs/data` ------------------------------------------------------------------------
+# --- Tables of `tests/helpers/data` and the small logs of `tests/logs/data` ------------------------------------------------------------------------
+
+
+def data_of(name):
+    """Return the content of a table of `tests/helpers/data`."""
+    path = Path(__file__).parent / "data" / f"{name}.toml"
+    return tomllib.loads(path.read_text("utf-8"))
+
 
 LOGS = Path(__file__).parents[1] / "logs" / "data"
 """Small logs beside `expected.toml`, which says what each holds."""

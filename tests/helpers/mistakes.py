@@ -1,6 +1,7 @@
 """Campaigns of other labs, and mistakes in sheet, config and logs, with what check and stages say of them."""
 
 import copy
+import json
 import random
 import re
 from collections.abc import Callable
@@ -16,23 +17,21 @@ import pandas as pd
 import yaml
 from campaigns import RigRoom, run_rules
 from coverage_levels import measured
-from makers import read_rows, write_campaign
+from makers import answer_of, data_of, read_rows, write_campaign
 from paper import NOTHING, disturbed_logs, enact, paper_values
 
+import rftfit
 from rftfit.campaign.config import Config
-from rftfit.campaign.load import check_campaign, load_campaign
+from rftfit.campaign.load import load_campaign
 from rftfit.checks.verdict import Verdict, verdict_on
-from rftfit.errors import InputError
 from rftfit.lab.enact import prepare, run_logs
 from rftfit.lab.plan import PlannedRun, parse_directions
 from rftfit.lab.truth import table_s5
 from rftfit.lab.write import format_numbers, sheet_text
 from rftfit.measure.alpha import column
 from rftfit.measure.flags import Flags
-from rftfit.measure.read import readers
 from rftfit.page.outcome import outcome_of_runs
-from rftfit.results import open_results
-from rftfit.workflow.measure import checks
+from rftfit.workflow import measure as measure_stages
 
 # --- What `rftfit check` says of a campaign beside what its stages do with it -------------------------------------
 
@@ -47,52 +46,40 @@ def compare(folder, stages=()):
     AssertionError
         If `check` passes what the stages refuse, or drops what they use, or one of them breaks.
     """
-    root = folder.root
-    completed = folder.rftfit("check")
-    campaign, problems = check_campaign(folder.config)
-    if campaign is None:
-        assert completed.returncode == 2, completed.stdout
-        return REFUSED
-    if fault := _fault_of_readers(campaign):
-        assert completed.returncode == 2
-        assert fault in completed.stdout
+    code, printed, _ = answer_of("check", "--json", folder=folder.root)
+    checked = json.loads(printed)
+    problems = checked["problems"]
+    if checked["campaign"] is None or any(one["code"] == "logs.reader" for one in problems):
+        assert code == 2, printed
         return REFUSED
     run_rules(folder.config, *stages)
-    of_sheet = {problem.place.row for problem in problems if problem.place.row is not None}
+    results = rftfit.open(folder.root)
+    campaign = results.campaign
+    rows_of_sheet = {problem["place"]["row"] for problem in problems}
     excluded = [run for run in campaign.runs if run.excluded]
     empty = False
     lost: set[str] = set()
     for medium in campaign.media_with_runs:
-        reasons = _reasons(root / "results", medium)
+        reasons = _reasons(results, medium)
         runs = [run for run in campaign.runs_of(medium) if not run.excluded]
         lost_of_medium = {run.run_id for run in runs if reasons[run.run_id]}
         with_logs = {r.run_id for r in runs if _has_logs(campaign.raw, r)}
-        assert _count_dropped(completed.stdout, medium) == len(lost_of_medium & with_logs), (
+        assert _count_dropped(problems, medium) == len(lost_of_medium & with_logs), (
             sorted(lost_of_medium & with_logs),
-            completed.stdout,
+            printed,
         )
-        assert all(run.row in of_sheet for run in runs if run.run_id in lost_of_medium - with_logs)
+        assert {r.row for r in runs if r.run_id in lost_of_medium - with_logs} <= rows_of_sheet
         plates_and_legs = {run.run_id for run in runs if run.kind in ("plate", "leg")}
-        nothing = (
+        empty |= (
             bool(lost_of_medium & with_logs)
             and (plates_and_legs & with_logs or with_logs) <= lost_of_medium
         )
-        empty |= nothing
         lost |= lost_of_medium
-    assert completed.returncode == (2 if empty else 0), completed.stdout
+    assert code == (2 if empty else 0), printed
     # and the page tells of the same runs
-    dropped = {str(row["run_id"]) for row in outcome_of_runs(open_results(root)).dropped}
+    dropped = {str(row["run_id"]) for row in outcome_of_runs(results).dropped}
     assert lost == dropped - {run.run_id for run in (*campaign.unassigned_air_runs, *excluded)}
     return NOTHING_LEFT if empty else SOME if lost else ALL
-
-
-def _fault_of_readers(campaign):
-    try:
-        if not campaign.numbers:
-            readers(campaign)
-    except InputError as error:
-        return str(error)
-    return ""
 
 
 def _has_logs(raw, run):
@@ -104,44 +91,25 @@ def _reasons(results, medium):
     """Why each run gave no number, by the tables of the stages; empty where it gave one."""
     reasons: dict[str, str] = {}
     for name in ("runs", "tares", "fits"):
-        table = pd.read_csv(results / name / f"{medium}.csv", dtype=str, keep_default_na=False)
+        table = results.table(f"{name}/{medium}.csv")
         reasons |= dict(zip(table["run_id"], table["reason"], strict=True))
     return reasons
 
 
-def _count_dropped(text, medium):
+def _count_dropped(problems, medium):
     """How many runs of a medium `check` says would be dropped."""
-    lines = [line for line in text.splitlines() if line.startswith(f"  {medium}, ")]
-    counts = [re.match(r".*?, (\d+) (?:of \d+ )?runs? would be dropped", line) for line in lines]
+    places = [problem["place"]["file"] for problem in problems if problem["code"] == "logs.refused"]
+    counts = (re.match(rf"{medium}, (\d+) ", place) for place in places)
     return sum(int(count[1]) for count in counts if count)
 
 
 # --- Campaigns of other labs: grids and protocols that are not the paper's, re-enacted ----------------------------
 
-GRIDS = {
-    "coarse": "-30,0,30,90 x -90,-60,-30,0,30,60,90",
-    "other": "-75,-40,-10,20,55,80 x -70,-45,-25,25,45,70",
-    "no-vertical": "-60,-20,20,60 x -75,-50,-20,20,50,75",
-    "one-row": "0 x -90,-60,-30,30,60,90",
-    "scattered": "scattered:25",
-    "straight-down": "-60,-30,0,30,60 x 90",
-    "one-push": "0:90",
-}
-SECTIONS = {
-    "paper": {},
-    "no-pause": {},
-    "stroke-only": {"clock": {"method": "same_clock"}, "zero": {"method": "stated", "sd_N": 0.02}},
-    "separate-zero": {"clock": {"method": "same_clock"}},
-    "one-file": {"clock": {"method": "same_clock"}},
-    "cyclic": {"clock": {"method": "same_clock"}},
-    "constant-speed": {
-        "clock": {"method": "same_clock"},
-        "zero": {"method": "stated", "sd_N": 0.02},
-        "motion_log": {
-            "columns": {"time": "time", "z": {"constant": 150.2, "unit": "mm", "rate": -10}}
-        },
-    },
-}
+_DATA = data_of("mistakes")
+GRIDS = _DATA["grids"]
+"""Directions, as `rftfit reenact --grid` takes them."""
+SECTIONS = _DATA["sections"]
+"""Sections of the config by the protocol that needs them."""
 MEDIUM = "poppy_CP"
 CELLS_OF_ONE = 0.8
 """Part of the numbers of one small campaign whose 95 % intervals must hold the truth."""
@@ -163,26 +131,7 @@ class Case:
         return f"{self.grid}, {self.protocol}{suffix}"
 
 
-CASES = [
-    *(
-        Case(grid, protocol)
-        for grid in ("coarse", "other", "no-vertical", "one-row", "scattered")
-        for protocol in ("paper", "no-pause", "stroke-only", "separate-zero", "one-file")
-    ),
-    Case("one-push", "paper"),
-    Case("one-push", "stroke-only", tare=False),
-    Case("coarse", "paper", tare=False),
-    Case("coarse", "one-file", tare=False, legs=True),
-    Case("scattered", "stroke-only", tare=False),
-    Case("other", "paper", legs=True),
-    Case("coarse", "separate-zero", legs=True),
-    Case("coarse", "cyclic"),
-    Case("scattered", "cyclic"),
-    Case("straight-down", "constant-speed"),
-    Case("straight-down", "cyclic", dialect="xlsx"),
-    *(Case("coarse", "one-file", dialect=dialect) for dialect in ("instron", "lvm", "tdms")),
-    *(Case("coarse", "paper", dialect=dialect) for dialect in ("delimited", "parquet", "arrays")),
-]
+CASES = [Case(**case) for case in _DATA["cases"]]
 
 
 def make(folder, case):
@@ -365,25 +314,8 @@ def _of_cell(luck, written):
     row = luck.choice(written.rows)
     column = luck.choice(list(row))
     cells_of_column = [sheet_row[column] for sheet_row in written.rows]
-    row[column] = luck.choice(
-        [
-            *cells_of_column,
-            "",
-            "0",
-            "45",
-            "-90",
-            "90",
-            "18.43",
-            "1e9",
-            "-3",
-            "nan",
-            "yes",
-            "rod",
-            "horizontal",
-            "extraction",
-            luck.choice(list(written.logs)),
-        ]
-    )
+    words = [*_DATA["cells"], luck.choice(list(written.logs))]
+    row[column] = luck.choice([*cells_of_column, *words])
     return f"{row['run_id']}, {column}: {row[column]!r}"
 
 
@@ -392,9 +324,7 @@ def _of_setting(luck, written):
     path = []
     while True:
         keys = range(len(section)) if isinstance(section, list) else sorted(section)
-        key = luck.choice(
-            [candidate for candidate in keys if candidate not in ("title", "raw", "run_sheet")]
-        )
+        key = luck.choice([key for key in keys if key not in ("title", "raw", "run_sheet")])
         path.append(str(key))
         if not isinstance(section[key], dict | list) or not section[key]:
             break
@@ -405,70 +335,27 @@ def _of_setting(luck, written):
     elif isinstance(value, int | float):
         section[key] = luck.choice([0, 0.1, 10, -1, 1000, 1e-6]) * (value or 1)
     else:
-        section[key] = luck.choice(
-            [
-                "N",
-                "kN",
-                "mm",
-                "cm",
-                "m",
-                "estimate",
-                "same_clock",
-                "sync_line",
-                "stated",
-                "air",
-                "find",
-                "flag",
-                "refuse",
-                "drop",
-                "uneven",
-                "+F1",
-                "-F1",
-                "-F3",
-                "natural_sand",
-                "dft-index",
-            ]
-        )
+        section[key] = luck.choice(_DATA["settings"])
     return f"{'.'.join(path)}: {section[key]!r}"
 
 
 def _of_log(luck, written):
     name = luck.choice([name for name in written.logs if not name.endswith("REENACTED.txt")])
-    damage = luck.choice(DAMAGES)
-    text = written.logs[name].decode()
-    lines = text.splitlines()
+    damage = luck.choice([*DAMAGES])
+    lines = written.logs[name].decode().splitlines()
     top = next((i + 1 for i, line in enumerate(lines) if line.startswith(("time", "medium"))), 0)
     if len(lines) - top < 10:
         return f"{name}: spoiled already"
-    if damage is _another:
+    if damage == "another":
         written.logs[name] = written.logs[luck.choice(list(written.logs))]
     else:
-        body = damage(luck, [line.split(",") for line in lines[top:]])
-        head = [] if damage is _nothing else lines[:top]
-        if damage is _unit:
-            old, new = luck.choice(
-                [
-                    ("_N", "_lbf"),
-                    ("_mm", "_cm"),
-                    ("time_s", "time_ms"),
-                    ("run_id", "run"),
-                    ("_deg", ""),
-                ]
-            )
+        body = DAMAGES[damage](luck, [line.split(",") for line in lines[top:]])
+        head = [] if damage == "nothing" else lines[:top]
+        if damage == "unit":
+            old, new = luck.choice(_DATA["names"])
             head = [line.replace(old, new) for line in head]
         written.logs[name] = "\n".join([*head, *map(",".join, body)]).encode() + b"\n"
-    return f"{name}: {damage.__name__.strip('_')}"
-
-
-Table = list[list[str]]
-
-
-def _cut(luck, rows):
-    return rows[: luck.randrange(len(rows))]
-
-
-def _late(luck, rows):
-    return rows[luck.randrange(len(rows)) :]
+    return f"{name}: {damage}"
 
 
 def _hole(luck, rows):
@@ -497,10 +384,8 @@ def _scaled(luck, rows):
 
 
 def _spoiled(luck, rows):
-    column, word = (
-        luck.randrange(len(rows[0])),
-        luck.choice(["nan", "", "x", "1e9", "inf", "1;2", "0"]),
-    )
+    column = luck.randrange(len(rows[0]))
+    word = luck.choice(_DATA["words"])
     share = luck.choice([1.0, 0.5, 0.01])
     first = luck.randrange(len(rows))
     for row in rows[first : first + max(1, int(share * len(rows)))]:
@@ -508,46 +393,27 @@ def _spoiled(luck, rows):
     return rows
 
 
-def _backwards(_, rows):
-    return rows[::-1]
-
-
 def _shorter(luck, rows):
     column = luck.randrange(len(rows[0]))
     return [row[:column] + row[column + 1 :] for row in rows]
 
 
-def _nothing(_luck, _rows):
-    return []
-
-
-def _header(_luck, _rows):
-    return []
-
-
-def _another(_, rows):
-    return rows
-
-
-def _unit(_, rows):
-    return rows
-
-
-DAMAGES: tuple[Callable[[random.Random, Table], Table], ...] = (
-    _cut,
-    _late,
-    _hole,
-    _twice,
-    _swapped,
-    _scaled,
-    _spoiled,
-    _backwards,
-    _shorter,
-    _nothing,
-    _header,
-    _another,
-    _unit,
-)
+DAMAGES: dict[str, Callable[[random.Random, list[list[str]]], list[list[str]]]] = {
+    "cut": lambda luck, rows: rows[: luck.randrange(len(rows))],
+    "late": lambda luck, rows: rows[luck.randrange(len(rows)) :],
+    "hole": _hole,
+    "twice": _twice,
+    "swapped": _swapped,
+    "scaled": _scaled,
+    "spoiled": _spoiled,
+    "backwards": lambda _, rows: rows[::-1],
+    "shorter": _shorter,
+    "nothing": lambda *_: [],
+    "header": lambda *_: [],
+    "another": lambda _, rows: rows,
+    "unit": lambda _, rows: rows,
+}
+"""What is done to the rows of a log; `another` and `unit` change something else of it."""
 
 
 # --- Mistakes of a lab in the files of a re-enacted campaign: logs, run sheet, configuration ----------------------
@@ -801,101 +667,36 @@ def another_run(written, luck, in_other_medium=False, turn_deg=0):
     return of_logs(written, [row], transform, "motion_log")
 
 
-def _cut_rows(log, number):
-    return log[:, 5 * number :]
-
-
-def _last_digit(log, number):
-    force = log.shape[0] == len(CHANNELS) + 3
-    log[2 if force else 1 :] += (1e-5 if force else 1e-2) * number
-    return log
-
-
-def _times(log, number):
-    log[0] *= 1 + 1e-4 * number
-    return log
-
-
-def copies(written, _, transform=None, count=4):
-    """File copies of a straight push as its repeats, each changed by its number."""
+def copies(written, _, change_of_log=""):
+    """File four copies of a straight push as its repeats, each changed by its number."""
     first = one_push(written)
-    for number in range(1, count + 1):
+    for number in range(1, 5):
         row = first | {"run_id": f"{first['run_id']}_copy{number}"}
         for name in LOGS:
             row[name] = f"{row['run_id']}_{name}.csv"
             written.logs[row[name]] = written.logs[first[name]]
-            if transform is not None:
-                change(written, row[name], partial(transform, number=number))
+            if change_of_log:
+                change(written, row[name], partial(_changed_copy, change_of_log, number))
         written.rows.append(row)
     for row in written.rows:
         if row["tare_run"] == first["tare_run"]:
             row["tare_shared"] = "yes"
-    return [first["run_id"], *(row["run_id"] for row in written.rows[-count:])]
+    return [first["run_id"], *(row["run_id"] for row in written.rows[-4:])]
 
 
-class Mistake(NamedTuple):
-    """A mistake: makes it and returns the run_ids; checks or flags of which one has to name it."""
-
-    make: Callable[[Written, Luck], list[str]]
-    named_by: tuple[str, ...]
-
-
-def _each():
-    mistakes: dict[str, Any] = {}
-    for axis in "xz":
-        mistakes |= {
-            f"{axis} reversed": (partial(gain, axis=axis, factor=-1), "work"),
-            f"{axis} constant": (partial(dead, axis=axis, noise_N=0), "channels"),
-            f"{axis} dead": (partial(dead, axis=axis), "channels"),
-            f"{axis} drifts": (partial(drift, axis=axis, newtons_per_s=0.05), "drift"),
-        }
-        for share in (0.3, 0.6):
-            for where in ("random", "stretch"):
-                settings: dict[str, Any] = {"axis": axis, "share": share, "where": where}
-                ending = f"{share:.0%} {where}"
-                mistakes[f"{axis} dead, {ending}"] = (partial(dead, **settings), "channels")
-                mistakes[f"{axis} gain 0.3, {ending}"] = (
-                    partial(gain, factor=0.3, **settings),
-                    "channels",
-                )
-    mistakes["x and z exchanged"] = (exchanged_channels, "work")
-    mistakes["clipped at 4 N"] = (partial(clipped, newtons=4), "channels")
-    for degrees in (-7, -4, -2, 2, 4, 7):
-        mistakes[f"turned {degrees:+d} deg"] = (partial(turned, degrees=degrees), "symmetry")
-    mistakes["tares exchanged"] = (partial(swapped, count=None), "rods")
-    for where in ("random", "stretch"):
-        mistakes |= {
-            f"10 tares exchanged, {where}": (partial(swapped, count=10, where=where), "rods"),
-            f"surface 3 mm, half, {where}": (
-                partial(surface, mm=3, share=0.5, where=where),
-                "surface",
-            ),
-            f"lag 0.2 s, half, {where}": (
-                partial(late, seconds=0.2, share=0.5, where=where),
-                "surface",
-            ),
-        }
-    mistakes |= {
-        "x reversed, 44% stretch": (
-            partial(gain, axis="x", factor=-1, share=80 / 180, where="stretch"),
-            "channels",
-        ),
-        "lag 0.3 s": (partial(late, seconds=0.3), "surface"),
-        "surface +3 mm": (partial(surface, mm=3), "surface"),
-        "surface -3 mm": (partial(surface, mm=-3), "surface"),
-        "copies": (copies, "same_logs"),
-        "copies, 5 rows cut": (partial(copies, transform=_cut_rows), "same_logs"),
-        "copies, last digit": (partial(copies, transform=_last_digit), "same_logs"),
-        "copies, times 1.0001": (partial(copies, transform=_times), "same_logs"),
-        "one run of another medium": (partial(another_run, in_other_medium=True), "repeats"),
-        "one run in lbf": (pounds, "repeats"),
-        "one run mislabelled": (partial(another_run, turn_deg=30), "repeats"),
-    }
-    return {name: Mistake(make, (check,)) for name, (make, check) in mistakes.items()}
+def _changed_copy(change_of_log, number, log):
+    if change_of_log == "rows cut":
+        return log[:, 5 * number :]
+    if change_of_log == "times":
+        log[0] *= 1 + 1e-4 * number
+    if change_of_log == "last digit":
+        is_force = log.shape[0] == len(CHANNELS) + 3
+        log[2 if is_force else 1 :] += (1e-5 if is_force else 1e-2) * number
+    return log
 
 
-MISTAKES = _each()
-"""By name. Of one run, and copies: `repeats` of the sheet matter."""
+MISTAKES = _DATA["mistakes"]
+"""Function that makes each mistake, with its settings, by name. Of one run, and copies: `repeats` of the sheet matter."""
 
 
 def copied(base):
@@ -905,8 +706,9 @@ def copied(base):
 
 def with_mistake(base, name, seed):
     """Make a mistake in a copy of a campaign; the run_ids that it is in."""
-    written = copied(base)
-    return written, MISTAKES[name].make(written, np.random.default_rng(seed))
+    written, settings = copied(base), dict(MISTAKES[name])
+    make_mistake = globals()[settings.pop("make")]
+    return written, make_mistake(written, np.random.default_rng(seed), **settings)
 
 
 class Judged(NamedTuple):
@@ -938,10 +740,6 @@ class Judged(NamedTuple):
     def wrong(self, truth=table_s5):
         """Cells that lie outside their interval and are more than 0.005 N/cm^3 off."""
         return self.alpha[[self._is_wrong(row, truth) for row in self.alpha.to_dict("records")]]
-
-    def silent(self):
-        """Number of wrong cells without a flag where no check fails."""
-        return 0 if self.failed else len(self.without_flag(self.wrong()))
 
     def narrower(self, than, least=NARROWER):
         """Cells, of alpha and at depths, whose interval is narrower, with the `share` of its width that is left."""
@@ -992,6 +790,6 @@ def judged(written):
         campaign = load_campaign(root / "config" / "config.yaml")
         results = measured(campaign, campaign.config.transducer.slow_noise_N)
         (medium,) = results.media
-        verdicts, alpha, _, at_depth, _, causes, flags = checks(results, medium)
+        verdicts, alpha, _, at_depth, _, causes, flags = measure_stages.checks(results, medium)
         verdict = verdict_on(verdicts, results.table(f"fits/{medium}.csv"), Flags(flags))
         return Judged(verdicts, alpha, at_depth, Flags(flags), causes, verdict)

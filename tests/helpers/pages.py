@@ -8,12 +8,10 @@ import contextlib
 import html
 import io
 import itertools
-import json
 import os
 import re
 import subprocess
 import sys
-import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
@@ -21,8 +19,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
-import yaml
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import RendererSVG
 from matplotlib.collections import Collection, LineCollection, PathCollection
@@ -37,14 +33,11 @@ from matplotlib.spines import Spine
 from matplotlib.text import Text
 
 import rftfit
-from rftfit.campaign.config import Config
 from rftfit.figures import style
 from rftfit.figures.plates import stress_runs
 from rftfit.figures.registry import figures
-from rftfit.outputs.dictionary import column_of, describe_file, outputs
 from rftfit.page.page import page
 from rftfit.results import open_results
-from rftfit.robot.config import Robot
 
 # --- Texts of a figure that lie over one another or stick out of it, by the renderer's own boxes ------------------
 
@@ -237,11 +230,10 @@ def _is_number(label):
 
 
 def _name_of(axes):
-    """What a reader would call an axes: its title or the title of an axis, else its place."""
+    """What a reader would call an axes: its title or the title of an axis, and its place."""
     names = (axes.get_title(), axes.get_title(loc="left"), axes.get_ylabel(), axes.get_xlabel())
-    name = next((" ".join(name.split()) for name in names if name), "")
-    box = axes.get_position()
-    return f"{name or 'axes'} at {box.x0:.2f}, {box.y0:.2f}"
+    left, below, *_ = axes.get_position().bounds
+    return f"{next(filter(None, names), 'axes')!r} at {left:.2f}, {below:.2f}"
 
 
 def _leaving(axes):
@@ -257,19 +249,10 @@ def _leaving(axes):
             continue
         reach = _radius(artist)
         low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
-        sides = [
-            side
-            for side, passes in zip(
-                ("left", "below", "right", "above"),
-                (*(low < frame[:2] - over), *(high > frame[2:] + over)),
-                strict=True,
-            )
-            if passes
-        ]
+        passed = (*(low < frame[:2] - over), *(high > frame[2:] + over))
+        sides = [*itertools.compress(("left", "below", "right", "above"), passed)]
         if sides:
-            faults.append(
-                f"{_name_of(axes)}: {type(artist).__name__} in {_colour_name(artist)} leaves the axes: {', '.join(sides)}"
-            )
+            faults.append(f"{_name_of(axes)}: {artist} leaves the axes: {', '.join(sides)}")
     return faults
 
 
@@ -309,20 +292,6 @@ def _radius(artist):
     return size / 2 * _POINT * artist.figure.dpi
 
 
-def _colour_name(artist):
-    colour = (
-        artist.get_color()
-        if isinstance(artist, Line2D)
-        else next(iter([*artist.get_facecolor(), *artist.get_edgecolor()]), None)
-        if isinstance(artist, Collection)
-        else artist.get_facecolor()
-    )
-    if colour is None:
-        return "no colour"
-    red, green, blue, _ = to_rgba(colour)
-    return "#" + "".join(f"{round(255 * part):02x}" for part in (red, green, blue))
-
-
 @dataclass(frozen=True)
 class Look:
     """How one thing looks.
@@ -348,10 +317,10 @@ def _legend_faults(legend, looks_by_axes):
     drawn_looks = [look for looks in looks_by_axes for look in looks]
     faults = []
     for name, looks in looks_by_entry.items():
-        missing = [look for look in looks if not any(look.is_like(drawn) for drawn in drawn_looks)]
         faults += [
-            f"legend: {name!r} shows a {look.form} {look.detail} {_hex(look)} that is not drawn"
-            for look in missing
+            f"legend: {name!r} shows a {look} that is not drawn"
+            for look in looks
+            if not any(look.is_like(drawn) for drawn in drawn_looks)
         ]
         if not looks:
             faults.append(f"legend: {name!r} shows nothing")
@@ -365,20 +334,12 @@ def _legend_faults(legend, looks_by_axes):
     return faults
 
 
-def _hex(look):
-    red, green, blue, opacity = look.colour
-    return (
-        "#"
-        + "".join(f"{round(255 * part):02x}" for part in (red, green, blue))
-        + f" ({opacity:.2f})"
-    )
-
-
 def _differ(looks, other_looks):
     """Whether two entries can be told apart by form, detail or colour."""
-    if {(look.form, look.detail) for look in looks} != {
-        (look.form, look.detail) for look in other_looks
-    }:
+    forms, other_forms = (
+        {(look.form, look.detail) for look in entry} for entry in (looks, other_looks)
+    )
+    if forms != other_forms:
         return True
     pairs = zip(looks, other_looks, strict=False)
     return len(looks) != len(other_looks) or any(
@@ -527,20 +488,13 @@ def print_figure_faults(campaigns):
     for folder in campaigns:
         results = rftfit.open(folder)
         for figure in figures():
-            for medium in figure.media(results.campaign):
-                if figure.on_demand:
-                    continue
+            for medium in () if figure.on_demand else figure.media(results.campaign):
                 drawn = figure.draw(results, *filter(None, [medium]))
-                faults = [
-                    f
-                    for page in (drawn if isinstance(drawn, list) else [drawn])
-                    for f in figure_faults(page)
-                ]
-                count += len(faults)
-                for fault, repeats in sorted({f: faults.count(f) for f in faults}.items()):
-                    print(
-                        f"{figure.file(medium)}: {fault}{f' ({repeats} times)' if repeats > 1 else ''}"
-                    )
+                for drawn_page in drawn if isinstance(drawn, list) else [drawn]:
+                    faults = figure_faults(drawn_page)
+                    count += len(faults)
+                    for fault in faults:
+                        print(f"{figure.file(medium)}: {fault}")
     print(f"{count} faults")
     return int(count > 0)
 
@@ -800,24 +754,6 @@ def comparable(text):
     return re.sub(r"\b\d+\.\d s\b|\b[0-9a-f]{12}\b\+?", "...", without_progress(text))
 
 
-def commands_in(block):
-    """Commands of rftfit that a block calls."""
-    return set(re.findall(r"\brftfit(?:\.exe)? +([a-z]+)", block.text))
-
-
-def check_values(block, base):
-    """Let the models judge a block of configuration; `base` has the sections it leaves out."""
-    if block.language == "toml":
-        assert tomllib.loads(block.text), block.place
-        return
-    values = yaml.safe_load(block.text)
-    if "body" in values:
-        Robot.model_validate(values)
-        return
-    without_robot = {name: section for name, section in base.items() if name != "robot"}
-    Config.model_validate(without_robot | values)
-
-
 class Reader:
     """Somebody who follows a page from top to bottom, in a folder of their own.
 
@@ -866,125 +802,6 @@ class Reader:
         assert "Traceback" not in completed.stdout, f"{block.place}:\n{completed.stdout}"
         if block.language != "python":
             self.folder = Path(self._state.read_text(encoding="utf-8").strip())
-
-
-# --- The dictionary of outputs held against files that a run has made ---------------------------------------------
-
-UNITS = {
-    "N2_per_cm6": "N^2/cm^6",
-    "N_per_cm3": "N/cm^3",
-    "N_per_cm2": "N/cm^2",
-    "N_per_cm": "N/cm",
-    "per_cm": "1/cm",
-    "N_cm": "N cm",
-    "cm_per_s": "cm/s",
-    "deg_per_s": "degrees/s",
-    "percent": "%",
-    "turns": "turns",
-    "hours": "h",
-    "deg": "degrees",
-    "Hz": "Hz",
-    "N2": "N^2",
-    "N": "N",
-    "cm": "cm",
-    "mm": "mm",
-    "s": "s",
-}
-"""What a name ends with, the longest first, and the unit it stands for."""
-
-
-def unit_of(name):
-    """Unit that a name carries; empty where it carries none."""
-    return next((unit for end, unit in UNITS.items() if name.endswith(f"_{end}")), "")
-
-
-def files_below(results):
-    root = results.parent
-    return sorted(p.relative_to(root).as_posix() for p in results.rglob("*") if p.is_file())
-
-
-def undescribed(output, names):
-    """What is wrong between the columns of a file and those of the dictionary."""
-    names = list(names)
-    described_columns = {name: column_of(output, name) for name in names}
-    problems = [
-        f"{output.file}: {name} is not in the dictionary"
-        for name, described in described_columns.items()
-        if described is None
-    ]
-    for column in output.columns:
-        names_of_column = [
-            name for name, described in described_columns.items() if described == column
-        ]
-        if not column.when and "<" not in column.name:
-            problems += [
-                f"{output.file}: {name} is in the dictionary only"
-                for name in column.names
-                if name not in names_of_column
-            ]
-    return problems
-
-
-def wrong_kind(output, table):
-    """Columns whose cells are not of the kind that the dictionary tells."""
-    problems = []
-    for name in table.columns:
-        column, cells = column_of(output, str(name)), table[name].dropna()
-        if column is None or cells.empty:
-            continue
-        if not _is_kind(column, cells):
-            problems.append(
-                f"{output.file}: {name} is called {column.kind}, found {cells.iloc[0]!r}"
-            )
-    return problems
-
-
-def _is_kind(column, cells):
-    if column.kind == "text":
-        # a number may be a text (a run called 007), but not always: that is for the reader's list
-        return True
-    if column.kind == "yes or no":
-        return set(map(str, cells)) <= {"True", "False"}
-    if not pd.api.types.is_numeric_dtype(cells) or pd.api.types.is_bool_dtype(cells):
-        return False
-    return column.kind == "number" or bool((cells == cells.round()).all() and (cells >= 0).all())
-
-
-def columns_in(path):
-    """Columns of a csv or Parquet file, or keys of a json object; with the table, if it is one."""
-    if path.suffix == ".json":
-        return list(json.loads(path.read_text(encoding="utf-8"))), None
-    parquet = path.suffix == ".parquet"
-    table = pd.read_parquet(path) if parquet else pd.read_csv(path, comment="#")
-    return list(table.columns), table
-
-
-def check_results(results):
-    """Hold every file below results/ against the dictionary, and the dictionary against the files."""
-    problems, met = [], set()
-    seen: set[tuple[str, tuple[str, ...]]] = set()
-    for name in files_below(results):
-        output = describe_file(name)
-        if output is None:
-            problems.append(f"{name} is not in the dictionary")
-            continue
-        met.add(output.file)
-        if not output.columns:
-            continue
-        names, table = columns_in(results.parent / name)
-        if (output.file, tuple(names)) not in seen:
-            seen.add((output.file, tuple(names)))
-            problems += undescribed(output, names)
-        if table is not None:
-            problems += wrong_kind(output, table)
-    problems += [
-        f"{described.file} is in the dictionary, but no such file was made"
-        for described in outputs()
-        if described.file.startswith("results/")
-        and described.file not in met
-        and not described.when
-    ]
-    return problems
 
 
 def print_faults(words):

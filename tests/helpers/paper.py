@@ -8,19 +8,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
 from unittest.mock import patch
 
 import numpy as np
+import pandas as pd
 import yaml
-from makers import write_yaml
+from makers import data_of, write_yaml
 
 from rftfit import reference
 from rftfit.campaign.config import Config, Grid, Leg
 from rftfit.forces import prediction
 from rftfit.lab.enact import prepare, run_logs
 from rftfit.lab.plan import half_extents, plate_of
-from rftfit.lab.rig import FORCE_HZ, Lab, ideal, published_laws, random_numbers
+from rftfit.lab.rig import Lab, ideal, published_laws, random_numbers
 from rftfit.lab.truth import published_alpha, sand_stress, submerged_depth
 from rftfit.model import posterior
 
@@ -51,18 +51,15 @@ def flat(alpha):
 
 def by_hand(beta, gamma, alpha_z, alpha_x):
     """Unweighted least squares of the nine terms, written out: one row a direction that was measured."""
+    runs = pd.DataFrame({"b": beta, "g": gamma, "z": alpha_z, "x": alpha_x})
+    beta_deg, gamma_deg = np.round(np.degrees([beta, gamma]), 6)
+    directions = runs.groupby([beta_deg % 180, gamma_deg % 360])
+    means = directions.agg({"b": "first", "g": "first", "z": "mean", "x": "mean"})
     coefficients = []
-    for alpha, terms in ((alpha_z, _lift), (alpha_x, _drag)):
-        rows: dict[tuple[float, float], tuple[list[float], list[float]]] = {}
-        for b, g, value in zip(beta, gamma, alpha, strict=True):
-            place = round(np.degrees(b), 6) % 180, round(np.degrees(g), 6) % 360
-            if np.isfinite(value):
-                rows.setdefault((round(place[0], 6), round(place[1], 6)), (terms(b, g), []))[
-                    1
-                ].append(value)
-        design, values = zip(*rows.values(), strict=True)
-        means = [np.mean(cells) for cells in values]
-        coefficients.append(np.linalg.lstsq(np.array(design), np.array(means), rcond=None)[0])
+    for component, terms in (("z", _lift), ("x", _drag)):
+        measured = means.dropna(subset=component)
+        design = [terms(b, g) for b, g in zip(measured["b"], measured["g"], strict=True)]
+        coefficients.append(np.linalg.lstsq(np.array(design), measured[component])[0])
     return np.concatenate(coefficients)
 
 
@@ -99,42 +96,7 @@ NORMAL_DEPTH_CM = 5.0
 
 PATCH_CM, SLIP_CM = 2.0, 0.1
 
-DISTURBANCES: dict[str, Disturbance] = {
-    "surface": Disturbance(
-        1.0, "mm", "standard deviation of the height of the free surface, drawn for each run"
-    ),
-    "surface-session": Disturbance(
-        1.0,
-        "mm",
-        "standard deviation of an error of the surface that all runs of the campaign share",
-    ),
-    "lag": Disturbance(0.05, "s", "delay of all force channels behind the sync line, in every run"),
-    "spread-percent": Disturbance(
-        5.0,
-        "%",
-        "standard deviation of a factor of the granular force, drawn for each run, common to z and x",
-    ),
-    "pink": Disturbance(0.05, "N", "standard deviation of 1/f noise within 41 s, of each channel"),
-    "patches": Disturbance(
-        3.0, "%", "standard deviation of the granular force along the path, in patches of 2 cm"
-    ),
-    "deep-noise": Disturbance(
-        2.0, "%", "standard deviation of stick-slip of 1 mm, of the granular force"
-    ),
-    "power": Disturbance(
-        1.1,
-        "",
-        "exponent p of the stress of plates, depth^p, that of the table at 5 cm",
-        nothing=1.0,
-    ),
-    "tare-bed": Disturbance(
-        10.0,
-        "%",
-        "by how much the force on the rod alone is larger than that on the rod of plate runs",
-    ),
-    "turn": Disturbance(1.0, "deg", "angle by which the mount is turned more than the config says"),
-}
-"""Why the sizes are ordinary is said in docs/reliability-details.md."""
+DISTURBANCES = {name: Disturbance(**entry) for name, entry in data_of("disturbances").items()}
 
 
 def sizes_of(asked):
@@ -265,10 +227,8 @@ def bed_of(stroke, sizes, spread=0.0):
     return Bed((z, x), float(factor[0]), float(height[0]), sizes.get("power", 1.0), rod)
 
 
-def laws_in(bed, run, config, depth_law=None):
+def laws_in(bed, run, config):
     """Laws of a run in a bed.
-
-    `depth_law`: Depth that takes the place of |z| in alpha |z| of plates; default: the power of the bed.
 
     Published curves of legs and natural sands are multiplied by what the bed makes of a straight
     push; a leg's also by what the surface makes of the square of its greatest depth.
@@ -288,8 +248,7 @@ def laws_in(bed, run, config, depth_law=None):
         factor *= 1 + bed.off[0] / push_alpha(run)
     else:
         _, half_z = half_extents(plate_of(config.intruders)[1], run.beta_deg or 0.0)
-        law = depth_law or (lambda depth_cm: power_law(depth_cm, bed.power))
-        granular = scaled(granular, lambda z: bent(submerged_depth(-z, half_z), law))
+        granular = scaled(granular, lambda z: bent(submerged_depth(-z, half_z), bed.power))
     if isinstance(intruder, Leg):
         deepest = intruder.max_length_cm - intruder.hip_height_cm
         factor *= (1 + bed.surface_cm / deepest) ** 2 if deepest > 0 else 1.0
@@ -314,9 +273,9 @@ def below(law, surface_cm):
     return lambda segment, x, z, angle: law(segment, x, z - surface_cm, angle)
 
 
-def bent(depth_cm, depth_law):
-    """Factor of a force that is proportional to depth where stress follows another law of depth."""
-    equivalent_cm = depth_law(depth_cm)
+def bent(depth_cm, power):
+    """Factor of a force that is proportional to depth where stress goes as a power of depth."""
+    equivalent_cm = power_law(depth_cm, power)
     return np.divide(equivalent_cm, depth_cm, out=np.ones_like(depth_cm), where=depth_cm > 0)
 
 
@@ -331,21 +290,20 @@ def push_alpha(run):
 class DisturbedLab(Lab):
     """A lab with all disturbances but `turn`, which is an error of the config (`turned_mount`).
 
-    `spread`: As of `bed_of`. `depth_law`: As of `laws_in`. Purposes 3 to 8 of random numbers are used.
+    `spread`: As of `bed_of`. Purposes 3 to 8 of random numbers are used.
     """
 
     sizes: Sizes
     spread: float = 0.0
-    depth_law: Any = None
 
     def forces(self, stroke, parts, phase_s):
         """Noise-free forces in the bed of a stroke, uneven along its path and late."""
         run, config = stroke.run, stroke.config
         bed = bed_of(stroke, self.sizes, self.spread)
-        true = ideal(run, config, parts, phase_s, laws_in(bed, run, config, self.depth_law))
+        true = ideal(run, config, parts, phase_s, laws_in(bed, run, config))
         way = path_cm(true.motion, config.intruders[run.intruder])
         uneven = np.array(true.granular) * unevenness(self.sizes, stroke.random, way)
-        samples = self.sizes.get("lag", 0.0) * FORCE_HZ
+        samples = 100 * self.sizes.get("lag", 0.0)  # of a second
         forces = (delayed(np.array(force), samples) for force in (uneven, true.rod, true.steady))
         granular, rod, steady = ((force[0], force[1]) for force in forces)
         return replace(true, granular=granular, rod=rod, steady=steady)
@@ -389,9 +347,9 @@ def reenact_disturbed(config, raw, sheet, sizes, spread=0.0, **options):
     return prepare_disturbed(config, sizes, spread, **options).write(raw, sheet)
 
 
-def disturbed_logs(run, config, seed, sizes, spread=0.0, **options):
+def disturbed_logs(run, config, seed, sizes, **options):
     """Make the logs of a run with disturbances: `options` of `run_logs`."""
-    lab = DisturbedLab(sizes, spread)
+    lab = DisturbedLab(sizes)
     return run_logs(run, turned_mount(config, sizes), seed, lab=lab, **options)
 
 

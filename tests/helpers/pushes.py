@@ -16,7 +16,7 @@ from rftfit.measure.alignment import estimate_clocks
 from rftfit.measure.flags import Refused
 from rftfit.measure.lab_frame import path_in_lab_frame
 from rftfit.measure.readings import clean, without_holds, without_lone_positions
-from rftfit.measure.strokes import SHORTEST_CM, UNDERGROUND_CM, IntruderPath, find_stroke
+from rftfit.measure.strokes import IntruderPath, find_stroke
 
 # --- The row of a run sheet ---------------------------------------------------------------------------------------
 
@@ -24,7 +24,6 @@ from rftfit.measure.strokes import SHORTEST_CM, UNDERGROUND_CM, IntruderPath, fi
 def plate_run(run_id="r1", **cells):
     """A plate of the paper that is pushed straight down, with nothing else said, but for some cells."""
     values: dict[str, Any] = {
-        "run_id": run_id,
         "kind": "plate",
         "medium": "poppy_LP",
         "intruder": "plate",
@@ -34,15 +33,9 @@ def plate_run(run_id="r1", **cells):
         "depth_cm": math.nan,
         "force_log": f"{run_id}.csv",
         "motion_log": "b.csv",
-        "tare_run": "",
-        "tare_shared": False,
-        "surface_z_mm": None,
-        "excluded": False,
-        "reason": "",
-        "note": "",
         "row": 2,
     }
-    return Run(**values | cells)
+    return Run(run_id, **values | cells)
 
 
 # --- Pushes into sand on two clocks, from a known truth, for tests of clocks and surface --------------------------
@@ -185,6 +178,8 @@ def stones(random, time):
 # --- Motions of testing machines and arms, with the strokes that are truly in them --------------------------------
 
 AIR_CM = 2.0
+UNDERGROUND_CM, SHORTEST_CM = 0.1, 0.3
+"""Least depth and least length of a stroke that counts."""
 LONE_CM = 0.5, 3.0
 """Least and largest distance of a lone reading from the path."""
 NAN = float("nan")

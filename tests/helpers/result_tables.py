@@ -24,7 +24,10 @@ from rftfit import (
     Profile,
     Results,
     TableProfile,
+    model_leg,
+    predict,
     reference,
+    rotation,
     scaled_generic,
 )
 from rftfit.campaign.config import Leg
@@ -33,9 +36,6 @@ from rftfit.compare.legs import leg_errors
 from rftfit.compare.robot import optima
 from rftfit.errors import InputError
 from rftfit.forces import prediction
-from rftfit.forces.motion import rotation_poses
-from rftfit.forces.outlines import leg_outline
-from rftfit.forces.reference_kernel import pose_forces
 from rftfit.measure.alpha import alpha_columns, column
 from rftfit.measure.flags import attach_run, flag_table, remark
 from rftfit.measure.ledger import RowStatus
@@ -162,23 +162,8 @@ MISSING = {(-30.0, 45.0): "no tare: rod_p_017 is too short", (90.0, -90.0): "sur
 
 
 def alpha_table(medium, missing=MISSING):
-    rng = np.random.default_rng(sum(map(ord, medium)))
-    beta, gamma = np.meshgrid(reference.BETA_DEG, reference.GAMMA_DEG, indexing="ij")
-    table = pd.DataFrame({"medium": medium, "beta_deg": beta.ravel(), "gamma_deg": gamma.ravel()})
-    for c, values in zip("zx", reference.alpha_grid(medium), strict=True):
-        alpha = values.ravel()
-        half = 0.0015 + 0.01 * np.abs(alpha) + 0.0005 * rng.random(alpha.size)
-        for end, value in (
-            ("", alpha),
-            ("_se", half / 2),
-            ("_lo", alpha - half),
-            ("_hi", alpha + half),
-            ("_lo_next", alpha - 2 * half),
-            ("_hi_next", alpha + 2 * half),
-        ):
-            table[f"alpha_{c}{end}_N_per_cm3"] = value
-    names = [f"{medium}_{i:03d}" for i in range(len(table))]
-    table = table.assign(n_runs=1, run_ids=names, lost_run_ids="", reason="")
+    table = alpha_frame(medium, reference.alpha_grid(medium))
+    table["run_ids"] = [f"{medium}_{place:03d}" for place in range(len(table))]
     numbers = [name for name in table.columns if name.startswith("alpha_")]
     for (b, g), reason in missing.items():
         is_cell = (table["beta_deg"] == b) & np.isclose(table["gamma_deg"], g)
@@ -429,7 +414,7 @@ def _page_results(nasty, robot):
         write(results, f"{name}.csv", table)
     reason = NASTY if nasty else "saturated throughout"
     write(results, "maps/yuma.csv", estimated_map_rows(results, "yuma"))
-    write(results, "reproduction.csv", _reproduction(reason))
+    write(results, "reproduction.csv", _table("reproduction").fillna({"why": reason}))
     write(results, "ledger.csv", _ledger(reason))
     if robot:
         write_robot(results)
@@ -491,51 +476,15 @@ def paper_tables():
         "penetration": pd.DataFrame(rows),
         "predicted": predicted,
         "leg_errors": leg_errors(legs, predicted),
-        "contacts": pd.DataFrame(
-            [
-                {
-                    "medium": "poppy_LP",
-                    "leg": "c_leg",
-                    "component": "z",
-                    "lesson": lesson,
-                    "learned_from": "",
-                    "peak_error_percent": 12.0,
-                    "rms_relative_to_peak": 0.1,
-                    "inside_percent": 93.0,
-                }
-                for lesson in ("plates", "other-leg", "same-leg-elsewhere")
-            ]
-        ),
-        "sands": pd.DataFrame(
-            [
-                {
-                    "medium": "yuma",
-                    "run_id": "y1",
-                    "window": "stated",
-                    "linear_to_cm": 2.0,
-                    "alpha_z_N_per_cm3": SAND_ALPHA,
-                    "nonlinear_z_ratio": 0.11,
-                    "zeta": sand.zeta,
-                    "zeta_lo": sand.zeta_lo,
-                    "zeta_hi": sand.zeta_hi,
-                }
-            ]
-        ),
-        "sand_correction": pd.DataFrame(
-            [
-                {
-                    "medium": "yuma",
-                    "model": "one factor",
-                    "factor_z": 0.66,
-                    "factor_x": 0.66,
-                    "rms_fit_N": 1.93,
-                    "rms_cv_N": 2.41,
-                    "gain_cv_percent": 10.7,
-                    "earns_its_place": True,
-                }
-            ]
-        ),
+        "contacts": _table("contacts"),
+        "sands": _table("sands").assign(zeta=sand.zeta, zeta_lo=sand.zeta_lo, zeta_hi=sand.zeta_hi),
+        "sand_correction": _table("sand_correction"),
     }
+
+
+def _table(name):
+    """Read a table of results that was made by hand."""
+    return pd.read_csv(Path(__file__).parent / "data" / f"{name}.csv")
 
 
 def sand_results(folder):
@@ -572,20 +521,15 @@ def empty_grid_results(folder):
 def curves(config, name, profile, medium):
     """Forces that a profile predicts for every leg of the config."""
     parts = []
-    for leg, intruder in config.intruders.items():
-        if not isinstance(intruder, Leg):
-            continue
-        outline = leg_outline(intruder)
-        poses = rotation_poses(np.radians(THETA_DEG), intruder.hip_height_cm)
-        forces = pose_forces(profile, outline.body, outline.width_cm, outline.solid, poses)
+    for leg in config.legs:
+        forces = predict(profile, model_leg(leg), rotation(THETA_DEG), model_error=0)
         frame = pd.DataFrame(
             {"medium": medium, "leg": leg, "profile": name, "theta_deg": THETA_DEG}
         )
-        for c, values in zip("zx", forces.T, strict=False):
-            frame[f"force_{c}_N"] = values
-            frame[f"force_{c}_lo_N"] = values - 0.1
-            frame[f"force_{c}_hi_N"] = values + 0.1
-        parts.append(frame.assign(moment_N_cm=forces[:, 2], reason=profile.reason))
+        for c in "zx":
+            for end, add in {"": 0.0, "_lo": -0.1, "_hi": 0.1}.items():
+                frame[f"force_{c}{end}_N"] = forces[f"force_{c}_N"] + add
+        parts.append(frame.assign(moment_N_cm=forces["moment_N_cm"], reason=profile.reason))
     return pd.concat(parts, ignore_index=True)
 
 
@@ -678,42 +622,9 @@ def _coefficients(medium, values):
     )
 
 
-def _reproduction(why):
-    columns = [
-        "item",
-        "where",
-        "paper",
-        "ours",
-        "lo",
-        "hi",
-        "tolerance",
-        "tolerance_reason",
-        "verdict",
-        "evidence",
-        "why",
-    ]
-    no_number = [np.nan, np.nan, np.nan, "no number is judged"]
-    rows: list[list[object]] = [
-        ["chi, mean", "text", 1.26, 1.13, 1.0, 1.2, 0.02, "rounded", "differs", "measured", "off"],
-        ["zeta", "Table S2", 0.248, 0.2564, *no_number, "paper inconsistent", "text", why],
-        ["A00", "Table S2", 0.051, 0.0508, 0.0507, 0.0509, 0.002, "printed", "same", "by construction", "near"],
-    ]  # fmt: skip
-    return pd.DataFrame(rows, columns=columns)
-
-
 def _ledger(reason):
-    columns = ["run_id", "medium", "kind", "file", "fate", "reason_code", "rows"]
-    rows: list[list[object]] = [
-        ["air", "", "leg_air", "a.csv", "used", "tare", 100],
-        ["p1", "poppy_LP", "plate", "p1.csv", "used", "slope", 400],
-        ["p1", "poppy_LP", "plate", "p1.csv", "dropped", "approach", 60],
-        ["p1_rod", "poppy_LP", "rod", "p1_rod.csv", "used", "tare", 500],
-        ["p2", "poppy_LP", "plate", "p2.csv", "used", "zero", 90],
-        ["p2", "poppy_LP", "plate", "p2.csv", "dropped", "approach", 60],
-        ["p2", "poppy_LP", "plate", "p2.csv", "dropped", "no-alpha window-saturated", 300],
-        ["y1", "yuma", "plate", "y1.csv", "used", "slope", 200],
-    ]
-    table = pd.DataFrame(rows, columns=columns)
+    """Ledger whose dropped rows have a reason, but for those of the way to the surface."""
+    table = _table("ledger").fillna("")
     words = table["reason_code"].mask(table["fate"] == "dropped", reason)
     return table.assign(reason=words.mask(table["reason_code"] == "approach", "approach"))
 

@@ -21,11 +21,8 @@ def example_count(every):
     return seeds(every, max(every // 10, 2))
 
 
-def assert_share(inside, least, most, scatter=0.0):
-    """The mean of shares lies between two limits; of few seeds give or take three standard errors.
-
-    `scatter`: least standard deviation of one share, where so few shares may be alike by chance.
-    """
+def assert_share(inside, least, most):
+    """The mean of shares lies between two limits; of few seeds give or take three standard errors."""
     shares = np.asarray(inside, dtype=float)
-    error = 0.0 if ALL else 3 * max(float(shares.std()), scatter) / math.sqrt(shares.size)
+    error = 0.0 if ALL else 3 * float(shares.std()) / math.sqrt(shares.size)
     assert least - error <= shares.mean() <= most + error

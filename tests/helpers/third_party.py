@@ -2,8 +2,6 @@
 
 import csv
 import gzip
-import shutil
-import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib import import_module
@@ -14,12 +12,11 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from campaigns import Folder, chain, run_rules
-from makers import NOT_MEASURED, bench_config, json_of, row_of_push, write_campaign
-from mistakes import ALL, NOTHING_LEFT
+from campaigns import Folder, run_rules
+from makers import NOT_MEASURED, bench_config, data_of, json_of, row_of_push, write_campaign
+from mistakes import ALL
 
 from rftfit.campaign.config import ForceLog, MotionLog
-from rftfit.campaign.load import load_campaign
 from rftfit.logs.inspect import recognised, recording, survey_file
 from rftfit.logs.registry import source_reader
 from rftfit.measure.log_columns import columns_asked, map_columns
@@ -57,14 +54,18 @@ UNITS = {
     "angle": "deg",
     "arm_moving": "",
 }
-DISC = {"disc": {"shape": "disc", "diameter_cm": 5, "thickness_cm": 0.5}}
+
+
+def printed_proposal(path):
+    """Return what `rftfit inspect` prints for the config, as YAML reads it."""
+    lines = json_of("inspect", path)["config"]
+    return yaml.load("\n".join(lines), Loader=yaml.CSafeLoader) or {}
 
 
 def inspected(path):
-    """Return what `rftfit inspect` finds in a log, and what it proposes for the config, as YAML reads it."""
+    """Return what `rftfit inspect` finds in a log, and what it proposes for the config."""
     surveys, _ = survey_file(recognised(recording(path)).reader, recording(path))
-    lines = json_of("inspect", path)["config"]
-    return surveys, yaml.load("\n".join(lines), Loader=yaml.CSafeLoader) or {}
+    return surveys, printed_proposal(path)
 
 
 def proposal(path):
@@ -89,75 +90,77 @@ def read_by(path, proposed):
     return logs
 
 
-def alpha_of(folder, path, proposed):
-    """Return alpha_z of the push, and the codes of the flags of its run; NaN where it is refused."""
-    force = proposed["force_log"]
-    force = force | {
-        "columns": NOT_MEASURED | {"F3": NOT_MEASURED["F1"]} | force.get("columns", {})
-    }
-    sections = {
-        "arm": {"speed_cm_per_s": 0.5, "surface_z_mm": 0},
-        "intruders": DISC,
-        "media": {"sand": {"title": "a made sand", "role": "natural_sand", "linear_to_cm": 4}},
-    }
-    config = bench_config(**sections | proposed | {"force_log": force})
-    row = row_of_push(run_id="push", intruder="disc", force_log=path.name, motion_log=path.name)
-    config_path = write_campaign(folder, config, rows=[row], logs={path.name: path.read_bytes()})
-    results = chain(load_campaign(config_path), "sand")
-    run = results.run("push")
-    assert run["status"] == "read", run["reason"]
-    return float(results.fit("push")["alpha_z_N_per_cm3"]), list(results.codes("push"))
-
-
 def truth():
     """Return the push that the files hold: t in s, z in mm, forces in N."""
     with np.load(REPORTED / "truth.npz") as arrays:
         return {name: arrays[name] for name in arrays}
 
 
-# --- A campaign of one push around files of `../shared/data/reported`, or around made readings of the same push ---
-# A campaign of one push around files of `../shared/data/reported`, or around made readings of the same push.
+# --- A campaign of one push around a file of `../shared/data/reported`, or around made readings of the same push --
 
 ALPHA = 1.0186
 """Of the made push, N/cm^3: a disc of 5 cm, 20 N per cm of depth."""
 MEDIUM, RUN = "bed", "push"
-TEXT = {"delimiter": ","}
 COLUMNS = {"time": "Time", "F3": "Force", "z": "z"}
+
+
+def write_push(root, path, force_log, motion_log, cells=None, logs=None, **sections):
+    """Write config and run sheet of one vertical push whose two logs are one file.
+
+    `cells`: Of the sheet beside those of the push, or a list of them for several rows. `logs`: Further files.
+    `sections`: Of the config, in place of its own.
+    """
+    bench = {
+        "arm": {"speed_cm_per_s": 0.5},
+        "intruders": {"disc": {"shape": "disc", "diameter_cm": 5, "thickness_cm": 0.5}},
+        "media": {MEDIUM: {"title": "a bed"}},
+    }
+    config = bench_config(force_log, motion_log, **bench | sections)
+    push = row_of_push(
+        run_id=RUN, medium=MEDIUM, intruder="disc", force_log=path.name, motion_log=path.name
+    )
+    rows = [push | row for row in (cells if isinstance(cells, list) else [cells or {}])]
+    write_campaign(root, config, rows=rows, logs={path.name: path.read_bytes()} | (logs or {}))
+    return Folder(root)
 
 
 def campaign_around(
     root, log, columns=None, *, range_N=5000.0, text=None, row=None, reads=None, **sections
 ):
-    """Write config and run sheet of one vertical push around a log: a file of reported, or a path.
+    """Write a campaign of one push around a log: a file of reported, or a path.
 
-    `columns`: Of time, F3 and z, as in the config. `row`: Cells of the sheet beside those of the push, or a list of them for several rows.
-    `reads`: Further keys of both logs' sections. `sections`: Of
-    the config, in place of its own.
+    `columns`: Of time, F3 and z, as in the config. `row`: Cells, as of `write_push`. `reads`: Further keys of both logs'
+    sections.
     """
     path = REPORTED / log if isinstance(log, str) else log
-    chosen = {**COLUMNS, **(columns or {})}
+    chosen = COLUMNS | (columns or {})
     source: dict[str, Any] = dict(reads or {})
     if "dialect" not in source:
-        source["text"] = text or TEXT
+        source["text"] = text or {"delimiter": ","}
     time = {"time": chosen["time"]} if chosen["time"] else {}
-    bench = {
-        "arm": {"speed_cm_per_s": 0.5},
-        "intruders": DISC,
-        "media": {MEDIUM: {"title": "a bed"}},
-    }
-    config = bench_config(
+    return write_push(
+        root,
+        path,
         source | {"columns": time | NOT_MEASURED | {"F3": chosen["F3"]}},
         source | {"columns": time | {"z": chosen["z"]}},
+        row,
         transducer={"range_N": [range_N] * 3, "precision_N": 0.02},
-        **bench | sections,
+        **sections,
     )
-    push = row_of_push(
-        run_id=RUN, medium=MEDIUM, intruder="disc", force_log=path.name, motion_log=path.name
-    )
-    # several rows, each beside the cells of the push, or one
-    rows = [push | cells for cells in (row if isinstance(row, list) else [row or {}])]
-    write_campaign(root, config, rows=rows, logs={path.name: path.read_bytes()})
-    return Folder(root)
+
+
+def alpha_of(root, path, proposed):
+    """Return alpha_z of the push of a log that is read as proposed, and the codes of the flags of its run."""
+    columns = NOT_MEASURED | {"F3": NOT_MEASURED["F1"]} | proposed["force_log"].get("columns", {})
+    sections = {
+        "arm": {"speed_cm_per_s": 0.5, "surface_z_mm": 0},
+        "media": {MEDIUM: {"title": "a made sand", "role": "natural_sand", "linear_to_cm": 4}},
+    }
+    sections |= proposed | {"force_log": proposed["force_log"] | {"columns": columns}}
+    fit, flags = measured(write_push(root, path, **sections))
+    alpha = float(fit["alpha_z_N_per_cm3"])
+    assert np.isfinite(alpha), fit["reason"]
+    return alpha, [*flags]
 
 
 def write_table(path, names, rows):
@@ -173,22 +176,6 @@ def measured(folder):
     fit = folder.table(f"fits/{MEDIUM}.csv").iloc[0]
     flags = pd.concat([folder.table(f"flags/{stage}/{MEDIUM}.csv") for stage in stages])
     return fit, dict(zip(flags["code"], flags["words"], strict=True))
-
-
-COUNTS = {
-    "time": {"column": "millis", "unit": "ms"},
-    "F3": {"column": "raw", "unit": "N", "factor": 1 / 4200, "offset": -81234 / 4200},
-    "z": {"column": "pos", "unit": "mm"},
-}
-SECONDS = {"column": "sec", "unit": "s", "plus": {"column": "nanosec", "unit": "ns"}}
-OF_LONG_TABLE = {"time": {"column": "time", "unit": "s"}, "F3": "Fz", "z": "z"}
-OF_BEVAMETER = {
-    "columns": {"z": {"column": "Sinkage", "unit": "mm", "factor": -1}, "time": "time"},
-    "text": {"delimiter": ",", "skip_lines": 4, "rate_Hz": 10},
-    "zero": {"method": "stated", "sd_N": 0.02},
-    "intruders": {"disc": {"shape": "disc", "diameter_cm": 4, "thickness_cm": 0.5}},
-    "media": {MEDIUM: {"title": "a bed", "role": "natural_sand", "linear_to_cm": 2.4}},
-}
 
 
 @dataclass(frozen=True)
@@ -209,44 +196,12 @@ class ReportedPush:
         return self.log + "".join(f", {name}" for name in self.settings)
 
 
-REPORTED_PUSHES = [
-    ReportedPush("e1_zeros_0.1.csv", code="lone-readings"),
-    ReportedPush("e3_pos_1.csv", code="lone-readings"),
-    ReportedPush("m05_hx711.csv", {"columns": COUNTS}, code="lone-readings"),
-    ReportedPush("m05_hx711.csv", {"columns": COUNTS, "range_N": 500.0}, code="lone-readings"),
-    ReportedPush("m05_hx711_clean.csv", {"columns": COUNTS}),
-    ReportedPush("g5_pos_noise_0.3mm.csv"),
-    ReportedPush("g3_clock_step_0.5s.csv", code="gap"),
-    ReportedPush(
-        "m50_long_format.csv",
-        {"columns": OF_LONG_TABLE, "reads": {"where": {"sensor": "ft_plate"}}},
-    ),
-    ReportedPush(
-        "m50_long_format.csv",
-        {"columns": OF_LONG_TABLE},
-        np.nan,
-        words="`where: {sensor: ft_other}`",
-    ),
-    ReportedPush("m51_bevameter_clean.txt", OF_BEVAMETER, 3.39716, code="cut-rows"),
-    ReportedPush(
-        "m51_bevameter_clean.txt",
-        OF_BEVAMETER | {"arm": {"speed_cm_per_s": 0.5, "drive": "uneven"}},
-        3.39716,
-        code="cut-rows",
-    ),
-    ReportedPush(
-        "m03_sec_nanosec.csv",
-        {"columns": {"time": SECONDS, "F3": {"column": "force_z", "unit": "N"}, "z": "z"}},
-    ),
-]
+REPORTED_PUSHES = [ReportedPush(**push) for push in data_of("reported_pushes")["push"]]
 
 
 # --- A campaign around each real log of `../shared/data/logs`, from what `rftfit inspect` proposes for it ---------
 
 PLATE_CM = 3.0
-NETFT, DAQ = "ati_netft/R2_2018_", "ati_daq/log_2023"
-VOLTS = {"column": "First  Channel", "unit": "N"}
-THROUGH = {"F1": "Fx", "F2": "Fy", "F3": "Fz"}
 
 
 @dataclass(frozen=True)
@@ -278,162 +233,37 @@ class RealLog:
         return self.file.replace("/", " ") + motion_text + gain_text
 
 
-REAL_LOGS = [
-    RealLog(
-        f"{DAQ}1002_10inch1R_test2.csv",
-        NOTHING_LEFT,
-        0,
-        words="a header and no data",
-        section={"dialect": "ati-daq", "columns": THROUGH},
-    ),
-    RealLog(f"{DAQ}1008_13inch_auto7.csv", ALL, 22512, speed_mm_per_s=1.0),
-    RealLog(f"{NETFT}04_11_Thrust_Acro", ALL, 8412, 1961, words="lost packets"),
-    RealLog(
-        f"{NETFT}04_11_Thrust_Acro_actually",
-        NOTHING_LEFT,
-        0,
-        words="a header and no data",
-        section={"dialect": "ati-netft", "columns": THROUGH},
-    ),
-    RealLog(
-        f"{NETFT}07_20_manual01",
-        NOTHING_LEFT,
-        0,
-        words="Force Units: ?",
-        section={"dialect": "ati-netft", "columns": THROUGH},
-    ),
-    RealLog(f"{NETFT}07_23_manual02_FT", ALL, 7344),
-    # a tensile test: the crosshead goes up
-    RealLog("instron/Tensile_test_PE.csv", NOTHING_LEFT, 12660, words="surface not reached"),
-    RealLog(
-        "instron/Tensile_test_PE.csv",
-        ALL,
-        12660,
-        words="digits regrouped",
-        motion={"z": {"column": "Displacement", "unit": "mm", "factor": -1}},
-        speed_mm_per_s=0.8,
-    ),
-    RealLog(
-        "instron/Tensile_test_PE.csv",
-        ALL,
-        12660,
-        speed_mm_per_s=0.8,
-        motion={"z": {"constant": 0, "unit": "mm", "rate": -0.8}},
-    ),
-    # down and straight back, from contact on
-    RealLog(
-        "instron/cyclic_W27_PA_Cream.csv",
-        ALL,
-        239,
-        speed_mm_per_s=5.0,
-        motion={"z": {"column": "Extension", "unit": "mm", "factor": -1}},
-    ),
-    # over 2 mm: lengths are ten times as long here, for a stroke has 3 mm at least
-    RealLog(
-        "texture_analyser/frame_stiffness.tab.gz",
-        ALL,
-        80001,
-        speed_mm_per_s=0.1,
-        motion={"z": {"column": "Distance", "unit": "mm", "factor": -10}},
-    ),
-    RealLog("ur_rtde/record_2023-07-03.csv", ALL, 392),
-    # a tensile test, over 1 mm: what pulls counts as a push here
-    # and the specimen slips towards the end
-    RealLog(
-        "zwick/Traction-10.xlsx",
-        ALL,
-        3900,
-        speed_mm_per_s=0.125,
-        stroke="1",
-        motion={"z": {"column": "Standard travel", "unit": "mm", "factor": -10}},
-    ),
-    RealLog(
-        "zwick/Traction-10.xlsx",
-        NOTHING_LEFT,
-        3900,
-        words="surface not reached",
-        motion={"z": {"column": "Standard travel", "unit": "mm", "factor": -1}},
-    ),
-    RealLog(
-        "labview/short.lvm",
-        NOTHING_LEFT,
-        10,
-        words="surface not reached",
-        section={"columns": {"F3": "Excitation"}},
-    ),
-    RealLog(
-        "labview/with_comments.lvm",
-        NOTHING_LEFT,
-        9,
-        words="MPa is no unit of F3",
-        section={"columns": {"F3": "Pressão ABS."}},
-    ),
-    RealLog("ros1/ur3_wrench.bag", ALL, 7718, zero_log="ros1/ur3_wrench_noforces.bag"),
-    RealLog("ros1/ur3_wrench.csv", ALL, 7718, zero_log="ros1/ur3_wrench_noforces.csv"),
-    RealLog(
-        "ros1/ur3_wrench_noforces.bag", ALL, 2462, words="1 of 1 cells would push the plate along"
-    ),
-    RealLog(
-        "ros1/ur3_wrench_noforces.csv", ALL, 2462, words="1 of 1 cells would push the plate along"
-    ),
-    RealLog(
-        "tdms/raw1.tdms",
-        NOTHING_LEFT,
-        2000,
-        words="add `factor:`, so many N for each Volts",
-        section={"columns": {"F3": VOLTS}},
-    ),
-    RealLog(
-        "tdms/raw1.tdms",
-        NOTHING_LEFT,
-        2000,
-        words="surface not reached",
-        section={"columns": {"F3": VOLTS | {"factor": 20}}},
-    ),
-]
+REAL_LOGS = [RealLog(**log) for log in data_of("real_logs")["log"]]
 
 
 def campaign_around_log(log, root):
     """Write config, run sheet and log as a user of `inspect` would; what the log lacks is constant."""
-    (root / "raw").mkdir(parents=True)
-    for name in filter(None, (log.file, log.zero_log)):
-        shutil.copyfile(LOGS / name, root / "raw" / Path(name).name)
-    name, zero_log = Path(log.file).name, Path(log.zero_log).name if log.zero_log else ""
-    folder = Folder(root)
-    inspected = folder.rftfit("inspect", f"raw/{name}")
-    _, _, proposed = inspected.stdout.partition("for config.yaml")
-    block: dict[str, Any] = yaml.safe_load(textwrap.dedent(proposed.partition("\n")[2])) or {}
-    force = {"columns": {}, **block.get("force_log", {})}
-    force |= log.section
+    proposed = {} if "dialect" in log.section else printed_proposal(LOGS / log.file)
+    force = {"columns": {}} | proposed.get("force_log", {}) | log.section
     force["columns"] = NOT_MEASURED | force["columns"]
     of_force = {name: column for name, column in force["columns"].items() if name == "time"}
-    motion = block.get("motion_log", {**force, "columns": of_force})
+    motion = proposed.get("motion_log", force | {"columns": of_force})
     steady = {
         "x": {"constant": 0, "unit": "mm"},
         "z": {"constant": 0, "unit": "mm", "rate": -log.speed_mm_per_s},
     }
     motion["columns"] = steady | motion["columns"] | log.motion
     plate = {"shape": "plate", "length_cm": PLATE_CM, "width_cm": PLATE_CM, "thickness_cm": 0.6}
-    config = bench_config(
+    zero_log = LOGS / log.zero_log
+    return write_push(
+        root,
+        LOGS / log.file,
         force,
         motion,
+        {"intruder": "plate", "stroke": log.stroke}
+        | ({"zero_log": zero_log.name} if log.zero_log else {}),
+        logs={zero_log.name: zero_log.read_bytes()} if log.zero_log else {},
         transducer={"range_N": [10000, 10000, 10000]},
-        zero={} if zero_log else {"method": "stated", "sd_N": 0.05},
+        zero={} if log.zero_log else {"method": "stated", "sd_N": 0.05},
         arm={"speed_cm_per_s": log.speed_mm_per_s / 10},
         intruders={"plate": plate},
-        media={MEDIUM: {"title": "a bed"}},
         fourier={"draws": 200},
     )
-    row = row_of_push(
-        run_id=RUN,
-        medium=MEDIUM,
-        force_log=name,
-        motion_log=name,
-        zero_log=zero_log,
-        stroke=log.stroke,
-    )
-    write_campaign(root, config, rows=[row])
-    return folder
 
 
 def judge(log, folder, *, page):

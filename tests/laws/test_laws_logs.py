@@ -144,17 +144,3 @@ def test_inspect_shows_the_numbers_that_are_read(folder, seed, noise):
         assert (column["lowest"], column["highest"]) == (values.min(), values.max())
         steps = np.diff(np.unique(values))
         assert column["resolution"] == (steps.min() if steps.size else None)
-
-
-@law
-@given(st.floats(0.05, 2), st.floats(0.001, 0.1), st.integers(0, 99), st.sampled_from([*NEWTONS]))
-def test_alpha_comes_out_of_the_log_of_a_push(folder, alpha, noise, seed, force_unit):
-    push = MadePush(alpha_z=alpha, noise_N=noise, seed=seed, force_unit=force_unit)
-    read = columns_of(push.log().write(folder / "a.csv"))
-    depth = -read["z"] / 10
-    under = depth > 0.5
-    stress = read["Fz"][under] * NEWTONS[force_unit] / push.area_cm2
-    slope = rftfit.fit_slope(depth[under], stress)
-    low, high = slope.interval(0.9999)
-    assert low[0] < alpha < high[0]
-    assert slope.se[0] < 0.01
