@@ -59,7 +59,7 @@ def golden_folder(request, tmp_path_factory):
 
     def folder_of(name):
         if name == SMALL:
-            return request.getfixturevalue("small_made").root
+            return request.getfixturevalue("small_root")
         return make_once(tmp_path_factory, f"golden {name}", CAMPAIGNS[name].make)
 
     return folder_of
