@@ -1,8 +1,8 @@
 """What several tests of this room share."""
 
 import pytest
-from campaigns import chain
 from makers import config_of_push, row_of_push, write_campaign
+from measured import chain
 
 from rftfit.campaign.load import load_campaign
 

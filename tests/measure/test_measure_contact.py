@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from campaigns import chain
 from makers import NOT_MEASURED, TextLog, bench_config, comma_log, row_of_push, write_campaign
+from measured import chain
 
 from rftfit.campaign.load import load_campaign
 from rftfit.measure.alpha import alpha_table

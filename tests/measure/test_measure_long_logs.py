@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 import yaml
-from campaigns import chain
 from makers import GOLDEN, MadePushes, write_campaign
+from measured import chain
 
 from rftfit.campaign.load import load_campaign
 from rftfit.measure.ledger import check_ledger

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from campaigns import chain
 from makers import bench_config, row_of_push, write_campaign
+from measured import chain
 from pushes import Push, make_push
 
 import rftfit

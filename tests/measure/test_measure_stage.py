@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from campaigns import chain
 from makers import NOT_MEASURED, MadePush, TextLog, config_of_push, row_of_push, write_campaign
+from measured import chain
 
 from rftfit.campaign.load import load_campaign
 

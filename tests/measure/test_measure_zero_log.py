@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from campaigns import chain
 from makers import MadePush, TextLog, config_of_push, row_of_push, write_campaign
+from measured import chain
 
 from rftfit.campaign.load import load_campaign
 

@@ -7,8 +7,9 @@ import math
 
 import pandas as pd
 import pytest
-from campaigns import planned, row_of_run
+from campaigns import planned
 from makers import golden_campaigns
+from measured import row_of_run
 
 from rftfit import reference
 from rftfit.lab.rig import FAULTS

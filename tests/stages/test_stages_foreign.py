@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from campaigns import RigRoom, chain, run_rules
+from campaigns import RigRoom, run_rules
 from log_files import netft, told
 from makers import answer_of, json_of
+from measured import chain
 
 import rftfit
 from rftfit.workflow.state import read_states

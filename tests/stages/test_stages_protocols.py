@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 import pytest
-from campaigns import chain
 from log_files import told
+from measured import chain
 from mistakes import MEDIUM, Case, make
 
 import rftfit

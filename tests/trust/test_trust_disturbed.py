@@ -7,7 +7,7 @@ Disturbance: an error of a real lab, such as a wrong surface, a lag or slow nois
 import numpy as np
 import pandas as pd
 import pytest
-from campaigns import CONFIG_TEXT, FEW, chain, make_campaign, paper, run_rules
+from campaigns import CONFIG_TEXT, FEW, make_campaign, paper, run_rules
 from coverage_levels import (
     QUARTERS,
     Scenario,
@@ -17,6 +17,7 @@ from coverage_levels import (
     simulate,
     slow_noise,
 )
+from measured import chain
 from paper import REAL_LAB, reenact_disturbed, sizes_of
 from seeds import seeds
 
