@@ -68,6 +68,12 @@ def describe(
     yield PageBlock(" ".join([*sentences, "Nothing that does not fit was left out."]))
     head = ("domain", "example", "compared", "inside", "outside", "not comparable")
     yield PageBlock("", 0, head, _count_by_domain(verdicts))
+    yield PageBlock(
+        "How wide our intervals are, over the size of the published number (median of the rows of a quantity):"
+    )
+    yield PageBlock(
+        "", 0, ("quantity", "example", "compared", "inside", "width"), _list_widths(verdicts)
+    )
     data = (
         f"{example.name}: {example.settings.title[0].lower()}{example.settings.title[1:]}"
         for example in examples
@@ -244,6 +250,26 @@ def _count_by_domain(verdicts: pd.DataFrame) -> list[tuple[str, ...]]:
             numbers = (counts[INSIDE] + counts[OUTSIDE], *counts.values())
             rows.append((domain, str(example), *map(str, numbers)))
     return rows
+
+
+def _list_widths(verdicts: pd.DataFrame) -> list[tuple[str, ...]]:
+    """Return cells with verdicts and median widths of intervals, one row for each quantity of an example with intervals.
+
+    The width is that of the whole interval in percent of the published number.
+    """
+    compared = verdicts[verdicts["verdict"].isin((INSIDE, OUTSIDE))].dropna(subset=["lo", "hi"])
+    published = pd.to_numeric(compared["published"], errors="coerce").abs()
+    compared = compared.assign(width=100 * (compared["hi"] - compared["lo"]) / published)
+    groups = compared.groupby(["title", "example"], sort=False)
+    return [
+        (
+            *map(str, names),
+            str(len(group)),
+            str(count_verdicts(group)[INSIDE]),
+            f"{group['width'].median():.0f} %",
+        )
+        for names, group in groups
+    ]
 
 
 def _describe_example(example: Example) -> Iterator[PageBlock]:
