@@ -59,6 +59,14 @@ NOT_ALIKE: float = _CHOSEN.not_alike
 """Least `Map.belongs` of a medium that counts as one of the known shape."""
 
 
+def fit_terms_of_map(
+    beta: FloatArray, gamma: FloatArray, best: FloatArray, alpha: FloatArray
+) -> FloatArray:
+    """Fit nine coefficients (..., 9) to alpha (..., 2, n) at the n nodes of a map; the terms that its `best` alpha keeps."""
+    keep = kept_terms(fit_lsq(beta, gamma, *best), PAPER_RULE)
+    return fit_lsq(beta, gamma, alpha[..., 0, :], alpha[..., 1, :], keep)
+
+
 @dataclass(frozen=True)
 class Map(KnownMedium):
     """Alpha over all directions, estimated from pushes; returned by `estimate_map` and `scale`.
@@ -264,9 +272,8 @@ class Map(KnownMedium):
         numpy.ndarray, shape (..., 9)
             N/cm^3; 0 for the terms that the fit to alpha of the map does not keep.
         """
-        keep = kept_terms(fit_lsq(self.beta, self.gamma, *self.alpha), PAPER_RULE)
         alpha = self.alpha if alpha is None else alpha
-        return fit_lsq(self.beta, self.gamma, alpha[..., 0, :], alpha[..., 1, :], keep)
+        return fit_terms_of_map(self.beta, self.gamma, self.alpha, alpha)
 
     def table(self) -> pd.DataFrame:
         """Return alpha at the nodes.

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pandas as pd
 from markupsafe import Markup
 
@@ -28,12 +29,13 @@ from rftfit.figures.labels import (
 from rftfit.figures.maps import lies_on_grid, pivot
 from rftfit.figures.style import degrees, format_number
 from rftfit.forces.peaks import OTHER_FORM, STEEP
-from rftfit.measure.alpha import cell_at, column
+from rftfit.measure.alpha import alpha_columns, cell_at, column
 from rftfit.measure.depths import curved_law
 from rftfit.measure.flags import codes_of
 from rftfit.measure.verdict_words import DOUBTFUL, NOT_CHECKED, NOTHING, SOUND
 from rftfit.model.fourier import TERMS
-from rftfit.model.scaling import AS_PRINTED, GENERIC, routines
+from rftfit.model.maps import fit_terms_of_map
+from rftfit.model.scaling import AS_PRINTED, GENERIC, routines, vertical_penetration
 from rftfit.page.cells import (
     ALPHA_DIGITS,
     Cell,
@@ -266,11 +268,24 @@ def _make_rows_of_media(results: Results) -> list[Row]:
         notes = _describe_numbers_of_paper(results, medium)
         if lacks_directions(results, medium.name):
             notes = _describe_scale_of_pushes(results, medium.name, len(cells), notes)
+        if is_sand and math.isfinite(row.get("zeta", math.nan)):
+            notes["zeta_note"] = _describe_zeta_of_sand(results.map_table(medium.name))
         if is_sand and math.isfinite(row.get("chi", math.nan)):
             is_published = medium.name in scaled_from_print(results)
             notes["chi_note"] = f"from the {'published' if is_published else 'other'} media"
         rows.append(row | notes | {"medium": medium.name})
     return rows
+
+
+def _describe_zeta_of_sand(map_table: pd.DataFrame) -> str:
+    """Say by what the zeta of a natural sand is, and what it is by its map, if there is one."""
+    routine = "by the paper's routine"
+    if map_table.empty:
+        return routine
+    beta, gamma = np.radians(map_table[["beta_deg", "gamma_deg"]].to_numpy(float)).T
+    alpha = np.stack(alpha_columns(map_table))
+    of_map = vertical_penetration(fit_terms_of_map(beta, gamma, alpha, alpha))
+    return f"{routine}; of the map {format_number(float(of_map), ALPHA_DIGITS)}: quote that for this sand"
 
 
 def _describe_other_window(results: Results, cell: Row) -> str:
