@@ -121,7 +121,7 @@ def _compare_shares(errors: pd.DataFrame, profile: str) -> list[Item]:
         if not total:
             continue
         ours = 100 * within / total
-        why = f"{within} of {total} conditions that the robot was not calibrated on"
+        why = f"{title}, within {percent} %: {within} of {total} conditions that the robot was not calibrated on"
         if len(predicted) < len(errors):
             within_all, total_all = share_within(errors, percent)
             why += f"; {within_all} of all {total_all}; {RANGE_IN_VIEW}"
