@@ -75,7 +75,7 @@ def bare_loads():
 
 def test_the_error_is_eps_times_the_load_without_cancellation():
     table = rftfit.predict(POPPY, LEG, TURN)
-    loads = bare_loads().to_numpy()
+    loads = bare_loads()
     expected = 1.96 * 0.28 * np.hypot(loads, 0.2 * loads.max()) * (loads > 0)
     for name in ("force_z_N", "force_x_N"):
         lo, hi = ends_of(table, name, "model")

@@ -406,7 +406,7 @@ def test_an_upright_plate_is_one_under_both_of_its_angles():
 def test_errors_that_nobody_stated():
     """5 % of alpha, beside 1 % of the largest alpha."""
     se = [[0.01, np.nan], [np.nan, 0.02]]
-    given = rftfit.estimate_map(pushes_of([0, 30], [90, 45], [[0.3, 0.2], [0, np.nan]], se)).given
+    given = rftfit.estimate_map(pushes_of([0, 30], [90, 45], [[0.3, 0.2], [0, 0.1]], se)).given
     assert given is not None
     errors = np.sqrt(np.diag(given.covariance))[[0, 1, 3]]
     assert_allclose(errors, [0.01, np.hypot(0.05 * 0.2, 0.01 * 0.3), 0.02])

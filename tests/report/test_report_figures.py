@@ -4,6 +4,7 @@ import subprocess
 import sys
 from tempfile import TemporaryDirectory
 
+import matplotlib as mpl
 import numpy as np
 import pandas as pd
 import pytest
@@ -69,7 +70,10 @@ def stress_figure():
     return draw("stress_of_runs", of_runs(traces, fits.assign(medium="poppy_LP"), **shown))
 
 
-def test_the_same_figure_gives_the_same_bytes_in_any_folder(small_map, tmp_path):
+def test_the_same_figure_gives_the_same_bytes_in_any_folder(tmp_path):
+    before = dict(mpl.rcParams)
+    small_map = maps_of(chain.alpha_table("poppy_LP"))
+    assert dict(mpl.rcParams) == before
     endings = (*style.PRINTED, "webp")
     folder, other_folder = tmp_path / "one", tmp_path / "an other, \u00e9"
     names = style.save_pages(small_map, folder, "glass0.3mm_LP", endings=endings)
