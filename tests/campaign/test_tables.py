@@ -442,6 +442,10 @@ def test_a_push_for_a_map_may_lack_either_component(tmp_path):
         (["beta,gamma,alpha_z,alpha_x", "0,90,0.3,", "0,45,,"], f"row 3, column {ALPHA_X}"),
         (["beta,gamma", "0,90"], f"row 1, column {ALPHA_Z}"),
         (["beta,gamma,alpha_z", "0,90,"], f"row 2, column {ALPHA_Z}"),
+        (
+            ["beta,gamma,alpha_z,se_z", "0,90,0.3,-1"],
+            "row 2, column se_z: found '-1'; allowed: a number of at least 0 N/cm^3",
+        ),
     ],
 )
 def test_pushes_that_give_no_map_are_refused_by_their_place(tmp_path, lines, place):

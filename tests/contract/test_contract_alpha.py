@@ -259,6 +259,9 @@ def test_a_plan_says_what_each_push_brings():
     table = planned.table()
     assert [*table["push"]] == [0, 1, 2]
     assert (np.diff(table["half_width_percent"]) < 0).all()
+    on_top = "The model's own error and the scatter of the next bed come on top"
+    assert on_top not in planned.summary()
+    assert on_top in rftfit.plan(rftfit.model_leg("c_leg"), count=1).summary()
     with pytest.raises(rftfit.RftfitError) as caught:
         rftfit.plan("zetta")
     assert caught.value.exit_code == 2

@@ -19,7 +19,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import dateutil.parser  # type: ignore[import-untyped]
+import dateutil.parser
 import numpy as np
 import pandas as pd
 import pytest

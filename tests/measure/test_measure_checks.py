@@ -853,9 +853,9 @@ def runs_with_noise(fits):
     return pd.DataFrame({"run_id": fits["run_id"], "status": "refused", "F1_low_N": 0.0, **noise})
 
 
-def channels_against(seen, evidence=None, constant=(), directions=12):
+def channels_against(seen, evidence=None, constant=(), directions=12, known_x_ratio=0.3):
     """Flags of twelve pushes of alpha 0.3 and 0.09 N/cm^3, but for what `seen` says of z and x and of noise."""
-    known_ratios = {"known_z_ratio": 1.0, "known_x_ratio": 0.3}
+    known_ratios = {"known_z_ratio": 1.0, "known_x_ratio": known_x_ratio}
     fits = pd.DataFrame(
         {
             "run_id": [*sheet_of("p" * 12)],
@@ -971,6 +971,33 @@ def test_a_plate_without_a_sign_of_beta_tells_beta_from_a_channel(is_upright_rev
     check = causes_of(fits)
     assert {flag.code for flag in check.flags} == {"channel-reversed"}
     assert ("look at the sign of beta_deg" in check.sentence) != is_upright_reversed
+
+
+def test_a_silent_channel_is_no_fault_of_runs_that_need_not_feel_it():
+    """Level plates pushed straight down show no force along x in any medium."""
+    flags = channels_against({X: [0.0] * 7 + [1.0] * 5}, known_x_ratio=[0.0] * 4 + [0.3] * 8)
+    assert [(flag.code, flag.run_id) for flag in flags] == [
+        ("channel-silent", run_id) for run_id in ("r6", "r7", "r8")
+    ]
+
+
+def test_a_load_cell_that_was_turned_about_its_axis_shows_the_force_across():
+    fits = level_and_slanted(0.4, np.random.default_rng(4))
+    is_turned = fits["beta_deg"].isin([30, 60]) & (fits["gamma_deg"] >= 20)
+    fits.loc[is_turned, X] = 0.0
+    runs = runs_with_noise(fits).assign(status="read")
+    for name, force_N in (("F1", np.where(is_turned, 0.2, 8.0)), ("F2", 4.0), ("F3", 8.0)):
+        runs[f"{name}_low_N"], runs[f"{name}_high_N"] = 0.0, force_N
+        runs[f"{name}_held"], runs[f"{name}_held_N"] = 0.001, 1.0
+    sheet = sheet_of("p" * len(fits))
+    for run, row in zip(sheet.values(), fits.to_dict("records"), strict=True):
+        vars(run).update(row, direction="intrusion" if row["gamma_deg"] > 0 else "extraction")
+    check = check_channels(
+        sheet, runs=runs, fits=fits, peers=compare_runs(fits, "m"), axes=axes_of_runs({})
+    )
+    turned = {*fits.loc[is_turned, "run_id"]}
+    assert len(turned & {flag.run_id for flag in check.flags}) > 0.7 * len(turned)
+    assert "F2, across the motion, 20 times as much" in check.sentence
 
 
 def test_a_channel_that_is_not_measured_hides_no_other():

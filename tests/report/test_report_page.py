@@ -389,3 +389,13 @@ def test_zeta_of_a_whole_grid_is_that_of_its_nine_terms():
             assert row[f"{name}{end}"] == fit[f"{name}{end}"]
         assert row[name] == pytest.approx(truth, rel=1e-3)
         assert "map" not in row.get(f"{name}_note", "")
+
+
+def test_the_zeta_of_a_sand_by_its_map_stands_beside_that_by_the_papers_routine(small_made):
+    page = PageParser((small_made.root / "results" / "report.html").read_text("utf-8"))
+    (media,) = (
+        table for tables in page.tables.values() for table in tables if "next bed" in str(table[0])
+    )
+    of_map, _, _ = rftfit.open(small_made.root)["yuma"].map().zeta
+    (sand,) = (row for row in media if row[0].startswith("Yuma"))
+    assert f"by the paper's routine; of the map {of_map:.4f}: quote that" in "|".join(sand)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
 from campaigns import Folder, run_rules
@@ -180,19 +181,26 @@ def test_seconds_and_nanoseconds_in_two_columns_are_proposed_as_one_time(tmp_pat
 
 
 @pytest.mark.parametrize(
-    ("direction", "gamma_deg", "depth_cm"),
-    [("intrusion", 45, ""), ("intrusion", 20, ""), ("horizontal", 0, "2")],
+    ("direction", "gamma_deg", "depth_cm", "at_surface_mm"),
+    [
+        ("intrusion", 45, "", 0.0),
+        ("intrusion", 20, "", 0.0),
+        ("intrusion", 45, "", 70.0),
+        ("horizontal", 0, "2", 0.0),
+    ],
 )
-def test_a_position_along_a_slanted_stage(tmp_path, direction, gamma_deg, depth_cm):
-    """One column gives both: x and z by gamma of the sheet."""
+def test_a_position_along_a_slanted_stage(tmp_path, direction, gamma_deg, depth_cm, at_surface_mm):
+    """One column gives both: x and z by gamma of the sheet, from where the path meets the stated surface."""
     time, height = (truth()[name] for name in ("t", "z"))
-    along = -height  # mm, 0 where the plate's centre is at the surface
+    along = -height  # mm, from where the plate's centre is at the surface
     angle = np.radians(gamma_deg)
     depth = np.clip(along * np.sin(angle), 0, None) if gamma_deg else 20.0 * (along > 0)
     force = 1.5 * depth + np.random.default_rng(1).normal(0, 0.02, time.size)
     path = tmp_path / "slanted.csv"
-    write_log(path, time, force, along, names="Time (s),Force (N),Stage (mm)")
+    write_log(path, time, force, along + at_surface_mm, names="Time (s),Force (N),Stage (mm)")
+    surface_mm = -at_surface_mm * np.sin(angle)
     row = {"direction": direction, "gamma_deg": str(gamma_deg), "depth_cm": depth_cm}
+    row["surface_z_mm"] = f"{surface_mm:.6g}"
     folder = campaign_around(tmp_path / "lab", path, row=row)
     config = yaml.safe_load(folder.config.read_text(encoding="utf-8"))
     del config["motion_log"]["columns"]["z"]
@@ -203,6 +211,10 @@ def test_a_position_along_a_slanted_stage(tmp_path, direction, gamma_deg, depth_
     fit, _ = measured(folder)
     area_cm2 = np.pi * 2.5**2
     assert fit["alpha_z_N_per_cm3"] == pytest.approx(15 / area_cm2, rel=0.01), fit["reason"]
+    trace = pd.read_parquet(folder.root / "results" / "traces" / "bed.parquet")
+    moving = trace[trace["depth_cm"] > 1]
+    if gamma_deg:
+        np.testing.assert_allclose(moving["x_cm"], -moving["depth_cm"] / np.tan(angle), atol=0.01)
 
 
 def test_runs_side_by_side_in_one_file(tmp_path):
