@@ -148,7 +148,9 @@ def _name(job):
 
 
 def _write_file(path, content):
+    """Write a file in place of what is there, which may be a link to another one."""
     path.parent.mkdir(parents=True, exist_ok=True)
+    path.unlink(missing_ok=True)
     path.write_bytes(content)
 
 

@@ -220,12 +220,23 @@ class Recorded:
             name: self.maker.get(name) or self.records.get(name) for name in targets or [LAST]
         }
         never_made = [name for name, record in records.items() if record is None]
-        needed = {
-            job for record in records.values() if record for job in self.collect_records(record)
+        needed_records = {
+            job: needed_record
+            for record in records.values()
+            if record
+            for job, needed_record in self.collect_records(record).items()
         }
-        # only records say what a target needs: a target without one may need every job, and a job without one may be needed
+        needed = {*needed_records}
+        # only records say what a target needs: one without a record may need every job, and a job without one may have made
+        # a result of which no record says who wrote it
+        lacks_maker = any(
+            path.startswith(f"{RESULTS}/") and path not in self.maker
+            for record in needed_records.values()
+            for path in record.reads
+        )
         for job, record in self.records.items():
-            if (record is None or never_made) and not self.states.on_demand(job):
+            may_be_needed = never_made or (record is None and lacks_maker)
+            if may_be_needed and not self.states.on_demand(job):
                 needed.add(job)
         findings = [
             finding
