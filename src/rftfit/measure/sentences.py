@@ -417,7 +417,7 @@ SENTENCES = {
     "pulls-open": "these directions do not tell whether beta of pulls has the right sign",
     "beta-open": "these directions do not tell whether beta has the right sign",
     "labels-open": "an error of the runs with one label cannot be told from their directions",
-    "untold-walls": "walls and bottom that bear force, where readings count that a plate took near them",
+    "untold-walls": "a wall or a bottom that bore force, where readings count that a plate took near it",
     "repeat-twice": "push directions twice",
     "repeat-more": "push directions more often",
     "untold-label": "an area or a gain that is wrong in all runs, in a few, or in scattered ones that no column of the run sheet names",

@@ -123,7 +123,7 @@ STAGES = {
     "robot_intervals": _robot_stage("robot_intervals", *_OF_ROBOT_RUNS, "errors"),
     "robot_speeds": _robot_stage("robot_speeds", "fit"),
     "robot_full_speeds": _robot_stage("robot_full_speeds", "fit", on_demand=True),
-    "robot_motion": _robot_stage("robot_motion", "grid", "maps"),
+    "robot_motion": _robot_stage("robot_motion", "fit", "grid", "maps"),
     "workbooks": Stage("rftfit.page.workbooks:workbooks", "page", ("fit", "media")),
     "page": Stage("rftfit.page.page:report", "page", (ALL,), rows=True),
     "provenance": Stage(
