@@ -628,8 +628,8 @@ def one_off(written, luck, percent):
 LOGS = ("force_log", "motion_log")
 
 
-def swapped(written, luck, count, where="random"):
-    """Exchange the logs of some plates with those of their rods."""
+def swapped(written, luck, count=None, where="random"):
+    """Exchange the logs of some plates with those of their rods; `count`: of how many, default: of all."""
     rods = {row["run_id"]: row for row in written.rows}
     row_of_tare = {row["tare_run"]: row for row in plates(written)}  # one of several repeats
     rows = [*row_of_tare.values()]
