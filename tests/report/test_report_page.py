@@ -398,4 +398,4 @@ def test_the_zeta_of_a_sand_by_its_map_stands_beside_that_by_the_papers_routine(
     )
     of_map, _, _ = rftfit.open(small_made.root)["yuma"].map().zeta
     (sand,) = (row for row in media if row[0].startswith("Yuma"))
-    assert f"by the paper's routine; of the map {of_map:.4f}: quote that" in "|".join(sand)
+    assert f"map: {of_map:.4f}" in "|".join(sand)

@@ -278,14 +278,13 @@ def _make_rows_of_media(results: Results) -> list[Row]:
 
 
 def _describe_zeta_of_sand(map_table: pd.DataFrame) -> str:
-    """Say by what the zeta of a natural sand is, and what it is by its map, if there is one."""
-    routine = "by the paper's routine"
+    """Write the zeta of a natural sand by its map; empty where there is none. That in the cell is by the paper's routine."""
     if map_table.empty:
-        return routine
+        return ""
     beta, gamma = np.radians(map_table[["beta_deg", "gamma_deg"]].to_numpy(float)).T
     alpha = np.stack(alpha_columns(map_table))
     of_map = vertical_penetration(fit_terms_of_map(beta, gamma, alpha, alpha))
-    return f"{routine}; of the map {format_number(float(of_map), ALPHA_DIGITS)}: quote that for this sand"
+    return f"map: {format_number(float(of_map), ALPHA_DIGITS)}"
 
 
 def _describe_other_window(results: Results, cell: Row) -> str:
