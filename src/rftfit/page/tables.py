@@ -269,7 +269,7 @@ def _make_rows_of_media(results: Results) -> list[Row]:
         if lacks_directions(results, medium.name):
             notes = _describe_scale_of_pushes(results, medium.name, len(cells), notes)
         if is_sand and math.isfinite(row.get("zeta", math.nan)):
-            notes["zeta_note"] = _describe_zeta_of_sand(results.map_table(medium.name))
+            notes["zeta_note"] = _format_zeta_of_map(results.map_table(medium.name))
         if is_sand and math.isfinite(row.get("chi", math.nan)):
             is_published = medium.name in scaled_from_print(results)
             notes["chi_note"] = f"from the {'published' if is_published else 'other'} media"
@@ -277,7 +277,7 @@ def _make_rows_of_media(results: Results) -> list[Row]:
     return rows
 
 
-def _describe_zeta_of_sand(map_table: pd.DataFrame) -> str:
+def _format_zeta_of_map(map_table: pd.DataFrame) -> str:
     """Write the zeta of a natural sand by its map; empty where there is none. That in the cell is by the paper's routine."""
     if map_table.empty:
         return ""
