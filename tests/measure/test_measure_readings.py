@@ -156,9 +156,10 @@ def test_a_position_that_is_read_seldom_counts_when_it_is_new(rows, moving):
     assert np.interp(0.8, new["time"], new[moving]) == pytest.approx(1.0)
 
 
-def test_a_coarse_sensor_is_no_position_that_is_held():
+@pytest.mark.parametrize("zero_cm", [0.0, 0.037])
+def test_a_coarse_sensor_is_no_position_that_is_held(zero_cm):
     time, height, _ = push(np.random.default_rng(5))
-    motion = motion_of(time, np.round(height, 1))
+    motion = motion_of(time, np.round(height, 1) + zero_cm)
     assert without_holds(motion) is motion
 
 

@@ -163,3 +163,9 @@ def test_the_rule_for_the_surface_is_told(depth_cm, lowest):
     assert (refused.code, refused.values["least"]) == ("surface-not-reached", -0.3)
     # as many digits as tell the two apart
     assert f" {lowest} cm" in str(refused)
+
+
+def test_an_arm_that_stands_still_below_the_surface_is_refused():
+    time = np.arange(0, 20, 0.02)
+    still = IntruderPath(time, 0 * time, 0 * time - 3.0, 0 * time)
+    assert refusal(still, row(90), Arm(speed_cm_per_s=1.0)).code == "too-slow"

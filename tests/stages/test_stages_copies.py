@@ -71,9 +71,13 @@ def test_a_run_that_stands_twice_in_a_table(tmp_path, rows, verdict, copies):
     assert not copies or outcome["found"].endswith(f": {copies}")
 
 
-def test_a_copy_is_not_counted_among_the_runs_that_are_used(tmp_path):
-    rows = [*stress("a", 0, 90), *stress("rep2", 0, 90), *stress("b", 30, 90, seed=1)]
-    campaign = campaign_of(tmp_path, [STRESS, *rows])
+@pytest.mark.parametrize("has_x", [True, False])
+def test_a_copy_is_not_counted_among_the_runs_that_are_used(tmp_path, has_x):
+    rows = [*stress("a", 60, 90), *stress("rep2", 60, 90), *stress("b", 30, 90, seed=1)]
+    lines = [STRESS, *rows]
+    if not has_x:
+        lines = [line.rpartition(",")[0] for line in lines]
+    campaign = campaign_of(tmp_path, lines)
     fits, book = tables_of(campaign, "fits", "ledger/slopes")
     fit_of_run = {row["run_id"]: row for row in fits.to_dict("records")}
     assert [name for name, row in fit_of_run.items() if row["alpha_z_N_per_cm3"] > 0] == ["a", "b"]
