@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -198,10 +199,9 @@ def _find_medium(name: str) -> Medium:
     if folder and Path(folder).is_dir():
         results = open_results(folder)
         return results[choose("medium", medium, results.media, f"in {folder}")]
-    try:
+    config: Path | None = None
+    with suppress(InputError):
         config = config_of(".")
-    except InputError:
-        config = None
     current = open_results(config) if config else None
     if current is not None and name in current.media:
         return current[name]
