@@ -264,5 +264,5 @@ def test_the_campaign_of_the_current_folder_may_be_broken_if_both_media_are_else
     (tmp_path / "config.yaml").write_text("broken")
     (tmp_path / "other").mkdir()
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(rftfit.InputError, match="other"):
+    with pytest.raises(rftfit.RftfitError, match="other"):
         rftfit.compare_media("other:a", "other:b")
