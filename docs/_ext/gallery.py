@@ -29,13 +29,17 @@ import rftfit
 from rftfit.figures.registry import DeclaredFigure, figures
 from rftfit.figures.style import content
 from rftfit.figures.verdicts import draw_verdicts
-from rftfit.suite.declared import find_example, list_examples
-from rftfit.suite.page import as_markdown, describe, tabulate_compared
+from rftfit.suite.declared import DOMAINS, find_example, list_examples
+from rftfit.suite.files import RAW
+from rftfit.suite.page import describe, tabulate_compared
 from rftfit.suite.verdicts import FILE as VERDICTS_FILE
-from rftfit.suite.verdicts import in_order
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
     from rftfit.results import Results
+    from rftfit.suite.declared import Example
+    from rftfit.suite.page import PageBlock
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
@@ -142,13 +146,55 @@ def write_verdicts() -> None:
         pd.read_csv(CAMPAIGNS / folder_of_example(example.name) / VERDICTS_FILE)
         for example in examples
     ]
-    verdicts = in_order(pd.concat(tables, ignore_index=True))
+    verdicts = pd.concat(tables, ignore_index=True).sort_values(
+        "domain", key=lambda names: names.map(DOMAINS.index), kind="stable"
+    )
     picture = Image.open(BytesIO(content(draw_verdicts(verdicts), "png"))).convert("RGB")
     picture.save(DOCS / "images" / "verdicts.webp", "webp", quality=80)
     page = as_markdown(describe(examples, verdicts, is_public=True), "images/verdicts.webp")
-    rows = tabulate_compared(examples, verdicts, is_public=True)
+    rows = tabulate_compared(examples, without_private_numbers(examples, verdicts))
     rows.to_csv(DOCS / "tables" / "verdicts.csv", index=False)
     (DOCS / "validation.md").write_text(page + ALL_VERDICTS, encoding="utf-8")
+
+
+def without_private_numbers(examples: Sequence[Example], verdicts: pd.DataFrame) -> pd.DataFrame:
+    """Replace the numbers of files that may not be shipped by words."""
+    private = {
+        (example.name, f"{RAW}/{file.name}")
+        for example in examples
+        for file in example.settings.files
+        if not file.may_be_shipped
+    }
+    files = zip(verdicts["example"], verdicts["from_file"], strict=True)
+    is_private = [example_and_file in private for example_and_file in files]
+    shown = verdicts.astype({"published": object, "ours": object})
+    shown.loc[is_private, ["published", "ours"]] = "in the file, which has no licence to show it"
+    # the reason states the difference of both numbers, which would give the published one away
+    difference = r"lies [\d.e+-]+ .*? (above|below) ours; [^;]*"
+    reasons = shown.loc[is_private, "reason"]
+    shown.loc[is_private, "reason"] = reasons.str.replace(difference, r"lies \1 ours", regex=True)
+    return shown
+
+
+def as_markdown(blocks: Iterator[PageBlock], picture: str) -> str:
+    """Format the blocks of the page of verdicts as Markdown; `picture`: path of the figure."""
+    parts = []
+    for block in blocks:
+        if block.header:
+            lines = [block.header, ["---"] * len(block.header), *block.rows]
+            parts.append("\n".join(f"| {' | '.join(map(plain_cell, cells))} |" for cells in lines))
+        elif block.level:
+            parts.append(f"{'#' * block.level} {block.text}")
+        elif block.text:
+            parts.append(block.text)
+        else:
+            parts.append(f"![published numbers against ours, by quantity]({picture})")
+    return "\n\n".join(parts) + "\n"
+
+
+def plain_cell(cell: str) -> str:
+    """Return the text of a cell on one line, with a backslash before characters that mean something in Markdown."""
+    return re.sub(r"([|*_<>\[\]`$])", r"\\\1", " ".join(cell.split()))
 
 
 def write_gallery() -> None:

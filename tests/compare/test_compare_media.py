@@ -256,3 +256,13 @@ def test_an_error_that_is_counted_by_itself_leaves_that_of_a_run(error):
     reduced = compare_run_sets(*(with_errors(side, 5.0, 3.0) for side in both))
     assert reduced.scatter_along == pytest.approx(plain.scatter_along, rel=1e-9)
     assert reduced.scatter_across == pytest.approx(plain.scatter_across, rel=1e-9)
+
+
+def test_the_campaign_of_the_current_folder_may_be_broken_if_both_media_are_elsewhere(
+    tmp_path, monkeypatch
+):
+    (tmp_path / "config.yaml").write_text("broken")
+    (tmp_path / "other").mkdir()
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(rftfit.RftfitError, match="other"):
+        rftfit.compare_media("other:a", "other:b")

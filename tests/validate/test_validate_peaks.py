@@ -100,7 +100,7 @@ def error_of(row):
 
 def test_peak_errors_have_the_errors_they_are_told_of():
     measured, predicted = curves(wide(10.0), wide(12.0))
-    for spread in (None, {"another": 0.04}):
+    for spread in ({}, {"another": 0.04}):
         row = leg_errors(measured, predicted, spread).iloc[0]
         assert error_of(row) == pytest.approx((20, 1))
     with_zero_error = measured.assign(zero_se_z_N=0.3, zero_se_x_N=0.0)

@@ -15,7 +15,7 @@ def test_a_printed_zero_is_judged_by_the_rule_of_the_paper(relative, verdict):
     )
     items = compare_coefficients(values, {"m": "poppy_LP"})
     (item,) = [item for item in items if item.item.startswith("m: Cm1")]
-    assert (item.verdict, item.tolerance) == (verdict, 0.05)
+    assert (item.verdict, item.tolerance.value) == (verdict, 0.05)
 
 
 @pytest.mark.parametrize(

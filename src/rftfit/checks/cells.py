@@ -132,6 +132,7 @@ def check_symmetry(measured: MediumMeasurements) -> Check:
     turn, se = cells.turn_rad
     if math.isnan(turn):
         return Check.skip("symmetry", "symmetry-no-cell")
+    most = _CHOSEN.turn + _CHOSEN.sigmas * se
     turn_deg = math.degrees(turn)
     half_deg = normal_quantile(measured.config.fit.confidence) * math.degrees(se)
     values: dict[str, Any] = {
@@ -139,12 +140,12 @@ def check_symmetry(measured: MediumMeasurements) -> Check:
         "interval": remark("interval-deg", low=turn_deg - half_deg, high=turn_deg + half_deg)
         if se
         else "",
-        "most_deg": math.degrees(_CHOSEN.turn + _CHOSEN.sigmas * se),
+        "most_deg": math.degrees(most),
         "most_errors": _CHOSEN.unlike,
     }
     misfit, worst = cells.mirror_misfit
     if misfit <= _CHOSEN.unlike:
-        return Check.judge("symmetry", cells.mirror_images_agree, **values)
+        return Check.judge("symmetry", abs(turn) <= most, **values)
     row = measured.tables["alpha"].iloc[cells.rows[worst]]
     beta, gamma = row["beta_deg"], row["gamma_deg"]
     values |= {"beta_deg": beta, "image_deg": -beta, "size_deg": abs(beta), "gamma_deg": gamma}
@@ -300,14 +301,6 @@ class Cells:
         if not size > 0:
             return math.nan, math.nan
         return -math.atan2(float(weight @ x), size), math.sqrt(float(weight**2 @ variance)) / size
-
-    @property
-    def mirror_images_agree(self) -> bool:
-        """True if horizontal forces on mirror images are opposite: no clear turn of the mount, no pair far from it."""
-        turn, se = self.turn_rad
-        return not (
-            abs(turn) > _CHOSEN.turn + _CHOSEN.sigmas * se or self.mirror_misfit[0] > _CHOSEN.unlike
-        )
 
     @property
     def mirror_misfit(self) -> tuple[float, int]:

@@ -33,7 +33,9 @@ def check_medium(
     sheet = {run.run_id: run for run in campaign.runs_of(medium)}
     measured = MediumMeasurements(campaign.config, settings, sheet, tables, copies, flags)
     outcomes: dict[CheckName, Check] = {}
-    for name in sort_checks():
+    # start with the order of the config, so that the order of imports changes nothing
+    waits_for = {name: CHECKS[name].after for name in get_args(CheckName)}
+    for name in TopologicalSorter(waits_for).static_order():
         outcome = outcomes[name] = CHECKS[name].check(measured)
         failed_before = [before for before in CHECKS[name].after if outcomes[before].effect]
         if failed_before and outcome.verdict != NOT_CHECKED:
@@ -44,13 +46,6 @@ def check_medium(
         elif outcome.verdict == FAILED and (why := settings.accept.get(name)):
             outcomes[name] = replace(outcome, verdict=ACCEPTED, why_accepted=why)
     return [outcomes[name] for name in get_args(CheckName)]
-
-
-def sort_checks() -> list[CheckName]:
-    """Sort the names of all checks: each comes after those that it waits for."""
-    # start with the order of the config, so that the order of imports changes nothing
-    waits_for = {name: CHECKS[name].after for name in get_args(CheckName)}
-    return list(TopologicalSorter(waits_for).static_order())
 
 
 def faults_of(checks: pd.DataFrame) -> str:

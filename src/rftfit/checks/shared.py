@@ -162,6 +162,5 @@ def _name_fault(row: Mapping[Any, Any]) -> str:
 
 def _describe_rival(kind: str, group: str) -> str:
     """Describe another cause that fits as well: its kind, and the runs that would share it."""
-    if group in ("trend", "all", "from-run", "window", "holder"):
-        return str(remark(f"other-{group}", kind=str(remark(f"kind-{kind}"))))
-    return str(remark("other-label", kind=str(remark(f"kind-{kind}")), column=group))
+    runs = group if group in ("trend", "all", "from-run", "window", "holder") else "label"
+    return str(remark(f"other-{runs}", kind=str(remark(f"kind-{kind}")), column=group))

@@ -35,7 +35,7 @@ _SIZES = np.exp(np.linspace(*_CHOSEN.log_sizes))
 """Sizes of the medium relative to the size of its alpha, over which the evidence is summed."""
 
 
-def axes_evidence(runs: RunSlopes, without: tuple[str, ...] = ()) -> dict[str, float]:
+def axes_evidence(runs: RunSlopes) -> dict[str, float]:
     """Compare the marginal likelihood of the medians of the directions in each of `AXES` with that in the given axes.
 
     The likelihood is a sum over the size of the medium and the share of the rough shape. The departure from the shape has
@@ -44,8 +44,6 @@ def axes_evidence(runs: RunSlopes, without: tuple[str, ...] = ()) -> dict[str, f
     Parameters
     ----------
     runs : RunSlopes
-    without : tuple of str, optional
-        Published media that are left out of the known shapes.
 
     Returns
     -------
@@ -77,18 +75,14 @@ def axes_evidence(runs: RunSlopes, without: tuple[str, ...] = ()) -> dict[str, f
             # axes turn the force as it was measured, before alpha_x of pulls got the other sign
             alpha_z, alpha_x = np.array(AXES[axes]) @ np.stack([alpha[0], side * alpha[1]])
             alphas.append(np.concatenate([alpha_z, side * alpha_x]))
-        sums = _log_evidence(sign * beta_deg, gamma_deg, alphas, error, without)
+        sums = _log_evidence(sign * beta_deg, gamma_deg, alphas, error)
         evidence |= zip(axes_of_mistakes, sums, strict=True)
     factors = {name: log_sum - evidence["as-given"] for name, log_sum in evidence.items()}
-    return factors | _evidence_for_pulls(beta_deg, gamma_deg, alpha, without, runs.tolerance_deg)
+    return factors | _evidence_for_pulls(beta_deg, gamma_deg, alpha, runs.tolerance_deg)
 
 
 def _evidence_for_pulls(
-    beta_deg: FloatArray,
-    gamma_deg: FloatArray,
-    alpha: FloatArray,
-    without: tuple[str, ...],
-    tolerance_deg: float,
+    beta_deg: FloatArray, gamma_deg: FloatArray, alpha: FloatArray, tolerance_deg: float
 ) -> dict[str, float]:
     """Find the evidence that beta of pulls has the other sign; empty where no pull has a beta that could be reversed.
 
@@ -102,18 +96,14 @@ def _evidence_for_pulls(
     least = _CHOSEN.least_of_direction * level.max()
     error = np.tile(np.hypot(_CHOSEN.of_direction * level, least), 2)
     as_stated, reversed_sign = (
-        _log_evidence(signed_beta_deg, gamma_deg, [alpha.ravel()], error, without)[0]
+        _log_evidence(signed_beta_deg, gamma_deg, [alpha.ravel()], error)[0]
         for signed_beta_deg in (beta_deg, np.where(is_pull, -beta_deg, beta_deg))
     )
     return {PULLS: reversed_sign - as_stated}
 
 
 def _log_evidence(
-    beta_deg: FloatArray,
-    gamma_deg: FloatArray,
-    alphas: Sequence[FloatArray],
-    error: FloatArray,
-    without: tuple[str, ...],
+    beta_deg: FloatArray, gamma_deg: FloatArray, alphas: Sequence[FloatArray], error: FloatArray
 ) -> list[float]:
     """Return the logarithm of the likelihood of each alpha at n directions, summed over size and share of the rough shape.
 
@@ -121,7 +111,7 @@ def _log_evidence(
     """
     by_share = []
     for rough_share in _CHOSEN.rough_shares:
-        shape = _KnownShape(*prior_of_media(beta_deg, gamma_deg, rough_share, without), error)
+        shape = _KnownShape(*prior_of_media(beta_deg, gamma_deg, rough_share), error)
         by_share.append([shape.log_evidence(alpha) for alpha in alphas])
     return [float(log_sum) for log_sum in np.logaddexp.reduce(by_share, axis=0)]
 

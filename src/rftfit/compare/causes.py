@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from rftfit.campaign.columns import LABELS
@@ -66,7 +67,7 @@ def compare_all_runs(
         causes_found, scan = find_causes(JointModel(runs, (angle_deg, angle_deg)))
         rows = [
             *(_row_of_cause(cause, run_ids) for cause in causes_found),
-            *_rows_of_scan(scan, causes_found),
+            *rows_of_scan(scan, causes_found),
         ]
     causes = pd.DataFrame(rows, columns=CAUSE_COLUMNS).assign(medium=medium)
     evidence = axes_evidence(runs) if can_be_compared else {}
@@ -75,13 +76,11 @@ def compare_all_runs(
     return causes, pd.DataFrame(axes, columns=AXES_COLUMNS), misplaced
 
 
-def rows_of_model(model: JointModel) -> pd.DataFrame:
-    """Return rows of `CAUSE_COLUMNS` on the causes that the runs of a model could show; the model is not fitted."""
-    if model.runs.size < FEWEST_RUNS:
-        return pd.DataFrame(
-            [_unchecked_row(kind, NO_RUNS) for kind in KINDS], columns=CAUSE_COLUMNS
-        )
-    return pd.DataFrame(_rows_of_scan(model.scan(), []), columns=CAUSE_COLUMNS)
+def labels_of(runs: Sequence[Run]) -> dict[str, npt.NDArray[np.str_]]:
+    """Return the labels of runs, see `RunSlopes`: intruder, and the columns `LABELS` of the run sheet."""
+    return {
+        name: np.array([str(getattr(run, name)) for run in runs]) for name in ("intruder", *LABELS)
+    }
 
 
 def _select_runs(
@@ -93,10 +92,6 @@ def _select_runs(
     rows = np.array([sheet[run_id].row for run_id in good["run_id"]], dtype=int)
     good = good.iloc[np.argsort(rows, kind="stable")]
     run_ids = good["run_id"].astype(str).tolist()
-    labels = {
-        name: np.array([str(getattr(sheet[run_id], name)) for run_id in run_ids])
-        for name in ("intruder", *LABELS)
-    }
     runs = RunSlopes(
         good["beta_deg"].to_numpy(float),
         good["gamma_deg"].to_numpy(float),
@@ -104,7 +99,7 @@ def _select_runs(
         np.nan_to_num(alpha_columns(good, "_se")),
         good["mirrored"].to_numpy(bool),
         np.arange(len(good)),
-        labels,
+        labels_of([sheet[run_id] for run_id in run_ids]),
         tolerance_deg,
     )
     return runs, run_ids
@@ -132,7 +127,6 @@ def _row_of_cause(found_cause: FoundCause, run_ids: list[str]) -> dict[str, Any]
         "size_hi": size_hi,
         "unit": KINDS[cause.kind].unit,
         "times_error": found_cause.errors_beyond,
-        "least_seen": math.nan,
         "reason": "",
         "inseparable": "; ".join(inseparable),
     }
@@ -152,7 +146,7 @@ def _size_without_fault(cause: Cause) -> float:
     return cause.tolerated if cause.group == ALL else 0.0
 
 
-def _rows_of_scan(scan: Scan, causes_found: Iterable[FoundCause]) -> list[dict[str, Any]]:
+def rows_of_scan(scan: Scan, causes_found: Iterable[FoundCause] = ()) -> list[dict[str, Any]]:
     """Make a row for each kind and group that was not found; steps, windows and holders have a median over places."""
     kinds_found = {(shared.cause.kind, shared.cause.group) for shared in causes_found}
     candidates: dict[tuple[str, str, str], list[int]] = {}
@@ -189,10 +183,9 @@ def _rows_of_scan(scan: Scan, causes_found: Iterable[FoundCause]) -> list[dict[s
 
 def _unchecked_row(kind: str, reason: str) -> dict[str, Any]:
     """Make a row without numbers, for a cause of all runs that was not checked."""
-    numbers = dict.fromkeys(("size", "size_lo", "size_hi", "times_error", "least_seen"), math.nan)
     names = {"kind": kind, "group": ALL, "place": "", "run_ids": "", "inseparable": ""}
     verdict = {"verdict": NOT_CHECKED, "n_runs": 0, "reason": reason, "unit": KINDS[kind].unit}
-    return numbers | names | verdict
+    return names | verdict
 
 
 def _as_change(cause: Cause, size: float) -> float:
@@ -200,7 +193,7 @@ def _as_change(cause: Cause, size: float) -> float:
 
     Other sizes are returned as they are.
     """
-    if cause.kind not in ("gain", "gain-x"):
+    if not cause.is_gain:
         return float(size)
     # the share of a cause is 1/2 in its runs and -1/2 in the others
     ratio = (1 + size / 2) / max(1 - size / 2, LEAST_GAIN)

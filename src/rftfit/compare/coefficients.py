@@ -10,7 +10,7 @@ import pandas as pd
 from rftfit.campaign.config import Config
 from rftfit.measure.alpha import alpha_columns, cell_at, column, directions
 from rftfit.measure.errors import shares
-from rftfit.measure.flags import REASON, Flags, quoted, reason_columns, reason_of, remark
+from rftfit.measure.flags import Flags, quoted, reason_columns, reason_of, remark
 from rftfit.model import scaling
 from rftfit.model.draws import interval
 from rftfit.model.fourier import TERMS, TERMS_Z, evaluate
@@ -18,19 +18,7 @@ from rftfit.outputs.dictionary import columns_of
 from rftfit.reference import MEDIA, coefficients
 
 COEFFICIENT_COLUMNS = columns_of("coefficients.csv")
-PENETRATION_COLUMNS = [
-    "method",
-    "medium",
-    *(
-        f"alpha_z_{name}{end}_N_per_cm3"
-        for name in ("measured", "fit")
-        for end in ("", "_lo", "_hi")
-    ),
-    *(f"{name}{end}" for name in ("chi", "zeta") for end in ("", "_lo", "_hi")),
-    "zeta_without_flagged",
-    "zeta_errors",
-    *REASON,
-]
+PENETRATION_COLUMNS = columns_of("penetration.csv")
 
 
 def coefficient_rows(fit: scaling.MediumFit) -> pd.DataFrame:
@@ -91,10 +79,9 @@ def generic_rows(group: list[scaling.MediumFit]) -> pd.DataFrame:
         "relative_to_A00": np.abs(m0 / m0[0]),
         "kept": m0 != 0,
         "published": [published.get(term, np.nan) for term in TERMS],
-        "misfit_rms_N_per_cm3": np.nan,
-        "without_flagged": np.nan,
     }
-    return pd.DataFrame(columns | reason_columns([]))
+    # neither a misfit nor flagged cells
+    return pd.DataFrame(columns | reason_columns([])).reindex(columns=COEFFICIENT_COLUMNS)
 
 
 def penetration_row(fit: scaling.MediumFit) -> dict[str, object]:

@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from rftfit.campaign.problems import join_words
 from rftfit.conventions import FloatArray
 from rftfit.directions import TOLERANCE_DEG, is_straight_down, number_directions
 from rftfit.errors import InputError
@@ -477,8 +478,7 @@ def _describe_directions(beta_deg: FloatArray, gamma_deg: FloatArray) -> str:
     """Write the first four directions of the runs of a medium."""
     angles = np.round([beta_deg, gamma_deg], 1).T
     directions = sorted({(float(beta), float(gamma)) for beta, gamma in angles})
-    listed = ", ".join(f"({beta:g}, {gamma:g})" for beta, gamma in directions[:4])
-    return listed + (f" and {len(directions) - 4} more" if len(directions) > 4 else "") or "none"
+    return join_words((f"({beta:g}, {gamma:g})" for beta, gamma in directions), 4) or "none"
 
 
 def _numbers(runs: pd.DataFrame, name: str) -> FloatArray:
@@ -639,8 +639,6 @@ def _fit_ratio(means: tuple[_Means, _Means], scatters: tuple[RunScatter, RunScat
             "the forces of A and B are opposite in their common directions: look at the axes of both"
         )
     first = math.log(np.linalg.norm(b.mean) / np.linalg.norm(a.mean))
-    if abs(first) > _CHOSEN.widest_log:
-        raise InputError("one of A and B has no force in the common directions")
     covariance_a, covariance_b = map(_covariance_of_means, means, scatters)
     contrast = _Contrast(a, b, covariance_a, covariance_b, scatters[0].dof, scatters[1].dof)
     optimum = minimize_scalar(

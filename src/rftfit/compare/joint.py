@@ -130,9 +130,14 @@ class Cause(NamedTuple):
         return 0.0 if self.spread_of_media else KINDS[self.kind].tolerated
 
     @property
+    def is_gain(self) -> bool:
+        """Whether the cause is a gain of one channel or of both."""
+        return self.kind in ("gain", "gain-x")
+
+    @property
     def largest(self) -> float:
         """Largest size that leaves each run a gain of `LEAST_GAIN`; infinite for other kinds."""
-        if self.kind not in ("gain", "gain-x"):
+        if not self.is_gain:
             return math.inf
         return float((1 - LEAST_GAIN) / np.abs(self.share).max())
 
@@ -147,12 +152,12 @@ class Cause(NamedTuple):
     @property
     def moves_angles(self) -> bool:
         """Whether the cause changes the angles of its runs; others change their forces."""
-        return self.kind not in ("gain", "gain-x", "turn", "crosstalk")
+        return not self.is_gain and self.kind not in ("turn", "crosstalk")
 
     def may_reverse(self, size: float) -> bool:
         """Return True if this is a gain and a first estimate of its size is nearer to a reversed force than to none."""
-        is_gain = self.kind in ("gain", "gain-x") and self.group != TREND
-        return is_gain and abs(size) > _REVERSED_GAIN_DIFFERENCE / 2
+        is_large = abs(size) > _REVERSED_GAIN_DIFFERENCE / 2
+        return self.is_gain and self.group != TREND and is_large
 
 
 class FoundCause(NamedTuple):
@@ -218,8 +223,6 @@ class JointModel:
         In the model all runs of a direction have its angles, and alpha is moved to them.
     angles_deg : (float, float)
         Standard deviations of beta and gamma of a run.
-    without : tuple of str
-        Published media that are left out of the known shapes.
 
     Attributes
     ----------
@@ -241,7 +244,6 @@ class JointModel:
 
     runs: RunSlopes
     angles_deg: tuple[float, float] = tuple(_RUNS.angles_deg)
-    without: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         self.weight = np.ones(self.runs.size)
@@ -287,16 +289,10 @@ class JointModel:
         step = _RUNS.difference_deg
         betas = np.concatenate([beta, beta + step, beta - step, beta, beta])
         gammas = np.concatenate([gamma, gamma, gamma, gamma + step, gamma - step])
-        self.mean_around, covariance = self._known_shape(betas, gammas)
+        self.mean_around, covariance = prior_of_media(betas, gammas, _RUNS.rough_share)
         itself = np.arange(10 * beta.size).reshape(2, 5, -1)[:, 0].ravel()
         self.covariance_around = covariance[:, itself]
         self._set_prior(self.mean_around[itself], self.covariance_around[itself])
-
-    def _known_shape(
-        self, beta_deg: FloatArray, gamma_deg: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return mean and covariance of alpha by the known shape; see `prior_of_media`."""
-        return prior_of_media(beta_deg, gamma_deg, _RUNS.rough_share, self.without)
 
     def _sort_into_directions(self) -> None:
         """Set `directions` and `direction_of_run`."""
@@ -474,7 +470,7 @@ class JointModel:
         beta, gamma = runs.beta_deg, runs.gamma_deg
         transform = np.tile(np.eye(2), (runs.size, 1, 1))
         log_jacobian = 0.0
-        if cause.kind in ("gain", "gain-x"):
+        if cause.is_gain:
             gain = np.maximum(1 + size * share, LEAST_GAIN)
             log_jacobian = float(np.log(gain).sum())
             if cause.reversed_side:
@@ -504,7 +500,9 @@ class JointModel:
         if beta is not runs.beta_deg or gamma is not runs.gamma_deg:
             # the slopes over the angles stay: they need five times as many points of the known shape
             model._sort_into_directions()
-            model._set_prior(*model._known_shape(*model.directions))
+            model._set_prior(
+                *prior_of_media(model.directions[0], model.directions[1], _RUNS.rough_share)
+            )
         return model
 
     def scan(self) -> Scan:
@@ -608,13 +606,8 @@ def least_step(size: int) -> int:
 
 def list_untold(runs: int) -> list[str]:
     """List the errors that no check can show in a campaign, whatever its data are; `runs`: most runs of any medium."""
-    return [
-        str(remark("untold-label")),
-        str(remark("untold-holder")),
-        str(remark("untold-blocks", runs=least_step(runs))),
-        str(remark("untold-choice")),
-        str(remark("untold-walls")),
-    ]
+    codes = ("untold-label", "untold-holder", "untold-blocks", "untold-choice", "untold-walls")
+    return [str(remark(code, runs=least_step(runs))) for code in codes]
 
 
 def find_causes(model: JointModel) -> tuple[list[FoundCause], Scan]:
@@ -783,14 +776,14 @@ def expected_alpha(beta_deg: FloatArray, gamma_deg: FloatArray) -> FloatArray:
 
 
 def prior_of_media(
-    beta_deg: FloatArray, gamma_deg: FloatArray, rough_share: float, without: tuple[str, ...] = ()
+    beta_deg: FloatArray, gamma_deg: FloatArray, rough_share: float
 ) -> tuple[FloatArray, FloatArray]:
     """Return mean (2 n,) and covariance (2 n, 2 n) of alpha, z first, for a medium of size 1 at n directions.
 
     The covariance includes what differs between sound media: `_FREEDOM` of alpha_x, of pulls and of level runs, and
-    `rough_share`, the share w of the rough covariance (`rftfit.model.prior`). `without`: published media that are left out.
+    `rough_share`, the share w of the rough covariance (`rftfit.model.prior`).
     """
-    return prior_at(beta_deg, gamma_deg, rough_share, _FREEDOM, without)
+    return prior_at(beta_deg, gamma_deg, rough_share, _FREEDOM)
 
 
 def _local_variance(mean: FloatArray, runs: npt.NDArray[np.intp]) -> FloatArray:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
@@ -20,24 +19,6 @@ from rftfit.measure.slopes import NORMAL_95
 from rftfit.store.chosen import chosen
 
 _CHOSEN = chosen("compare", "leg_angle")
-
-
-@dataclass(frozen=True)
-class AngleOffset:
-    """How far angle theta of the logs lies above the angle of the legs, degrees, with its interval of 95 %.
-
-    `curves`: number of curves with an offset. The numbers are NaN where there is none.
-    """
-
-    offset_deg: float = math.nan
-    lo_deg: float = math.nan
-    hi_deg: float = math.nan
-    curves: int = 0
-
-    @property
-    def is_off(self) -> bool:
-        """True where 0 lies outside of the interval."""
-        return self.lo_deg > 0 or self.hi_deg < 0
 
 
 def offset_of_curve(measured: pd.DataFrame, predicted: pd.DataFrame) -> float:
@@ -92,7 +73,7 @@ def _curve(table: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
     return theta, np.stack(force)
 
 
-def common_offset(offsets_deg: Mapping[tuple[str, str], float]) -> AngleOffset:
+def common_offset(offsets_deg: Mapping[tuple[str, str], float]) -> tuple[float, float, float]:
     """Combine the offsets of single curves. Legs of one shape share an error, and so do all legs in one medium.
 
     Parameters
@@ -102,11 +83,13 @@ def common_offset(offsets_deg: Mapping[tuple[str, str], float]) -> AngleOffset:
 
     Returns
     -------
-    AngleOffset
+    offset, lo, hi : float
+        How far angle theta of the logs lies above the angle of the legs, degrees, and its interval of 95 %; NaN where no
+        curve has an offset.
     """
     curves = {curve: offset for curve, offset in offsets_deg.items() if math.isfinite(offset)}
     if not curves:
-        return AngleOffset()
+        return math.nan, math.nan, math.nan
     media, legs = np.array([*curves]).T
     covariance = (
         _CHOSEN.between_media_deg**2 * (media[:, None] == media)
@@ -116,4 +99,4 @@ def common_offset(offsets_deg: Mapping[tuple[str, str], float]) -> AngleOffset:
     weights = np.linalg.solve(covariance, np.ones(len(curves)))
     offset = float(weights @ [*curves.values()] / weights.sum())
     half_width = NORMAL_95 / math.sqrt(float(weights.sum()))
-    return AngleOffset(offset, offset - half_width, offset + half_width, len(curves))
+    return offset, offset - half_width, offset + half_width

@@ -76,7 +76,7 @@ WITH_MODEL_ERROR = ("table", "map")
 Ends = tuple[float, float]
 """Lower and upper end of an interval."""
 
-_FORCES = {"z": "force_z_N", "x": "force_x_N"}
+FORCES = {"z": "force_z_N", "x": "force_x_N"}
 """Column of the force by component."""
 
 
@@ -111,11 +111,11 @@ def leg_prediction(
         leg_outline(leg),
         _rotation_of_leg(leg, config.arm),
         level,
-        quantities=[*_FORCES.values()],
+        quantities=[*FORCES.values()],
         model_error=model_error if has_model_error(profile) else None,
     )
     quantile = float(student_quantile(level, GIVEN_DOF))
-    force = {c: curves[name].to_numpy(float) for c, name in _FORCES.items()}
+    force = {c: curves[name].to_numpy(float) for c, name in FORCES.items()}
     changes = shape_errors(profile, leg, config, force)
     # half width of the interval by the leg's shape; a leg that is moved a little may reach cells
     # that are missing
@@ -123,7 +123,7 @@ def leg_prediction(
         c: quantile * np.sqrt(sum(np.nan_to_num(change[c]) ** 2 for change in changes.values()))
         for c in COMPONENTS
     }
-    for c, name in _FORCES.items():
+    for c, name in FORCES.items():
         for lo, hi in (end_names(name), model_end_names(name), next_end_names(name)):
             if lo in curves:
                 ends = curves[lo], curves[hi]
@@ -139,9 +139,7 @@ def leg_prediction(
                 widen(top.value, ends_of_top, half_width[c][pose])
                 for ends_of_top in ((top.lo, top.hi), (top.model_lo, top.model_hi))
             )
-            peaks[c] = PeakEnds(
-                top.value, _as_floats(of_alpha), _as_floats(of_model), _why_withheld(top)
-            )
+            peaks[c] = PeakEnds(top.value, of_alpha, of_model, _why_withheld(top))
     return curves, peaks
 
 
@@ -162,9 +160,9 @@ def error_of_legs(media: Sequence[Medium]) -> float:
             profile = medium.profile("map")
         for name, curve in curves.groupby("leg"):
             config = medium.results.config
-            leg = config.legs.get(str(name))
-            if leg is None or profile.reason:
+            if profile.reason:
                 continue
+            leg = config.legs[str(name)]
             theta = curve["theta_deg"].to_numpy(float)
             motion = rotation(theta, leg.hip_height_cm, config.arm.leg_speed_rad_per_s)
             outline = leg_outline(leg)
@@ -172,7 +170,7 @@ def error_of_legs(media: Sequence[Medium]) -> float:
             load = whole.between(0, theta.size)
             size = np.where(load.loaded > 0, load.size[0], np.nan)
             for c, predicted in _force_on(profile, outline, motion).items():
-                relative_errors.append((curve[_FORCES[c]].to_numpy(float) - predicted) / size)
+                relative_errors.append((curve[FORCES[c]].to_numpy(float) - predicted) / size)
     errors = np.concatenate(relative_errors)
     errors = errors[np.isfinite(errors)]
     return float(np.sqrt((errors**2).mean())) if errors.size else math.nan
@@ -191,11 +189,6 @@ def _why_withheld(peak: Peak) -> tuple[Remark, ...]:
         OTHER_FORM: {"beside": peak.beside},
     }
     return (remark(peak.withheld, **numbers[peak.withheld]),) if peak.withheld else ()
-
-
-def _as_floats(ends: tuple[Any, Any]) -> Ends:
-    """Return both ends as numbers of Python."""
-    return float(ends[0]), float(ends[1])
 
 
 def _rotation_of_leg(leg: Leg, arm: Arm, hip_cm: float = 0.0) -> Motion:
@@ -224,13 +217,17 @@ def shape_errors(
     return {error: {c: force[c] - best[c] for c in COMPONENTS} for error, force in moved.items()}
 
 
-class _LegAtPeaks(NamedTuple):
-    """A leg with the pose of the peak of each component, and the change of its force by errors of its shape."""
+class _LegPeak(NamedTuple):
+    """The peak of a component of the force on a leg: the leg, its pose at the peak, and errors of the peak.
+
+    `pose`: shape (1, ...). `flagged_percent`: part of the peak from flagged cells. `shape_errors`: change of the peak by
+    errors of the leg's shape, N.
+    """
 
     outline: Outline
-    motion: Motion
-    peak_pose: dict[str, int]
-    shape_errors: dict[str, dict[str, FloatArray]]
+    pose: FloatArray
+    flagged_percent: float
+    shape_errors: dict[str, float]
 
 
 def errors_of_peaks(medium: Medium) -> dict[tuple[str, str], tuple[str, float]]:
@@ -244,40 +241,40 @@ def errors_of_peaks(medium: Medium) -> dict[tuple[str, str], tuple[str, float]]:
     profile = medium.profile("table", draws=False)
     alpha = np.where(flagged(table), 0.0, alpha_columns(table))
     without_flagged = TableProfile(alpha[0], alpha[1], *directions(table))
-    legs: dict[str, _LegAtPeaks] = {}
-    flagged_percent = {}
+    peaks: dict[tuple[str, str], _LegPeak] = {}
     for name, leg in config.legs.items():
         outline, motion = leg_outline(leg), _rotation_of_leg(leg, config.arm)
         force = _force_on(profile, outline, motion)
         if not np.isfinite(force["z"]).all():
             continue
-        peak_pose = {c: extreme(force[c], c) for c in COMPONENTS}
+        sound_force = _force_on(without_flagged, outline, motion)
         changes = shape_errors(profile, leg, config, force)
-        legs[name] = _LegAtPeaks(outline, motion, peak_pose, changes)
-        for c, sound_force in _force_on(without_flagged, outline, motion).items():
-            share = float(sound_force[peak_pose[c]] / force[c][peak_pose[c]])
-            flagged_percent[name, c] = 100 * (1 - share)
+        for c in COMPONENTS:
+            pose = extreme(force[c], c)
+            peaks[name, c] = _LegPeak(
+                outline,
+                motion.poses[[pose]],
+                100 * (1 - float(sound_force[c][pose] / force[c][pose])),
+                {error: float(change[c][pose]) for error, change in changes.items()},
+            )
 
-    def peaks(alpha: tuple[FloatArray, FloatArray]) -> FloatArray:
-        """Forces of all legs in the poses of their peaks, by each of many alpha, shape (peaks, many)."""
+    def forces_at_peaks(alpha: tuple[FloatArray, FloatArray]) -> FloatArray:
+        """Forces at all peaks by each of many alpha, shape (peaks, many)."""
         many = TableProfile(*alpha, *directions(table))
-        drawn = []
-        for leg in legs.values():
-            poses = leg.motion.poses[[leg.peak_pose["z"], leg.peak_pose["x"]]]
-            forces = force_draws(many, leg.outline, poses)
-            drawn += [forces.force_z_N[:, 0], forces.force_x_N[:, 1]]
+        drawn = [
+            getattr(force_draws(many, peak.outline, peak.pose), FORCES[c])[:, 0]
+            for (_, c), peak in peaks.items()
+        ]
         return np.stack(drawn)
 
-    sd_by_error = errors_behind(table, config, peaks) if legs else {}
+    sd_by_error = errors_behind(table, config, forces_at_peaks) if peaks else {}
     peak_errors = {}
-    for number, (name, c) in enumerate(flagged_percent):
-        leg_at_peaks = legs[name]
-        pose = leg_at_peaks.peak_pose[c]
-        parts = {error: float(sd[number]) for error, sd in sd_by_error.items()}
-        parts |= {
-            error: float(change[c][pose]) for error, change in leg_at_peaks.shape_errors.items()
-        }
-        peak_errors[name, c] = (shares(parts), flagged_percent[name, c])
+    for number, (leg_and_component, peak) in enumerate(peaks.items()):
+        sd_of_peak = {error: float(sd[number]) for error, sd in sd_by_error.items()}
+        peak_errors[leg_and_component] = (
+            shares(sd_of_peak | peak.shape_errors),
+            peak.flagged_percent,
+        )
     return peak_errors
 
 
@@ -380,15 +377,19 @@ def _long_run_variance(force: FloatArray) -> float:
     return block * float(sd_by_median(third)) ** 2 / 20
 
 
+_NOTHING: Mapping[Any, Any] = {}
+"""Default of parameters of `leg_errors` of which nothing is known."""
+
+
 def leg_errors(
     measured: pd.DataFrame,
     predicted: pd.DataFrame,
-    bed_spread: Mapping[str, float] | None = None,
+    bed_spread: Mapping[str, float] = _NOTHING,
     confidence: float = 0.95,
-    behind: Mapping[tuple[str, str, str], tuple[str, float]] | None = None,
-    peaks: Peaks | None = None,
+    behind: Mapping[tuple[str, str, str], tuple[str, float]] = _NOTHING,
+    peaks: Mapping[tuple[str, str, str, str], PeakEnds] = _NOTHING,
     error_by_legs: float = math.nan,
-    flags: Mapping[str, Flags] | None = None,
+    flags: Mapping[str, Flags] = _NOTHING,
 ) -> pd.DataFrame:
     """Compare every predicted curve with its measured one, over the theta that both have.
 
@@ -415,9 +416,9 @@ def leg_errors(
             numbers, why = _compare_component(
                 both,
                 component,
-                (bed_spread or {}).get(str(medium), 0.0),
+                bed_spread.get(str(medium), 0.0),
                 confidence,
-                (peaks or {}).get((str(medium), str(leg), str(profile), component)),
+                peaks.get((str(medium), str(leg), str(profile), component)),
             )
             row: dict[str, Any] = {
                 "medium": medium,
@@ -425,13 +426,12 @@ def leg_errors(
                 "profile": profile,
                 "component": component,
             }
-            row |= numbers | {"verdict": judge(numbers)}
+            row |= numbers | {"verdict": judge(numbers), "peak_errors": ""}
             if profile in WITH_MODEL_ERROR:
                 row |= errors_of_model
-            by_error = (behind or {}).get((str(medium), str(leg), component))
-            if by_error is None or profile != "table":
-                by_error = "", math.nan
-            row["peak_errors"], row["peak_on_flagged_percent"] = by_error
+            if profile == "table":
+                key = (str(medium), str(leg), component)
+                row["peak_errors"], row["peak_on_flagged_percent"] = behind.get(key, ("", math.nan))
             reason = reason_columns([*why, *flags_of_curves.get((medium, leg), ())])
             rows.append(row | reason)
     table = pd.DataFrame(rows, columns=COLUMNS)
@@ -449,13 +449,13 @@ def _errors_of_theta(
     offsets = {
         key: offset_of_curve(curve, by_map[key]) for key, curve in curves.items() if key in by_map
     }
-    common = common_offset(offsets)
+    error_deg, error_lo_deg, error_hi_deg = common_offset(offsets)
     keys = zip(errors["medium"], errors["leg"], strict=True)
     return {
         "theta_offset_deg": [offsets.get(key, math.nan) for key in keys],
-        "theta_error_deg": common.offset_deg,
-        "theta_error_lo_deg": common.lo_deg,
-        "theta_error_hi_deg": common.hi_deg,
+        "theta_error_deg": error_deg,
+        "theta_error_lo_deg": error_lo_deg,
+        "theta_error_hi_deg": error_hi_deg,
     }
 
 
@@ -463,11 +463,11 @@ _OF_CURVE = ("no-tare", "no-force-x")
 """Codes of flags that are repeated with each comparison of a curve."""
 
 
-def _flags_of_leg(curve: pd.DataFrame, flags: Mapping[str, Flags] | None) -> Iterable[Remark]:
+def _flags_of_leg(curve: pd.DataFrame, flags: Mapping[str, Flags]) -> Iterable[Remark]:
     """Collect the flags of the runs of a measured curve that every comparison with this curve repeats."""
-    if flags is None:
+    flags_of_medium = flags.get(str(curve["medium"].iloc[0]))
+    if flags_of_medium is None:
         return ()
-    flags_of_medium = flags[str(curve["medium"].iloc[0])]
     return dict.fromkeys(
         flag
         for run_id in curve["run_id"].unique()
@@ -530,15 +530,12 @@ def _peak_errors(
     predicted_peak, measured_top = float(predicted[pose]), measured_peak(theta, measured, component)
     peak = measured_top.force_N
 
-    def number_at_pose(column: str, missing: float) -> float:
-        return float(both[column].iloc[pose]) if column in both else missing
-
-    name = _FORCES[component]
+    at_peak, name = both.iloc[pose], FORCES[component]
     ends, model_ends = (
-        (number_at_pose(lo, math.nan), number_at_pose(hi, math.nan))
+        (float(at_peak.get(lo, math.nan)), float(at_peak.get(hi, math.nan)))
         for lo, hi in (end_names(name), model_end_names(name))
     )
-    zero_se = number_at_pose(f"zero_se_{component}_N", 0.0)
+    zero_se = float(at_peak.get(f"zero_se_{component}_N", 0.0))
     # the prediction has no noise: what the parabola changes there is an error of the measured peak,
     # too
     predicted_top = measured_peak(theta, predicted, component)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from rftfit.compare.legs import extreme, measured_peak
+from rftfit.compare.legs import FORCES, extreme, measured_peak
 from rftfit.errors import InputError
 from rftfit.forces.body_error import BodyError, ErrorCurve, learn_from_curves
 from rftfit.forces.contacts import Contact, error_curve
@@ -207,17 +207,16 @@ def _score_prediction(
 
     `peaks`: from `_measured_peaks`. `model_error`: of a lesson without a body error.
     """
-    names = {"z": "force_z_N", "x": "force_x_N"}
     forces, _ = predict_with_peaks(
         lesson.profile,
         contact.body,
         contact.motion,
         confidence,
-        quantities=[*names.values()],
+        quantities=[*FORCES.values()],
         model_error=model_error if lesson.body_error is None else None,
         body_error=lesson.body_error,
     )
-    for measured, (c, name) in zip(contact.measured, names.items(), strict=True):
+    for measured, (c, name) in zip(contact.measured, FORCES.items(), strict=True):
         predicted = forces[name].to_numpy(float)
         finite = np.isfinite(measured) & np.isfinite(predicted)
         if finite.sum() < _CHOSEN.fewest_poses:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -28,7 +29,7 @@ from rftfit.measure.slopes import normal_quantile, student_p
 from rftfit.model.known import profile_of
 from rftfit.model.maps import Map, published_map
 from rftfit.model.profiles import KnownMedium, Profile
-from rftfit.results import Medium, Results, open_results
+from rftfit.results import Medium, open_results
 
 
 def compare_media(
@@ -68,11 +69,14 @@ def compare_media(
     >>> comparison = rftfit.compare_media("poppy_LP@monday", "poppy_LP@friday")  # doctest: +SKIP
     >>> print(comparison.sentence)  # doctest: +SKIP
     """
-    opened: dict[Path, Results] = {}
-    if _is_without_runs(a) or _is_without_runs(b):
-        profiles = [_find_profile(source, opened) for source in (a, b)]
+    profiles_without_runs = [_find_profile(source) for source in (a, b)]
+    if any(profiles_without_runs):
+        profiles = [
+            profile or _estimate_profile(source)
+            for source, profile in zip((a, b), profiles_without_runs, strict=True)
+        ]
         return _compare_sizes(profiles, confidence, "not both have runs")
-    side_a, side_b = (_find_side(source, opened) for source in (a, b))
+    side_a, side_b = (_find_side(source) for source in (a, b))
     if side_a.campaign == side_b.campaign:
         shared = set(side_a.fits["run_id"]) & set(side_b.fits["run_id"])
         if shared:
@@ -148,33 +152,26 @@ PUBLISHED = "published:"
 """Prefix of a published medium, as in ``published:poppy_LP``."""
 
 
-def _is_without_runs(source: KnownMedium | str | Path) -> bool:
-    """Tell whether a medium is stated otherwise than by runs of a campaign."""
-    if isinstance(source, str | Path):
-        return Path(source).is_file() or _is_published(source)
-    return not isinstance(source, Medium)
-
-
-def _is_published(source: KnownMedium | str | Path) -> bool:
-    """Return True for the name of a published medium with `PUBLISHED` before it; a file of this name comes first."""
-    is_name = isinstance(source, str | Path) and str(source).startswith(PUBLISHED)
-    return is_name and not Path(str(source)).is_file()
-
-
-def _find_profile(
-    source: KnownMedium | str | Path, opened: dict[Path, Results]
-) -> tuple[str, Profile]:
-    """Return name and profile of a medium whose size is compared by draws of its alpha; `opened`: see `_open`."""
-    if _is_published(source):
-        published = str(source).removeprefix(PUBLISHED)
-        medium = choose("medium", published, reference.MEDIA, "published media")
-        return str(source), published_map(medium).profile
-    if _is_without_runs(source):
+def _find_profile(source: KnownMedium | str | Path) -> tuple[str, Profile] | None:
+    """Return name and profile of a medium that is stated otherwise than by runs of a campaign; None for others."""
+    if isinstance(source, Medium):
+        return None
+    name = str(source)
+    if not isinstance(source, str | Path) or Path(source).is_file():
         profile = profile_of(source)
-        if isinstance(source, str | Path):
-            return str(source), profile
-        return (source.name if isinstance(source, Map) else "") or profile.name, profile
-    side = _find_side(source, opened)
+        if not isinstance(source, str | Path):
+            name = (source.name if isinstance(source, Map) else "") or profile.name
+        return name, profile
+    if name.startswith(PUBLISHED):
+        published = name.removeprefix(PUBLISHED)
+        medium = choose("medium", published, reference.MEDIA, "published media")
+        return name, published_map(medium).profile
+    return None
+
+
+def _estimate_profile(source: KnownMedium | str | Path) -> tuple[str, Profile]:
+    """Return name and map of a medium of a campaign, which is compared with a medium without runs."""
+    side = _find_side(source)
     if side.label:
         raise InputError(
             f"{side.name}: a session is compared by its runs, and the other medium has none; allowed: the medium without "
@@ -183,8 +180,8 @@ def _find_profile(
     return side.name, side.medium.map().profile
 
 
-def _find_side(source: KnownMedium | str | Path, opened: dict[Path, Results]) -> _Side:
-    """Find a medium, or its session after ``@``; `opened`: see `_open`."""
+def _find_side(source: KnownMedium | str | Path) -> _Side:
+    """Find a medium, or its session after ``@``."""
     if isinstance(source, Medium):
         return _Side(source.name, source)
     name = str(source)
@@ -193,20 +190,23 @@ def _find_side(source: KnownMedium | str | Path, opened: dict[Path, Results]) ->
         medium_name, _, label = name.rpartition("@")
         if not label:
             raise InputError(f"found '{name}'; allowed: a label of the run sheet after '@'")
-    return _Side(name, _find_medium(medium_name, opened), label)
+    return _Side(name, _find_medium(medium_name), label)
 
 
-def _find_medium(name: str, opened: dict[Path, Results]) -> Medium:
-    """Find the medium with a name without '@': MEDIUM of the current folder, FOLDER:MEDIUM or FOLDER."""
-    current = _open_current(opened)
-    if current is not None and name in current.media:
-        return current[name]
+def _find_medium(name: str) -> Medium:
+    """Find the medium with a name without '@': FOLDER:MEDIUM, MEDIUM of the current folder, or FOLDER."""
     folder, _, medium = name.rpartition(":")
     if folder and Path(folder).is_dir():
-        results = _open(Path(folder), opened)
+        results = open_results(folder)
         return results[choose("medium", medium, results.media, f"in {folder}")]
+    config: Path | None = None
+    with suppress(InputError):
+        config = config_of(".")
+    current = open_results(config) if config else None
+    if current is not None and name in current.media:
+        return current[name]
     if Path(name).is_dir():
-        results = _open(Path(name), opened)
+        results = open_results(name)
         if len(results.media) == 1:
             return results[results.media[0]]
         listed = ", ".join(f"{name}:{medium}" for medium in results.media) or "no medium there"
@@ -217,23 +217,6 @@ def _find_medium(name: str, opened: dict[Path, Results]) -> Medium:
             f"with one medium, a profile file with errors (rftfit export), or {PUBLISHED}MEDIUM"
         )
     return current[choose("medium", name, current.media, "or FOLDER:MEDIUM of another campaign")]
-
-
-def _open(folder: Path, opened: dict[Path, Results]) -> Results:
-    """Open a campaign, or return it from `opened`: campaigns that were opened before, by their config."""
-    config = config_of(folder).resolve()
-    if config not in opened:
-        opened[config] = open_results(folder)
-    return opened[config]
-
-
-def _open_current(opened: dict[Path, Results]) -> Results | None:
-    """Open the campaign of the current folder, if there is one."""
-    try:
-        config_of(".")
-    except InputError:
-        return None
-    return _open(Path(), opened)
 
 
 def _compare_sizes(

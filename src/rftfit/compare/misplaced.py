@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -30,11 +29,7 @@ _CHOSEN, _AXES = chosen("compare", "misplaced"), chosen("compare", "axes")
 
 
 def find_misplaced(
-    runs: RunSlopes,
-    run_ids: list[str],
-    sheet: Mapping[str, Run],
-    medium: str,
-    without: tuple[str, ...] = (),
+    runs: RunSlopes, run_ids: list[str], sheet: Mapping[str, Run], medium: str
 ) -> pd.DataFrame:
     """Weigh each mistake against the sheet as it is: table `MISPLACED_COLUMNS`, the likeliest first.
 
@@ -46,8 +41,6 @@ def find_misplaced(
         Names of these runs.
     sheet : mapping of str to Run
         All runs of the medium by run_id.
-    without : tuple of str, optional
-        Published media that are left out of the known shapes.
 
     Returns
     -------
@@ -62,7 +55,7 @@ def find_misplaced(
     direction_of_run = number_directions(
         runs.beta_deg, runs.gamma_deg, tolerance_deg=runs.tolerance_deg
     )
-    for (mistake, shift), log_ratio in _log_ratios(runs, run_ids, sheet, without).items():
+    for (mistake, shift), log_ratio in _log_ratios(runs, run_ids, sheet).items():
         if shift:
             evidence, is_explained = _explain_stretch(log_ratio, direction_of_run)
         else:
@@ -75,11 +68,8 @@ def find_misplaced(
     return table.sort_values("log_bayes_factor", ascending=False, ignore_index=True, kind="stable")
 
 
-class _Explained(NamedTuple):
-    """Logarithm of the Bayes factor of a mistake, and whether it explains each run better, shape (n,)."""
-
-    evidence: float
-    is_explained: npt.NDArray[np.bool_]
+_Explained = tuple[float, npt.NDArray[np.bool_]]
+"""Logarithm of the Bayes factor of a mistake, and whether it explains each run better, shape (n,)."""
 
 
 def _explain_scattered(log_ratio: FloatArray) -> _Explained:
@@ -93,9 +83,9 @@ def _explain_scattered(log_ratio: FloatArray) -> _Explained:
         if of_share > evidence:
             evidence, best_share = of_share, share
     if not evidence:
-        return _Explained(0.0, np.zeros(log_ratio.size, dtype=bool))
+        return 0.0, np.zeros(log_ratio.size, dtype=bool)
     # runs that have the mistake more probably than not
-    return _Explained(evidence, log_ratio > math.log(1 / best_share - 1))
+    return evidence, log_ratio > math.log(1 / best_share - 1)
 
 
 def _explain_stretch(log_ratio: FloatArray, direction_of_run: npt.NDArray[np.intp]) -> _Explained:
@@ -113,11 +103,11 @@ def _explain_stretch(log_ratio: FloatArray, direction_of_run: npt.NDArray[np.int
     first = int(sums[: end + 1].argmin())
     rank = np.arange(log_ratio.size)
     is_inside = (first <= rank) & (rank < end)
-    return _Explained(float(sums[end] - sums[first]), is_inside & (log_ratio != 0))
+    return float(sums[end] - sums[first]), is_inside & (log_ratio != 0)
 
 
 def _log_ratios(
-    runs: RunSlopes, run_ids: list[str], sheet: Mapping[str, Run], without: tuple[str, ...]
+    runs: RunSlopes, run_ids: list[str], sheet: Mapping[str, Run]
 ) -> dict[tuple[str, int], FloatArray]:
     """Calculate the log likelihood ratio of each run with each mistake, by name and rows between angles and logs.
 
@@ -128,7 +118,7 @@ def _log_ratios(
     all_angles_deg = np.concatenate(
         [np.stack(pair) for pair in (as_stated, *angles_deg.values())], 1
     )
-    means, covariances = _shape_at(all_angles_deg[0], all_angles_deg[1], without)
+    means, covariances = _shape_at(all_angles_deg[0], all_angles_deg[1])
     count = runs.size
     alpha = np.stack([runs.alpha[0], runs.side * runs.alpha[1]])
     level = np.hypot(*alpha)
@@ -182,9 +172,7 @@ def _angles_of_rows(
     return angles_deg
 
 
-def _shape_at(
-    beta_deg: FloatArray, gamma_deg: FloatArray, without: tuple[str, ...]
-) -> tuple[FloatArray, FloatArray]:
+def _shape_at(beta_deg: FloatArray, gamma_deg: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return mean (2, n) and covariance (n, 2, 2) of alpha for a medium of size 1, each direction alone."""
     directions, place = np.unique(np.stack([beta_deg, gamma_deg]), axis=1, return_inverse=True)
     # few at a time, as only the blocks of single directions are used
@@ -192,7 +180,7 @@ def _shape_at(
     means, covariances = [], []
     for first in range(0, directions.shape[1], at_once):
         beta_of_few, gamma_of_few = directions[:, first : first + at_once]
-        mean, covariance = prior_of_media(beta_of_few, gamma_of_few, 0.0, without)
+        mean, covariance = prior_of_media(beta_of_few, gamma_of_few, 0.0)
         count = beta_of_few.size
         means.append(mean.reshape(2, count))
         blocks = covariance.reshape(2, count, 2, count)

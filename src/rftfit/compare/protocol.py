@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 
-from rftfit.campaign.columns import LABELS
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
-from rftfit.compare.causes import rows_of_model
+from rftfit.compare.causes import NOT_SEEN, labels_of, rows_of_scan
 from rftfit.compare.joint import ALL, FROM_RUN, JointModel, RunSlopes, expected_alpha
 from rftfit.measure.fits import filed_under
 from rftfit.measure.flags import format_remarks, remark
+from rftfit.measure.verdict_words import FEWEST_RUNS
 
 NOISE = 0.02
 """Standard error of a run's slope, relative to the largest: of a usual log."""
@@ -42,7 +42,7 @@ class PlanPower(NamedTuple):
     def sentence(self) -> str:
         """Sentence on the least error that is told, with the cure where this is not small enough."""
         cure = str(remark(NEEDED_CAUSES[self.kind, self.group]))
-        if not np.isfinite(self.least_seen):
+        if math.isnan(self.least_seen):
             return format_remarks([remark(f"plan-lacks-{self.kind}", cure=cure)])
         least = str(remark(f"least-{self.kind}", least=self.least_seen))
         if self.least_seen > LARGE[self.kind]:
@@ -61,23 +61,24 @@ def rate_plan(campaign: Campaign) -> list[PlanPower]:
         planned = campaign.plates_to_measure(medium)
         if not planned:
             continue
-        causes = scan_plan(planned)
-        for kind, group in NEEDED_CAUSES:
-            rows = causes[(causes["kind"] == kind) & (causes["group"] == group)]
-            least = rows.loc[rows["verdict"] == "not seen", "least_seen"]
-            ratings.append(PlanPower(medium, kind, group, float(least.min())))
+        least_seen = {
+            (row["kind"], row["group"]): row["least_seen"]
+            for row in scan_plan(planned)
+            if row["verdict"] == NOT_SEEN
+        }
+        ratings += [
+            PlanPower(medium, *cause, least_seen.get(cause, math.nan)) for cause in NEEDED_CAUSES
+        ]
     return ratings
 
 
-def scan_plan(planned: Sequence[Run]) -> pd.DataFrame:
-    """Return rows of `CAUSE_COLUMNS` with the least size of each cause that these runs would show."""
+def scan_plan(planned: Sequence[Run]) -> list[dict[str, Any]]:
+    """Return rows of `CAUSE_COLUMNS` with the least size of each cause that these runs would show; none for few runs."""
+    if len(planned) < FEWEST_RUNS:
+        return []
     filed = [filed_under(run) for run in planned]
     beta_deg, gamma_deg, side = np.array(filed, dtype=float).T
     alpha = expected_alpha(beta_deg, gamma_deg)
-    labels = {
-        name: np.array([str(getattr(run, name)) for run in planned])
-        for name in ("intruder", *LABELS)
-    }
     runs = RunSlopes(
         beta_deg,
         gamma_deg,
@@ -85,6 +86,6 @@ def scan_plan(planned: Sequence[Run]) -> pd.DataFrame:
         np.full_like(alpha, NOISE * float(np.abs(alpha).max())),
         side < 0,
         np.argsort(np.argsort([run.row for run in planned])),
-        labels,
+        labels_of(planned),
     )
-    return rows_of_model(JointModel(runs))
+    return rows_of_scan(JointModel(runs).scan())

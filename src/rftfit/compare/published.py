@@ -12,6 +12,7 @@ import pandas as pd
 from rftfit.measure.alpha import cell_at, column, rows_at
 from rftfit.model.fourier import METHODS, TERMS, TERMS_Z
 from rftfit.model.scaling import AS_PRINTED, GENERIC
+from rftfit.outputs.dictionary import columns_of
 from rftfit.reference import MEDIA, coefficients, load
 
 SAME, DIFFERS, INCONSISTENT, UNJUDGED = "same", "differs", "paper inconsistent", "not judged"
@@ -35,7 +36,6 @@ class Tolerance(NamedTuple):
     reason: str
 
 
-_NONE = Tolerance(math.nan, "no number is judged")
 _COUNT = Tolerance(0, "a count")
 _DIGIT = Tolerance(1, "printed to 1 %")
 
@@ -43,47 +43,41 @@ _NO_INTERVAL = (math.nan, math.nan)
 
 
 class Item(NamedTuple):
-    """A published number beside ours: a row of the reproduction table.
+    """A published number or statement beside ours: a row of the reproduction table.
 
     `item`: what is compared, with its unit; `where`: table, figure or text of the paper; `paper`: as
-    printed; `lo`, `hi`: our 95 % interval, NaN if there is none; `tolerance`, `tolerance_reason`: see
-    `Tolerance`, NaN where nothing is judged by a number; `verdict`: one of `VERDICTS`; `evidence`: one of
-    `EVIDENCE`, or `FROM_LOGS`; `why`: reason of the verdict; `media`: those whose numbers are in our number.
+    printed; `verdict`: one of `VERDICTS`; `evidence`: one of `EVIDENCE`, or `FROM_LOGS`; `why`: reason of the verdict;
+    `media`: those whose numbers are in our number, some perhaps several times; `interval`: our 95 % interval.
     """
 
     item: str
     where: str
     paper: float | str
     ours: float | str
-    lo: float
-    hi: float
-    tolerance: float
-    tolerance_reason: str
     verdict: str
     evidence: str
     why: str
-    media: tuple[str, ...] = ()
+    tolerance: Tolerance = Tolerance(math.nan, "no number is judged")
+    media: Iterable[Any] = ()
+    interval: tuple[float, float] = _NO_INTERVAL
+
+    def row(self, doubts: Mapping[str, str]) -> tuple[object, ...]:
+        """Return the row of the table, columns `ITEM_COLUMNS`; `doubts`: by medium, written into the reason."""
+        media = {*map(str, self.media)}
+        reasons = [*(doubt for medium, doubt in doubts.items() if medium in media), self.why]
+        ours = self.ours, *self.interval, *self.tolerance
+        return (
+            self.item,
+            self.where,
+            self.paper,
+            *ours,
+            self.verdict,
+            self.evidence,
+            "; ".join(reasons),
+        )
 
 
-ITEM_COLUMNS = list(Item._fields[:-1])
-"""Columns of the table: all fields but `media`, whose doubts are written into the reason of a row."""
-
-
-def make_item(
-    item: str,
-    where: str,
-    paper: float | str,
-    ours: float | str,
-    verdict: str,
-    evidence: str,
-    why: str,
-    tolerance: Tolerance = _NONE,
-    media: Iterable[Any] = (),
-    interval: tuple[float, float] = _NO_INTERVAL,
-) -> Item:
-    """Make the item of a number or statement with its verdict; `media` may name a medium several times."""
-    names = tuple(dict.fromkeys(map(str, media)))
-    return Item(item, where, paper, ours, *interval, *tolerance, verdict, evidence, why, names)
+ITEM_COLUMNS = columns_of("reproduction.csv")
 
 
 def compare_numbers(
@@ -111,7 +105,7 @@ def compare_numbers(
     else:
         verdict, why = DIFFERS, f"off by {ours - paper:+.3g}, allowed {tolerance.value:g}"
     why = f"{why}; {note}" if note else why
-    return make_item(item, where, paper, ours, verdict, evidence, why, tolerance, media, interval)
+    return Item(item, where, paper, ours, verdict, evidence, why, tolerance, media, interval)
 
 
 def same_if(statement_holds: bool | np.bool_) -> str:
@@ -127,7 +121,7 @@ def _compare_count(
         return []
     verdict = same_if(holds.all())
     numbers = len(holds), int(holds.sum())
-    return [make_item(item, where, *numbers, verdict, evidence, why, _COUNT, holds.index)]
+    return [Item(item, where, *numbers, verdict, evidence, why, _COUNT, holds.index)]
 
 
 def _format_numbers(
@@ -140,9 +134,7 @@ def _format_numbers(
 def discrepancies() -> list[Item]:
     """List the statements of the paper that contradict its own tables and equations; no measurement can settle them."""
     return [
-        make_item(
-            row["item"], row["where"], row["paper"], row["ours"], INCONSISTENT, TEXT, row["why"]
-        )
+        Item(row["item"], row["where"], row["paper"], row["ours"], INCONSISTENT, TEXT, row["why"])
         for row in load("discrepancies").to_dict("records")
     ]
 
@@ -273,7 +265,7 @@ def _compare_uneven_steps(coefficient_table: pd.DataFrame) -> list[Item]:
         return []
     change_percent = 100 * (by_method["lsq"] / by_method["dft-index"] - 1)
     return [
-        make_item(
+        Item(
             "uneven steps and mirror images: largest change of A00 and B01 by least squares at the true angles, %",
             "supplement, Fourier transform",
             "small errors",
@@ -296,7 +288,7 @@ def _compare_printed_zero(
         return compare_numbers(name, "Table S2", 0.0, math.nan, _KEPT, FROM_LOGS, media=sources)
     is_explained = relative <= _KEPT.value
     why = f"{relative:.3f} A00; the stated rule keeps terms above 0.05 A00"
-    return make_item(
+    return Item(
         name,
         "Table S2",
         0.0,
@@ -393,7 +385,7 @@ def _compare_mean_chi(
     if AS_PRINTED in mean:
         note = f"s.d. between {count[AS_PRINTED]} media {spread[AS_PRINTED]:.2f}; {note}"
     return [
-        make_item(
+        Item(
             f"{title} as printed",
             where,
             paper,
@@ -484,7 +476,7 @@ def _compare_close_peaks(peaks: pd.DataFrame) -> list[Item]:
             for force, errors in errors_by_force.items()
         )
         items.append(
-            make_item(
+            Item(
                 "c-leg: media with peak lift and thrust within 10 % (measured table)",
                 "text, Fig. 3",
                 CLOSE_MEDIA,
@@ -503,7 +495,7 @@ def _compare_close_peaks(peaks: pd.DataFrame) -> list[Item]:
     size_percent = peaks["peak_error_percent"].abs()
     is_within = size_percent <= 33
     items.append(
-        make_item(
+        Item(
             "all legs and media: peaks of lift and thrust within 33 % (measured table), %",
             "text, Fig. 3",
             100,
@@ -603,7 +595,7 @@ def _compare_depth_only(lift: pd.DataFrame) -> list[Item]:
     farthest = float(difference_percent.iloc[int(difference_percent.abs().argmax())])
     return [
         largest,
-        make_item(
+        Item(
             "depth-only: reversed c-leg's predicted peak lift against the c-leg's, farthest, %",
             "text, Fig. S2",
             "similar",
@@ -648,7 +640,7 @@ def _compare_generic(laboratory: pd.DataFrame) -> list[Item]:
         verdict = UNJUDGED
         why = f"one medium has no generic profile but its own fit; {why}"
     return [
-        make_item(
+        Item(
             "scaled generic: largest error of the c-leg's peaks in laboratory media, %",
             "text, Fig. S8",
             20,
@@ -672,7 +664,7 @@ def _compare_sands(lift: pd.DataFrame, scaled: pd.DataFrame) -> list[Item]:
         return []
     zeta_over_alpha = scaled["zeta"] / scaled["alpha_z_measured_N_per_cm3"]
     items = [
-        make_item(
+        Item(
             "natural sands: zeta over alpha_z(0, 90 deg)",
             "text, scaling routine",
             TEXTS_ZETA,

@@ -17,7 +17,6 @@ from rftfit.compare.published import (
     Item,
     Tolerance,
     compare_numbers,
-    make_item,
     same_if,
 )
 from rftfit.conventions import FloatArray
@@ -65,7 +64,7 @@ def robot_claims(errors: pd.DataFrame, optimum: pd.DataFrame, speed: pd.DataFram
         + _compare_overturning(speed)
         + _compare_phases(speed)
         + [
-            make_item(
+            Item(
                 "robot: seconds of computing for one of motion",
                 "text",
                 10,
@@ -85,7 +84,7 @@ def _compare_overturning(speed: pd.DataFrame) -> list[Item]:
         return []
     over = int((near["outcome"] == "tipped").sum())
     return [
-        make_item(
+        Item(
             f"robot, depth-only: runs at R'/r of {_NEAR_ONE} and more that turn over",
             "Fig. S13",
             "it turns over near R'/r = 1",
@@ -105,10 +104,10 @@ def _compare_phases(speed: pd.DataFrame) -> list[Item]:
     item, says = "robot: change of speed by the starting phase, largest, cm/s", "far below 1"
     if spread.empty:
         why = "one starting phase in this run; `rftfit sweep` has three"
-        return [make_item(item, "text", says, "not varied", UNJUDGED, TEXT, why)]
+        return [Item(item, "text", says, "not varied", UNJUDGED, TEXT, why)]
     most = float(spread.max())
     why = f"median {spread.median():.2g} over {len(spread)} conditions"
-    return [make_item(item, "text", says, most, same_if(most < _PHASE.value), TEXT, why, _PHASE)]
+    return [Item(item, "text", says, most, same_if(most < _PHASE.value), TEXT, why, _PHASE)]
 
 
 def _compare_shares(errors: pd.DataFrame, profile: str) -> list[Item]:
@@ -130,13 +129,13 @@ def _compare_shares(errors: pd.DataFrame, profile: str) -> list[Item]:
         name = f"robot, {title}: speeds within {percent} %, % of conditions"
         if profile == "table":
             items.append(
-                make_item(name, _WHERE, paper, ours, same_if(ours >= paper), MEASURED, why, _SHARE)
+                Item(name, _WHERE, paper, ours, same_if(ours >= paper), MEASURED, why, _SHARE)
             )
         elif percent < max(PAPER_SHARES):
             continue
         elif profile == "generic":
             says = "reasonable accuracy"
-            items.append(make_item(name, "text, Fig. S13", says, ours, UNJUDGED, MEASURED, why))
+            items.append(Item(name, "text, Fig. S13", says, ours, UNJUDGED, MEASURED, why))
         else:
             most = float(predicted["error_percent"].abs().max())
             name = f"robot, {title}: largest error of speed, %"
@@ -220,12 +219,12 @@ def optima(
             is_calibrated = profile == "table" and bool(
                 np.isclose([*calibrated], frequency, rtol=0, atol=1e-6).any()
             )
-            row: dict[str, object] = {
+            row = {
                 "medium": medium,
                 "profile": profile,
                 "frequency_Hz": frequency,
+                "calibrated": "yes" if is_calibrated else "no",
             }
-            row["calibrated"] = "yes" if is_calibrated else "no"
             half_width = half_width_of.get((profile, frequency), math.nan)
             rows.append(row | _optimum(runs, confidence, half_width))
     return pd.DataFrame(rows, columns=COLUMNS)
@@ -262,7 +261,7 @@ def _optimum(runs: pd.DataFrame, confidence: float, half_width: float) -> dict[s
 
 
 def optimum_interval(
-    curvature: FloatArray, speeds: list[FloatArray], best: float, confidence: float = 0.95
+    curvature: FloatArray, speeds: list[FloatArray], best: float, confidence: float
 ) -> tuple[float, float]:
     """Find the range of reading of the `best` curvature (see `optima`).
 

@@ -83,14 +83,13 @@ def prior_at(
     gamma_deg: FloatArray,
     rough_share: float = 0.0,
     freedom: Freedom | None = None,
-    without: tuple[str, ...] = (),
 ) -> tuple[FloatArray, FloatArray]:
     """Return mean (2 n,) and covariance (2 n, 2 n) of alpha, z first, of a medium of size 1 at n directions.
 
-    `rough_share`: share w of the rough covariance (`rftfit.model.prior`). `without`: published media that are left out.
+    `rough_share`: share w of the rough covariance (`rftfit.model.prior`).
     """
     wrapped_beta = beta_apart(beta_deg, 0.0)
-    prior = published_shapes(without=without).prior(np.radians(wrapped_beta), np.radians(gamma_deg))
+    prior = published_shapes().prior(np.radians(wrapped_beta), np.radians(gamma_deg))
     covariance = prior.covariance(rough_share)
     if freedom is not None:
         covariance = covariance + freedom.covariance(prior.mean, gamma_deg)

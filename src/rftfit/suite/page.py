@@ -1,6 +1,6 @@
 """The page of verdicts on the examples: numbers of the program beside published ones, and the reasons for differences.
 
-`describe` yields the blocks of the page, which are written as Markdown or as html.
+`describe` yields the blocks of the page, which `write_page` writes as html, and the documentation as Markdown.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 import base64
 import math
 import re
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -22,18 +22,12 @@ from rftfit.store import write_text
 from rftfit.store.text import count, table
 from rftfit.suite.cells import parse_cell
 from rftfit.suite.declared import DOMAINS, Example, parse_key
-from rftfit.suite.files import RAW
 from rftfit.suite.verdicts import FILE, INSIDE, NOT_COMPARABLE, OUTSIDE, count_verdicts
 
 PAGE = "verdicts.html"
 """File of the page in the folder of an example."""
 
 TITLE = "Published answers beside ours"
-_NOT_SHOWN = "in the file, which has no licence to show it"
-"""Words in place of a number from a file that may not be shipped."""
-
-_COMPARED = "Every row that was compared"
-"""Heading of the tables of all rows."""
 
 
 class PageBlock(NamedTuple):
@@ -54,7 +48,7 @@ def describe(
     """Yield the blocks of the page, the shortest answer first.
 
     `verdicts`: rows of `RowVerdict`. `is_public`: True leaves out numbers of files that may not be shipped, and the
-    tables of all rows, which are then a separate file (`tabulate_compared`).
+    tables of all rows (`tabulate_compared`), which the documentation has as a separate file.
     """
     counts = count_verdicts(verdicts)
     compared = counts[INSIDE] + counts[OUTSIDE]
@@ -111,8 +105,8 @@ def describe(
         yield from _describe_example(example)
     if is_public:
         return
-    yield PageBlock(_COMPARED, 2)
-    compared_rows = tabulate_compared(examples, verdicts, is_public)
+    yield PageBlock("Every row that was compared", 2)
+    compared_rows = tabulate_compared(examples, verdicts)
     for name, rows_of_example in compared_rows.groupby("example", sort=False):
         yield PageBlock(str(name), 3)
         cells = rows_of_example.drop(columns="example")
@@ -163,17 +157,14 @@ def _describe_not_compared(not_compared: pd.DataFrame) -> PageBlock:
     return PageBlock("", 0, ("domain", "example", "reason", "rows", "in words"), rows)
 
 
-def tabulate_compared(
-    examples: Sequence[Example], verdicts: pd.DataFrame, is_public: bool
-) -> pd.DataFrame:
+def tabulate_compared(examples: Sequence[Example], verdicts: pd.DataFrame) -> pd.DataFrame:
     """Return a table of all rows that were compared, sorted by example, as the page shows them."""
     compared = verdicts[verdicts["verdict"] != NOT_COMPARABLE]
     names = [example.name for example in examples]
     compared = compared.sort_values(
         "example", key=lambda column: column.map(names.index), kind="stable"
     )
-    hidden = _list_private_files(examples) if is_public else set()
-    rows = pd.DataFrame(format_rows(compared, hidden), columns=[*HEADER, "reason"])
+    rows = pd.DataFrame(format_rows(compared), columns=[*HEADER, "reason"])
     rows.insert(0, "example", compared["example"].to_numpy())
     return rows
 
@@ -212,14 +203,9 @@ HEADER = ("what", "published (error or tolerance)", "ours (95 % interval)", "uni
 """Header of a table of verdicts."""
 
 
-def format_rows(
-    verdicts: pd.DataFrame, hidden: Container[tuple[str, str]] = ()
-) -> list[tuple[str, ...]]:
-    """Format verdicts as rows of cells below `HEADER`, with the reason as a further cell.
-
-    `hidden`: example and path of each file whose numbers are not shown.
-    """
-    return [_format_cells(row, hidden) for row in verdicts.to_dict("records")]
+def format_rows(verdicts: pd.DataFrame) -> list[tuple[str, ...]]:
+    """Format verdicts as rows of cells below `HEADER`, with the reason as a further cell."""
+    return [_format_cells(row) for row in verdicts.to_dict("records")]
 
 
 def describe_verdicts(example: Example, verdicts: pd.DataFrame, folder: Path) -> str:
@@ -283,28 +269,13 @@ def _describe_example(example: Example) -> Iterator[PageBlock]:
     yield PageBlock(f"`rftfit example {example.name}`")
 
 
-def _format_cells(row: Mapping[Any, Any], hidden: Container[tuple[str, str]]) -> tuple[str, ...]:
-    """Format one row of `RowVerdict` as cells; numbers of the files `hidden` are left out."""
+def _format_cells(row: Mapping[Any, Any]) -> tuple[str, ...]:
+    """Format one row of `RowVerdict` as cells."""
     published = _format_number(row["published"], row["published_lo"], row["published_hi"])
     ours = _format_number(row["ours"], row["lo"], row["hi"])
-    reason = str(row["reason"])
-    if (row["example"], row["from_file"]) in hidden:
-        published = ours = _NOT_SHOWN
-        # the reason states the difference of both numbers, which would give the published one away
-        reason = re.sub(r"lies [\d.e+-]+ .*? (above|below) ours; [^;]*", r"lies \1 ours", reason)
     # verdicts that were read from a file have NaN in place of an empty unit
     unit = "" if pd.isna(row["unit"]) else str(row["unit"])
-    return (_describe_row(row), published, ours, unit, str(row["verdict"]), reason)
-
-
-def _list_private_files(examples: Sequence[Example]) -> set[tuple[str, str]]:
-    """Return example and path of each file that may not be shipped, so that a public page must not show its numbers."""
-    return {
-        (example.name, f"{RAW}/{file.name}")
-        for example in examples
-        for file in example.settings.files
-        if not file.may_be_shipped
-    }
+    return (_describe_row(row), published, ours, unit, str(row["verdict"]), str(row["reason"]))
 
 
 def _describe_row(row: Mapping[Any, Any]) -> str:
@@ -341,27 +312,6 @@ def _format_short(number: float) -> str:
     if abs(number) >= 1000:
         return f"{number:.0f}"
     return f"{number + 0.0:.3g}" if abs(number) >= 1e-4 or not number else f"{number:.5f}"
-
-
-def as_markdown(blocks: Iterator[PageBlock], picture: str) -> str:
-    """Format the blocks of the page as Markdown; `picture`: path of the figure."""
-    parts = []
-    for block in blocks:
-        if block.header:
-            lines = [block.header, ["---"] * len(block.header), *block.rows]
-            parts.append("\n".join(f"| {' | '.join(map(_plain_cell, cells))} |" for cells in lines))
-        elif block.level:
-            parts.append(f"{'#' * block.level} {block.text}")
-        elif block.text:
-            parts.append(block.text)
-        else:
-            parts.append(f"![published numbers against ours, by quantity]({picture})")
-    return "\n\n".join(parts) + "\n"
-
-
-def _plain_cell(cell: str) -> str:
-    """Return the text of a cell on one line, with a backslash before characters that mean something in Markdown."""
-    return re.sub(r"([|*_<>\[\]`$])", r"\\\1", " ".join(cell.split()))
 
 
 def write_page(path: Path, examples: Sequence[Example], verdicts: pd.DataFrame) -> None:

@@ -23,11 +23,7 @@ Say = Callable[[str], None]
 
 
 def run_example(
-    example: Example,
-    folder: Path,
-    origin: str | None = None,
-    say: Say = print,
-    is_quiet: bool = False,
+    example: Example, folder: Path, origin: str | None, say: Say, is_quiet: bool
 ) -> pd.DataFrame:
     """Copy or download the data of an example, run its commands, and judge each published number.
 
@@ -36,11 +32,11 @@ def run_example(
     example : Example
     folder : Path
         Folder to run in; it becomes an ordinary campaign, or holds the tables that commands write.
-    origin : str, optional
-        Folder, or address of a mirror, that has the data; default: the addresses of the example.
-    say : callable, optional
+    origin : str or None
+        Folder, or address of a mirror, that has the data; None: the addresses of the example.
+    say : callable
         Called with a line of text for each step.
-    is_quiet : bool, optional
+    is_quiet : bool
         True hides the output of the commands, but not their errors.
 
     Returns

@@ -11,15 +11,7 @@ from typing import NamedTuple
 import pandas as pd
 
 from rftfit.suite.cells import CalculatedTables, NoRow, TableNumber, fill_words, is_same
-from rftfit.suite.declared import (
-    DOMAINS,
-    EVERY,
-    Example,
-    Published,
-    Quantity,
-    RemarkOnRows,
-    format_key,
-)
+from rftfit.suite.declared import EVERY, Example, Published, Quantity, RemarkOnRows, format_key
 from rftfit.suite.windows import over_windows
 
 INSIDE, OUTSIDE, NOT_COMPARABLE = "inside", "outside", "not comparable"
@@ -132,10 +124,11 @@ def _judge(
     if quantity.windows is not None:
         by_windows = over_windows(folder, quantity.windows, stated.key, quantity.ours)
         row = row._replace(
-            ours=by_windows.value,
-            lo=by_windows.lo,
-            hi=by_windows.hi,
-            windows=float(len(by_windows.ends)),
+            # the median, and the 95 % interval
+            ours=by_windows.quantile(0.5),
+            lo=by_windows.quantile(0.025),
+            hi=by_windows.quantile(0.975),
+            windows=float(len(by_windows.values)),
             windows_inside=float(by_windows.count_inside(row.published)),
         )
     judged = _apply_rule(row, quantity, ours, error)
@@ -218,12 +211,6 @@ def _take_verdict_of_table(row: RowVerdict, quantity: Quantity, ours: TableNumbe
     elif word in judged.outside:
         verdict = OUTSIDE
     return row._replace(verdict=verdict, reason_code=code, reason=reason)
-
-
-def in_order(verdicts: pd.DataFrame) -> pd.DataFrame:
-    """Sort verdicts by domain in the order of `DOMAINS`; rows of one domain keep their order."""
-    ranks = {domain: rank for rank, domain in enumerate(DOMAINS)}
-    return verdicts.sort_values("domain", key=lambda names: names.map(ranks), kind="stable")
 
 
 def count_verdicts(verdicts: pd.DataFrame) -> dict[str, int]:

@@ -25,27 +25,11 @@ from rftfit.workflow.measure import MEASURED, checks, slopes
 class OverWindows:
     """One number by each of n windows of depth; windows without a number are left out.
 
-    `ends`: least and greatest depth, cm, shape (n, 2). `values`: shape (n,). `intervals`: 95 % intervals, shape (n, 2).
+    `values`: shape (n,). `intervals`: 95 % intervals, shape (n, 2).
     """
 
-    ends: FloatArray
     values: FloatArray
     intervals: FloatArray
-
-    @property
-    def value(self) -> float:
-        """Median over all windows."""
-        return self._quantile(0.5)
-
-    @property
-    def lo(self) -> float:
-        """Lower end of the 95 % interval of a number from a random window, drawn within its error."""
-        return self._quantile(0.025)
-
-    @property
-    def hi(self) -> float:
-        """Upper end of this interval."""
-        return self._quantile(0.975)
 
     def count_inside(self, number: float | str) -> int:
         """Count the windows whose interval contains a number; a word lies in none."""
@@ -54,11 +38,11 @@ class OverWindows:
         low, high = self.intervals.T
         return int(((low <= number) & (number <= high)).sum())
 
-    def _quantile(self, share: float) -> float:
-        """Return the number x at which the mean of Phi((x - value) / sd) over the windows is `share`; NaN without a window.
+    def quantile(self, share: float) -> float:
+        """Return the quantile of a number from a random window, drawn within its error; NaN without a window.
 
-        It is a quantile of the mixture of normal distributions, one a window with equal weight; Phi is the standard normal
-        distribution function.
+        It is the number x at which the mean of Phi((x - value) / sd) over the windows is `share`: Phi is the standard
+        normal distribution function.
         """
         from scipy.optimize import brentq
         from scipy.special import ndtr
@@ -93,7 +77,7 @@ def over_windows(
     """
     campaign = load_campaign(folder / CONFIG)
     results_of_run = Results(campaign)
-    ends, values, intervals = [], [], []
+    values, intervals = [], []
     for window in windows.ends:
         row = _alpha_in_window(campaign, results_of_run, window, key)
         if not row:
@@ -101,10 +85,9 @@ def over_windows(
         number = read_number(cells, row)
         # without NaN, and no word
         if isinstance(number.value, float) and math.isfinite(number.value + number.lo + number.hi):
-            ends.append(window)
             values.append(number.value)
             intervals.append((number.lo, number.hi))
-    return OverWindows(np.reshape(ends, (-1, 2)), np.array(values), np.reshape(intervals, (-1, 2)))
+    return OverWindows(np.array(values), np.reshape(intervals, (-1, 2)))
 
 
 def _alpha_in_window(

@@ -22,7 +22,6 @@ from rftfit.compare.published import (
     ITEM_COLUMNS,
     MEASURED,
     VERDICTS,
-    Item,
     compare_alpha,
     compare_coefficients,
     compare_penetration,
@@ -194,8 +193,4 @@ def validate(results: Results) -> pd.DataFrame:
     doubts = {
         medium: f"{medium} {format_remarks(marks)}" for medium, marks in results.marks.items()
     }
-    reasons = [
-        [*(doubts[medium] for medium in doubts if medium in item.media), item.why] for item in items
-    ]
-    table = pd.DataFrame(items, columns=Item._fields)[ITEM_COLUMNS]
-    return table.assign(why=["; ".join(parts) for parts in reasons])
+    return pd.DataFrame([item.row(doubts) for item in items], columns=ITEM_COLUMNS)
