@@ -25,7 +25,7 @@ from rftfit.logs.base import (
 from rftfit.logs.delimited import is_value, judge_columns, plan_columns
 from rftfit.logs.labels import LabelledReader, may_be_labels
 from rftfit.logs.quantities import units_by_name
-from rftfit.logs.sources import columns_of
+from rftfit.logs.sources import check_where
 from rftfit.logs.text import Block, ReadingPlan, TableReader
 from rftfit.table.numbers import COMMA, IN_THOUSANDS, NO_VALUE, plain_number
 from rftfit.table.parse import OTHER_SOURCE, Layout, are_allowed, numbers_among_words
@@ -395,10 +395,9 @@ class ParquetReader(LabelledReader):
                 )
             count = sum(len(columns.names) for columns in chosen.values())
             check_unpacked(path, 8 * count * file.metadata.num_rows)
-            sources = [
-                (schema.names[column], allowed)
-                for column, allowed in columns_of(self.where, [*units_by_name(schema.names)])
-            ]
+            field_by_name = dict(zip(units_by_name(schema.names), schema.names, strict=True))
+            check_where(path, self.where, field_by_name)
+            sources = [(field_by_name[name], allowed) for name, allowed in self.where.items()]
             label_fields = self._label_fields(file, chosen)
             read = list(dict.fromkeys([*chosen, *(field for field, _ in sources), *label_fields]))
             units = {name: columns.unit for columns in chosen.values() for name in columns.names}

@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rftfit.logs import base
+from rftfit.logs.sources import check_where
 from rftfit.logs.labels import LabelledReader, changed_header
 from rftfit.table.parse import OTHER_SOURCE, REGROUPED, Kind, Layout, ParsedRows, parse
 from rftfit.table.text import utf16_of, without_byte_order_mark
@@ -210,6 +211,7 @@ class ReadingPlan:
     """
 
     layout: Layout
+        check_where(path, self.where, layout.names)
     units: Mapping[str, str]
     start: int
     derive: Derive | None = None
