@@ -6,8 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from rftfit.logs.base import LogError, PacketCount, number_or_zero
+from rftfit.logs.base import LogError, PacketCount
 from rftfit.logs.text import ReadingPlan, TextReader
+from rftfit.table.numbers import number_of
 from rftfit.table.parse import Kind, Layout
 from rftfit.table.text import cells_of, decode_first_lines, text_head, unique_names
 from rftfit.table.units import canonical_unit
@@ -42,7 +43,7 @@ class AtiDaqReader(TextReader):
             header_cells.pop()
         names = unique_names(header_cells)
         setting = lines[2].text.split(",")[0]
-        rate = self.rate or number_or_zero(setting)
+        rate = self.rate or number_of(setting)
         if not 0 < rate < 1e9:
             raise ValueError(
                 f"found the sampling frequency {setting!r} in line 3; allowed: a number above "
@@ -88,8 +89,8 @@ class AtiNetftReader(TextReader):
         names = unique_names(cells_of(line.text.replace(", ", ","), ",") or [])
         if SEQUENCE not in names:
             raise ValueError(f"no column {SEQUENCE!r}, found {', '.join(names)}: it gives the time")
-        rate = self.rate or number_or_zero(settings.get("rdt sample rate", ""))
-        if rate <= 0:
+        rate = self.rate or number_of(settings.get("rdt sample rate", ""))
+        if not 0 < rate < 1e9:
             raise _rate_refusal(settings, has_data=bool(head[line.stop :].strip()))
         packets = PacketCount(LOST)
 

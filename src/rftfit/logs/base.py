@@ -534,15 +534,6 @@ def check_unpacked(path: Path, size: float) -> None:
         raise LogError("too_large", f"{path}: {sizes}: export only the columns of one run")
 
 
-def number_or_zero(text: str) -> float:
-    """Return a finite number, or 0 where the text is none."""
-    try:
-        number = float(text)
-    except ValueError:
-        return 0.0
-    return number if math.isfinite(number) else 0.0
-
-
 class PacketCount:
     """Sequence numbers of an instrument's packets, made continuous over a wrap at 2^32.
 
