@@ -93,11 +93,15 @@ class AtiNetftReader(TextReader):
         if not 0 < rate < 1e9:
             raise _rate_refusal(settings, has_data=bool(head[line.stop :].strip()))
         packets = PacketCount(LOST)
+        status = names[0]
+        # the RDT Sequence replaces times
+        kinds = ["skip" if name.startswith("Time") else "number" for name in names[1:]]
 
         def derive(
             columns: dict[str, np.ndarray], line_numbers: np.ndarray
         ) -> dict[str, np.ndarray]:
-            return {"time": packets.follow(columns[SEQUENCE], line_numbers) / rate, **columns}
+            time = packets.follow(columns[SEQUENCE], line_numbers) / rate
+            return {"time": time, **columns, status: columns[status] == "0x0"}
 
         key_of_unit = {"F": "force units", "T": "torque units"}
         units = {
@@ -105,26 +109,19 @@ class AtiNetftReader(TextReader):
         }
         source = "the config" if self.rate else "the preamble"
         return ReadingPlan(
-            Layout(names, tuple(map(_kind_of_column, names)), quote=True, same="0x0"),
+            Layout(names, tuple[Kind, ...](["label", *kinds]), quote=True),
             # Fx is a force and Tx a torque; a name such as F/T Sequence is neither
             {name: units.get(name[:1], "") for name in names if "/" not in name},
             line.stop,
             derive,
             packets,
-            keep=frozenset({names[0], SEQUENCE}),
-            not_same=STATUS,
+            keep=frozenset({status, SEQUENCE}),
+            not_good=STATUS,
             notes=(
                 f"time is {SEQUENCE} / {rate:g} Hz ({source})",
                 f"recording started: {settings.get('start time') or 'not stated'}",
             ),
         )
-
-
-def _kind_of_column(name: str) -> Kind:
-    """Return how a column is parsed: a status must be 0x0 in a row that counts; the RDT Sequence replaces times."""
-    if name.startswith("Status"):
-        return "same"
-    return "skip" if name.startswith("Time") else "number"
 
 
 def _rate_refusal(settings: Mapping[str, str], *, has_data: bool) -> LogError:

@@ -181,8 +181,8 @@ class ReadingPlan:
         from the number of each row among the data lines of the file, from 0.
     `packets`: Counter of lost packets, for instruments that number them.
     `keep`: Columns that are always parsed, because `derive` needs them.
-    `not_same`: Reason to drop a row in which a column of kind "same" has another value; such columns are not part of
-        the log.
+    `not_good`: Reason to drop a row in which a column of true and false, which `derive` has made, is false; such
+        columns are not part of the log.
     `refusal`: Why the file cannot be used, although its rows can be counted.
     `unread`: Column without numbers in the first rows, to the reason why it is not read.
     `labels`: Columns of words or of few whole numbers, not asked for, which may say where a row is from.
@@ -196,7 +196,7 @@ class ReadingPlan:
     derive: Derive | None = None
     packets: base.PacketCount | None = None
     keep: frozenset[str] = frozenset()
-    not_same: str = ""
+    not_good: str = ""
     notes: tuple[str, ...] = ()
     refusal: str = ""
     unread: Mapping[str, str] = field(default_factory=dict)
@@ -313,7 +313,7 @@ def _log_of_rows(path: Path, plan: ReadingPlan, rows: ParsedRows, rows_before: i
     if plan.packets and plan.packets.missing > missing_before:
         missing = {plan.packets.reason: plan.packets.missing - missing_before}
     for name in [name for name, values in rows.columns.items() if values.dtype == bool]:
-        rows = rows.take(rows.columns[name], plan.not_same)
+        rows = rows.take(rows.columns[name], plan.not_good)
     numbers = {
         name: values.astype(float, copy=False)
         for name, values in rows.columns.items()
