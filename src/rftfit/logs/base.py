@@ -435,6 +435,7 @@ def run_in_child(path: Path, work: Callable[[Path], Result]) -> Result:
         finally:
             os._exit(0)
     os.close(write_end)
+    result: Result | Exception | None
     try:
         with os.fdopen(read_end, "rb") as results:
             result = pickle.load(results)  # noqa: S301  # of this program
