@@ -95,7 +95,7 @@ class AtiNetftReader(TextReader):
         packets = PacketCount(LOST)
         status = names[0]
         # the RDT Sequence replaces times
-        kinds = ["skip" if name.startswith("Time") else "number" for name in names[1:]]
+        kinds: list[Kind] = ["skip" if name.startswith("Time") else "number" for name in names[1:]]
 
         def derive(
             columns: dict[str, np.ndarray], line_numbers: np.ndarray
