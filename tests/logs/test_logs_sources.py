@@ -54,6 +54,7 @@ def test_two_sources_are_refused_or_one_of_them_is_read(
     reader = READERS[kind].only({"time", "Fz"})
     labels = ", ".join(repr(str(name)) for name in sorted(names))
     refused(reader, path, "several-sources", f" {column} ", labels)
+    refused(reader.of_source({"no such": ("1",)}), path, "where", "'no such'")
     for name, is_chosen in zip(names, (~is_other, is_other), strict=True):
         log = reader.of_source({column: (str(name),)}).load(path)
         np.testing.assert_allclose(log.columns["Fz"], table["Fz_N"][is_chosen], rtol=1e-12)

@@ -7,9 +7,8 @@ import re
 import warnings
 import zipfile
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from itertools import groupby
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -55,37 +54,6 @@ NamedColumns = Iterator[tuple[str, ArrayColumn | str]]
 """Name and column; for an array that is no column, name and a few words on what the array is."""
 
 
-class ChildReader:
-    """Files of MATLAB and HDF5 that are read one after another in a child process, which a damaged file may end.
-
-    `paths`: All files that will be asked for, in this order; a file of another kind has no columns here.
-    """
-
-    def __init__(self, paths: Sequence[Path]) -> None:
-        # a file that is asked for twice in turn is read once
-        files = [path for path, _ in groupby(paths)]
-        self._contents = zip(files, base.run_in_child(files, _load_in_child), strict=True)
-        self._last_read: tuple[Path | None, list[tuple[str, ArrayColumn | str]] | Exception]
-        self._last_read = None, []
-
-    def read(self, path: Path) -> list[tuple[str, ArrayColumn | str]]:
-        """Read the columns of a file.
-
-        Raises
-        ------
-        LogError
-            If the content takes more than `MOST_UNPACKED` bytes, or ends the process that reads it.
-        ValueError
-            If the file does not hold what it states.
-        """
-        while self._last_read[0] != path:
-            self._last_read = next(self._contents)
-        content = self._last_read[1]
-        if isinstance(content, Exception):
-            raise content
-        return content
-
-
 def _load_in_child(path: Path) -> list[tuple[str, ArrayColumn | str]]:
     """Read the columns of a MATLAB or HDF5 file, in the child process; none for a file of another kind."""
     with path.open("rb") as file:
@@ -103,7 +71,6 @@ class ArraysReader(base.Reader):
     description = "arrays of MATLAB (.mat), HDF5 (.h5) or NumPy (.npy, .npz), by their paths"
     takes = ("rate_Hz",)
     evidence = "the first bytes of a MATLAB, HDF5 or NumPy file"
-    _child: ChildReader | None = None
 
     def detect(self, head: bytes) -> bool:
         """Return whether a file is in this dialect, judged by its first 64 kB."""
@@ -120,7 +87,7 @@ class ArraysReader(base.Reader):
                 head = file.read(16)
             array_columns: dict[str, ArrayColumn] = {}
             omitted = []
-            contents = _read_columns(path, head, self._child or ChildReader([path]))
+            contents = _read_columns(path, head)
             for count, (name, content) in enumerate(contents, start=1):
                 _refuse_many(path, count)
                 if isinstance(content, str):
@@ -128,10 +95,6 @@ class ArraysReader(base.Reader):
                 else:
                     array_columns[name] = content
         return self._log(path, array_columns, omitted)
-
-    def through(self, child: ChildReader) -> Self:
-        """Return a reader that reads through `child`, so that one child process reads many files."""
-        return self._changed(_child=child)
 
     def _log(
         self, path: Path, array_columns: dict[str, ArrayColumn], omitted: list[str]
@@ -209,13 +172,13 @@ def _are_blanks(is_nan: np.ndarray) -> bool:
     return bool(is_often and not is_nan.all())
 
 
-def _read_columns(path: Path, head: bytes, child: ChildReader) -> NamedColumns:
+def _read_columns(path: Path, head: bytes) -> NamedColumns:
     """Yield the columns of a file of any kind; `head`: its first bytes, which say of which kind."""
     if head.startswith(_MAT5):
         # imported before the fork, so that no child has to
         import scipy.io.matlab  # noqa: F401
 
-        yield from child.read(path)
+        yield from base.run_in_child(path, _load_in_child)
     elif head.startswith(_NPY):
         with path.open("rb") as file:
             base.check_unpacked(path, _unpacked_bytes(*_npy_header(file)))
@@ -242,7 +205,7 @@ def _read_columns(path: Path, head: bytes, child: ChildReader) -> NamedColumns:
     elif head.startswith((_HDF5, _MAT7)):
         with base.needed_package(path, "HDF5 files and .mat of version 7.3", "h5py", "hdf5"):
             import h5py  # noqa: F401
-        yield from child.read(path)
+        yield from base.run_in_child(path, _load_in_child)
     else:
         raise base.LogError("header", f"{path}: neither a MATLAB (5 or 7.3), HDF5 nor NumPy file")
 

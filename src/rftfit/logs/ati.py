@@ -6,8 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from rftfit.logs.base import LogError, PacketCount, number_or_zero
+from rftfit.logs.base import LogError, PacketCount
 from rftfit.logs.text import ReadingPlan, TextReader
+from rftfit.table.numbers import number_of
 from rftfit.table.parse import Kind, Layout
 from rftfit.table.text import cells_of, decode_first_lines, text_head, unique_names
 from rftfit.table.units import canonical_unit
@@ -42,7 +43,7 @@ class AtiDaqReader(TextReader):
             header_cells.pop()
         names = unique_names(header_cells)
         setting = lines[2].text.split(",")[0]
-        rate = self.rate or number_or_zero(setting)
+        rate = self.rate or number_of(setting)
         if not 0 < rate < 1e9:
             raise ValueError(
                 f"found the sampling frequency {setting!r} in line 3; allowed: a number above "
@@ -88,15 +89,19 @@ class AtiNetftReader(TextReader):
         names = unique_names(cells_of(line.text.replace(", ", ","), ",") or [])
         if SEQUENCE not in names:
             raise ValueError(f"no column {SEQUENCE!r}, found {', '.join(names)}: it gives the time")
-        rate = self.rate or number_or_zero(settings.get("rdt sample rate", ""))
-        if rate <= 0:
+        rate = self.rate or number_of(settings.get("rdt sample rate", ""))
+        if not 0 < rate < 1e9:
             raise _rate_refusal(settings, has_data=bool(head[line.stop :].strip()))
         packets = PacketCount(LOST)
+        status = names[0]
+        # the RDT Sequence replaces times
+        kinds: list[Kind] = ["skip" if name.startswith("Time") else "number" for name in names[1:]]
 
         def derive(
             columns: dict[str, np.ndarray], line_numbers: np.ndarray
         ) -> dict[str, np.ndarray]:
-            return {"time": packets.follow(columns[SEQUENCE], line_numbers) / rate, **columns}
+            time = packets.follow(columns[SEQUENCE], line_numbers) / rate
+            return {"time": time, **columns, status: columns[status] == "0x0"}
 
         key_of_unit = {"F": "force units", "T": "torque units"}
         units = {
@@ -104,26 +109,19 @@ class AtiNetftReader(TextReader):
         }
         source = "the config" if self.rate else "the preamble"
         return ReadingPlan(
-            Layout(names, tuple(map(_kind_of_column, names)), quote=True, same="0x0"),
+            Layout(names, tuple[Kind, ...](["label", *kinds]), quote=True),
             # Fx is a force and Tx a torque; a name such as F/T Sequence is neither
             {name: units.get(name[:1], "") for name in names if "/" not in name},
             line.stop,
             derive,
             packets,
-            keep=frozenset({names[0], SEQUENCE}),
-            not_same=STATUS,
+            keep=frozenset({status, SEQUENCE}),
+            not_good=STATUS,
             notes=(
                 f"time is {SEQUENCE} / {rate:g} Hz ({source})",
                 f"recording started: {settings.get('start time') or 'not stated'}",
             ),
         )
-
-
-def _kind_of_column(name: str) -> Kind:
-    """Return how a column is parsed: a status must be 0x0 in a row that counts; the RDT Sequence replaces times."""
-    if name.startswith("Status"):
-        return "same"
-    return "skip" if name.startswith("Time") else "number"
 
 
 def _rate_refusal(settings: Mapping[str, str], *, has_data: bool) -> LogError:

@@ -18,7 +18,7 @@ from dataclasses import dataclass, field, replace
 from itertools import chain, islice
 from pathlib import Path
 from threading import Lock
-from typing import Any, BinaryIO, NamedTuple, Self, TypeVar
+from typing import Any, NamedTuple, Self, TypeVar
 
 import numpy as np
 
@@ -414,83 +414,61 @@ def file_errors(path: Path) -> Iterator[None]:
         raise system_refusal(path, error) from error
 
 
-def run_in_child(
-    paths: Sequence[Path], work: Callable[[Path], Result]
-) -> Iterator[Result | Exception]:
-    """Yield what `work` returns or raises for each file; a child process does the work.
+def run_in_child(path: Path, work: Callable[[Path], Result]) -> Result:
+    """Return what `work` returns for a file, computed in a child process, or raise what it raises.
 
-    A damaged file may make a C library crash, which then ends the child alone; the next file gets a new child.
-    Results must be picklable. Where processes cannot be forked, this process does the work.
+    A damaged file may make a C library crash, which then ends the child alone. Results must be picklable. Where
+    processes cannot be forked, this process does the work.
 
-    Yields
+    Raises
     ------
-    object or Exception
-        `LogError` of a file at which a signal ended the process, as after too much processor time.
+    LogError
+        If a signal ended the process, as after too much processor time.
     """
-    left = deque(paths)
-    while left:
-        if not hasattr(os, "fork"):
-            yield _result_of(work, left.popleft())
-            continue
-        read_end, write_end = os.pipe()
-        child = os.fork()
-        if child == 0:
-            try:
-                _send_results(write_end, left, work)
-            finally:
-                os._exit(0)
-        os.close(write_end)
+    if not hasattr(os, "fork"):
+        return work(path)
+    read_end, write_end = os.pipe()
+    child = os.fork()
+    if child == 0:
         try:
-            with os.fdopen(read_end, "rb") as results:
-                while len(left) > 1 and (result := _receive_result(results)):
-                    left.popleft()
-                    yield result[0]
-                # the last result, or none where the child has ended; it is yielded after the child is waited for, as a
-                # caller may stop there
-                result = _receive_result(results)
+            _send_result(write_end, path, work)
         finally:
-            _, status = os.waitpid(child, 0)
-        path = left.popleft()
-        if result:
-            yield result[0]
-            continue
+            os._exit(0)
+    os.close(write_end)
+    result: Result | Exception | None
+    try:
+        with os.fdopen(read_end, "rb") as results:
+            result = pickle.load(results)  # noqa: S301  # of this program
+    except (EOFError, pickle.UnpicklingError):
+        result = None
+    finally:
+        _, status = os.waitpid(child, 0)
+    if result is None:
         cause = f"status {status}"
         if os.WIFSIGNALED(status):
             cause = signal.Signals(os.WTERMSIG(status)).name
-        yield LogError("damaged", f"{path}: damaged: it ends the library that reads it ({cause})")
+        result = LogError(
+            "damaged", f"{path}: damaged: it ends the library that reads it ({cause})"
+        )
+    if isinstance(result, Exception):
+        raise result
+    return result
 
 
-def _receive_result(results: BinaryIO) -> list[Any]:
-    """Receive a result in a list, as it may be None; an empty list where the child process has ended."""
-    try:
-        return [pickle.load(results)]  # noqa: S301  # of this program
-    except (EOFError, pickle.UnpicklingError):
-        return []
-
-
-def _send_results(write_end: int, paths: Iterable[Path], work: Callable[[Path], object]) -> None:
-    """Do the `work` in the child process, within limits of processor time for each file, and send the results."""
+def _send_result(write_end: int, path: Path, work: Callable[[Path], object]) -> None:
+    """Do the `work` in the child process, within a limit of processor time, and send its result or its error."""
     import resource
 
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    with os.fdopen(write_end, "wb") as results:
-        for path in paths:
-            used = resource.getrusage(resource.RUSAGE_SELF)
-            most = int(used.ru_utime + used.ru_stime) + 1 + BOUNDS.cpu_s
-            resource.setrlimit(resource.RLIMIT_CPU, (most, resource.RLIM_INFINITY))
-            pickle.dump(_result_of(work, path), results, pickle.HIGHEST_PROTOCOL)
-            # at once, so that the first result that never comes is that of the file which ended the process
-            results.flush()
-
-
-def _result_of(work: Callable[[Path], Result], path: Path) -> Result | Exception:
-    """Return what `work` returns, or its error; errors of libraries become ValueErrors, which can be pickled."""
+    resource.setrlimit(resource.RLIMIT_CPU, (BOUNDS.cpu_s, resource.RLIM_INFINITY))
     try:
-        return work(path)
+        result = work(path)
     except LogError as error:
-        return error
-    except Exception as error:  # noqa: BLE001  # a library may raise anything
-        return ValueError(on_one_line(error))
+        result = error
+    except Exception as error:  # noqa: BLE001  # a library may raise anything, also what cannot be pickled
+        result = ValueError(on_one_line(error))
+    with os.fdopen(write_end, "wb") as results:
+        pickle.dump(result, results, pickle.HIGHEST_PROTOCOL)
 
 
 _MEMORY_LIMIT_LOCK = Lock()
@@ -532,15 +510,6 @@ def check_unpacked(path: Path, size: float) -> None:
     if size > MOST_UNPACKED:
         sizes = f"{size / 1e6:.0f} MB or more when unpacked; allowed: {MOST_UNPACKED / 1e6:.0f} MB"
         raise LogError("too_large", f"{path}: {sizes}: export only the columns of one run")
-
-
-def number_or_zero(text: str) -> float:
-    """Return a finite number, or 0 where the text is none."""
-    try:
-        number = float(text)
-    except ValueError:
-        return 0.0
-    return number if math.isfinite(number) else 0.0
 
 
 class PacketCount:

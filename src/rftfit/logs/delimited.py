@@ -14,7 +14,6 @@ import numpy as np
 from rftfit.campaign.config import TextFormat
 from rftfit.logs.base import FIRST, HEAD_BYTES, most_frequent
 from rftfit.logs.quantities import units_by_name
-from rftfit.logs.sources import columns_of
 from rftfit.logs.text import ReadingPlan, TableReader, TextReader
 from rftfit.table.numbers import IN_THOUSANDS, NO_VALUE, PLAIN_NUMBER, plain_number
 from rftfit.table.parse import Kind, Layout, are_allowed, rewritten
@@ -198,7 +197,12 @@ def plan_columns(
             no_value=layout.no_value or NO_VALUE,
             mixed=seen.mixed,
             other_decimal=seen.other_decimal,
-            where=columns_of(reader.where, names),
+            # a column that is not there is refused by `narrow`, which knows the file
+            where=tuple(
+                (names.index(name), allowed)
+                for name, allowed in reader.where.items()
+                if name in names
+            ),
         ),
         stated,
         0,

@@ -16,7 +16,7 @@ from rftfit.campaign.config import QUANTITIES
 from rftfit.logs import base
 from rftfit.logs.quantities import units_by_name
 from rftfit.logs.text import MAX_LINE, Block, TextFile
-from rftfit.table.numbers import NO_VALUE
+from rftfit.table.numbers import NO_VALUE, number_of
 from rftfit.table.parse import Kind, Layout, ParsedRows, add_counts, parse
 from rftfit.table.text import Line, decode_first_lines, each_line, text_head
 from rftfit.table.units import canonical_unit
@@ -170,7 +170,8 @@ class _Settings(dict[str, list[str]]):
 
     def number(self, key: str, channel: int) -> float:
         """Return the cell of a channel as a number; 0 where it is none."""
-        return base.number_or_zero(self.cell(key, channel).replace(",", "."))
+        number = number_of(self.cell(key, channel).replace(",", "."))
+        return number if math.isfinite(number) else 0.0
 
     def moment(self, channel: int) -> dt.datetime | None:
         """Return the start of a channel, None if not stated; the fraction may have more digits than strptime reads."""

@@ -1,4 +1,4 @@
-"""MATLAB files of version 5 (``save -v6``, ``-v7``), read by scipy in a child process (`arrays.ChildReader`).
+"""MATLAB files of version 5 (``save -v6``, ``-v7``), read by scipy in a child process (`base.run_in_child`).
 
 The library believes the sizes that a file states, and a damaged file may end the process that reads it.
 """

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Self
 from rftfit.campaign.config import AnyLog
 from rftfit.campaign.problems import unknown_word
 from rftfit.errors import InputError
-from rftfit.logs.arrays import ArraysReader, ChildReader
+from rftfit.logs.arrays import ArraysReader
 from rftfit.logs.ati import AtiDaqReader, AtiNetftReader
 from rftfit.logs.base import HEAD_BYTES, Log, LogError, Reader
 from rftfit.logs.delimited import DelimitedReader
@@ -99,16 +99,9 @@ def claimants(head: bytes) -> list[Reader]:
 
 
 def load_each(requests: Sequence[tuple[Reader, Path]]) -> list[Log | LogError]:
-    """Read many files, each by its reader; return a log, or the error that refuses it, in the order of the requests.
-
-    Files of MATLAB and HDF5 are read in a child process; a file that two requests in turn name is read once.
-    """
-    array_files = [path for reader, path in requests if isinstance(reader, ArraysReader)]
-    child = ChildReader(array_files) if array_files else None
+    """Read many files, each by its reader; return a log, or the error that refuses it, in the order of the requests."""
     logs: list[Log | LogError] = []
     for reader, path in requests:
-        if child is not None and isinstance(reader, ArraysReader):
-            reader = reader.through(child)  # noqa: PLW2901
         try:
             logs.append(reader.load(path))
         except LogError as error:

@@ -13,7 +13,6 @@ from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
-from rftfit.campaign.problems import unknown_word
 from rftfit.logs.base import (
     BOUNDS,
     Log,
@@ -27,7 +26,7 @@ from rftfit.logs.base import (
 )
 from rftfit.logs.blocks import MOST_OF_BLOCK, limit_blocks
 from rftfit.logs.rostopic import COUNT, LOST, RECEIVED, STAMP, UNITS
-from rftfit.logs.sources import refuse_several_sources
+from rftfit.logs.sources import check_where, refuse_several_sources
 from rftfit.table.parse import OTHER_SOURCE, add_counts, are_allowed
 from rftfit.table.stamps import ns_to_s
 
@@ -389,9 +388,7 @@ def _is_of_source(
 
     Messages of several sources are refused where the config names none.
     """
-    if unknown := [name for name in where if name not in labels]:
-        listed = "; ".join(unknown_word("text of a message", name, [*labels]) for name in unknown)
-        raise LogError("where", f"{log.path}: `where` of the config: {listed}")
+    check_where(log.path, where, labels, "text of a message")
     is_of_source = np.ones(log.size, dtype=bool)
     for name, allowed in where.items():
         is_of_source &= are_allowed(labels[name].tolist(), allowed)

@@ -173,17 +173,10 @@ def refuse_several_sources(
             )
 
 
-def columns_of(
-    where: Mapping[str, tuple[str, ...]], names: Sequence[str]
-) -> tuple[tuple[int, tuple[str, ...]], ...]:
-    """Return the index of each column that the config names under `where`, and the labels of the rows to be read.
-
-    Raises
-    ------
-    LogError
-        If there is no such column.
-    """
+def check_where(
+    path: Path, where: Collection[str], names: Collection[str], noun: str = "column"
+) -> None:
+    """Refuse a log that lacks a column that the config names under `where`; `noun`: what the `names` are."""
     if unknown := [name for name in where if name not in names]:
-        listed = "; ".join(unknown_word("column", name, names) for name in unknown)
-        raise LogError("where", f"`where` of the config: {listed}")
-    return tuple((names.index(name), allowed) for name, allowed in where.items())
+        listed = "; ".join(unknown_word(noun, name, [*names]) for name in unknown)
+        raise LogError("where", f"{path}: `where` of the config: {listed}")

@@ -25,11 +25,11 @@ from rftfit.logs.base import (
 from rftfit.logs.delimited import is_value, judge_columns, plan_columns
 from rftfit.logs.labels import LabelledReader, may_be_labels
 from rftfit.logs.quantities import units_by_name
-from rftfit.logs.sources import columns_of
+from rftfit.logs.sources import check_where
 from rftfit.logs.text import Block, ReadingPlan, TableReader
 from rftfit.table.numbers import COMMA, IN_THOUSANDS, NO_VALUE, plain_number
 from rftfit.table.parse import OTHER_SOURCE, Layout, are_allowed, numbers_among_words
-from rftfit.table.stamps import DAY_S, RestartingClock, ns_to_s, seconds_of
+from rftfit.table.stamps import DAY_S, RestartingClock, seconds_of_column, seconds_of_times
 from rftfit.table.units import canonical_unit, is_units_row
 from rftfit.table.workbook import (
     ERROR_VALUES,
@@ -395,10 +395,9 @@ class ParquetReader(LabelledReader):
                 )
             count = sum(len(columns.names) for columns in chosen.values())
             check_unpacked(path, 8 * count * file.metadata.num_rows)
-            sources = [
-                (schema.names[column], allowed)
-                for column, allowed in columns_of(self.where, [*units_by_name(schema.names)])
-            ]
+            field_by_name = dict(zip(units_by_name(schema.names), schema.names, strict=True))
+            check_where(path, self.where, field_by_name)
+            sources = [(field_by_name[name], allowed) for name, allowed in self.where.items()]
             label_fields = self._label_fields(file, chosen)
             read = list(dict.fromkeys([*chosen, *(field for field, _ in sources), *label_fields]))
             units = {name: columns.unit for columns in chosen.values() for name in columns.names}
@@ -617,22 +616,13 @@ def _read_text_numbers(array: Any) -> tuple[np.ndarray, np.ndarray]:
 
 def _read_text_seconds(order: str, array: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return the seconds of times that are stored as text; `order`: order of day, month and year (``dmy``)."""
-    cells = ["" if cell is None else cell.strip() for cell in array.to_pylist()]
-    seconds = np.array([seconds_of(cell, order) for cell in cells], dtype=float)
+    seconds = seconds_of_column(array, order)
     return seconds, np.isnan(seconds)
 
 
 def _read_seconds(array: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return dates, times of a day and durations in seconds."""
-    import pyarrow as pa
-
-    is_blank = np.asarray(array.is_null())
-    zone = getattr(array.type, "tz", None)
-    type_in_ns = pa.duration("ns") if pa.types.is_duration(array.type) else pa.timestamp("ns", zone)
-    type_in_ns = pa.time64("ns") if pa.types.is_time(array.type) else type_in_ns
-    stamps = array.cast(type_in_ns).cast(pa.int64()).fill_null(0)
-    seconds = np.where(is_blank, np.nan, ns_to_s(stamps.to_numpy(zero_copy_only=False)))
-    return seconds, is_blank
+    return seconds_of_times(array), np.asarray(array.is_null())
 
 
 def _read_numbers(array: Any) -> tuple[np.ndarray, np.ndarray]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import codecs
 import gzip
-import os
 import re
 import zlib
 from abc import ABC, abstractmethod
@@ -20,6 +19,7 @@ import numpy as np
 
 from rftfit.logs import base
 from rftfit.logs.labels import LabelledReader, changed_header
+from rftfit.logs.sources import check_where
 from rftfit.table.parse import OTHER_SOURCE, REGROUPED, Kind, Layout, ParsedRows, parse
 from rftfit.table.text import utf16_of, without_byte_order_mark
 
@@ -31,8 +31,6 @@ MAX_BYTES: int = base.BOUNDS.file_bytes
 """Largest file, bytes."""
 GZIP = b"\x1f\x8b"
 """First bytes of a file that is packed by gzip."""
-
-_FEED, _RETURN, _TAB, _BLANK, _COMMA, _ZERO, _NINE = b"\n\r\t ,09"
 
 
 # --- A file as blocks of whole lines
@@ -126,8 +124,7 @@ def _chunks(path: Path) -> Iterator[bytes]:
             while handle.read(BLOCK_BYTES):
                 base.check_unpacked(path, handle.tell())
             handle.seek(0)
-        at_once = _bytes_at_once(handle)
-        chunk = handle.read(at_once)
+        chunk = handle.read(BLOCK_BYTES)
         if len(chunk) == BLOCK_BYTES:
             base.refuse_large_file(path, MAX_BYTES)
         utf16 = utf16_of(chunk)
@@ -135,14 +132,7 @@ def _chunks(path: Path) -> Iterator[bytes]:
         chunk = without_byte_order_mark(chunk)
         while chunk:
             yield decoder.decode(chunk).encode() if decoder else chunk
-            chunk = handle.read(at_once)
-
-
-def _bytes_at_once(handle: BufferedReader | gzip.GzipFile) -> int:
-    """Return the bytes to read at a time: for a small file its size, as allocating a block is slow."""
-    size = 0 if isinstance(handle, gzip.GzipFile) else os.fstat(handle.fileno()).st_size
-    # one byte more, so that one read shows the end; a size of 0 may be of a file without a known size
-    return min(size + 1, BLOCK_BYTES) if size else BLOCK_BYTES
+            chunk = handle.read(BLOCK_BYTES)
 
 
 # --- Numbers whose digits a spreadsheet has regrouped, so that they read as other numbers
@@ -161,22 +151,13 @@ def regrouped_columns(path: Path, layout: Layout, start: int) -> frozenset[int]:
     if layout.decimal != "," or layout.delimiter == ",":
         return frozenset()
     for body, _, _ in TextFile(path).blocks(start):
-        for line in filter(_TWO_COMMAS.search, body.splitlines() if _has_triple(body) else ()):
+        for line in filter(_TWO_COMMAS.search, body.splitlines()):
             regrouped |= {
                 column
                 for column, cell in enumerate(layout.split(line))
                 if cell.count(",") > 1 and REGROUPED.fullmatch(cell.strip(" \t"))
             }
     return frozenset(regrouped.intersection(layout.columns_to_read))
-
-
-def _has_triple(text: bytes) -> bool:
-    """Return whether three digits stand between two commas; faster than a regular expression."""
-    codes = np.frombuffer(text, dtype=np.uint8)
-    comma = codes == _COMMA
-    starts = np.flatnonzero(comma[:-4] & comma[4:])
-    between = codes[starts[:, None] + [1, 2, 3]]
-    return bool(((between >= _ZERO) & (between <= _NINE)).all(axis=1).any())
 
 
 # --- Base of the readers of text: a header that states the layout, then rows
@@ -200,8 +181,8 @@ class ReadingPlan:
         from the number of each row among the data lines of the file, from 0.
     `packets`: Counter of lost packets, for instruments that number them.
     `keep`: Columns that are always parsed, because `derive` needs them.
-    `not_same`: Reason to drop a row in which a column of kind "same" has another value; such columns are not part of
-        the log.
+    `not_good`: Reason to drop a row in which a column of true and false, which `derive` has made, is false; such
+        columns are not part of the log.
     `refusal`: Why the file cannot be used, although its rows can be counted.
     `unread`: Column without numbers in the first rows, to the reason why it is not read.
     `labels`: Columns of words or of few whole numbers, not asked for, which may say where a row is from.
@@ -215,7 +196,7 @@ class ReadingPlan:
     derive: Derive | None = None
     packets: base.PacketCount | None = None
     keep: frozenset[str] = frozenset()
-    not_same: str = ""
+    not_good: str = ""
     notes: tuple[str, ...] = ()
     refusal: str = ""
     unread: Mapping[str, str] = field(default_factory=dict)
@@ -230,6 +211,7 @@ class TableReader(LabelledReader):
     def narrow(self, path: Path, plan: ReadingPlan) -> ReadingPlan:
         """Return the plan without the columns that nobody asked for; refuse a file without a column asked for."""
         layout = plan.layout
+        check_where(path, self.where, layout.names)
         self.check_asked(path, plan.unread, layout.names)
         names_to_read = plan.keep.union(self.choose_columns(layout.names))
         labels = plan.labels.difference(self.where)
@@ -331,7 +313,7 @@ def _log_of_rows(path: Path, plan: ReadingPlan, rows: ParsedRows, rows_before: i
     if plan.packets and plan.packets.missing > missing_before:
         missing = {plan.packets.reason: plan.packets.missing - missing_before}
     for name in [name for name, values in rows.columns.items() if values.dtype == bool]:
-        rows = rows.take(rows.columns[name], plan.not_same)
+        rows = rows.take(rows.columns[name], plan.not_good)
     numbers = {
         name: values.astype(float, copy=False)
         for name, values in rows.columns.items()

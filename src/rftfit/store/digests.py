@@ -10,7 +10,6 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rftfit.errors import InputError
 from rftfit.store.environment import PACKAGE, shipped
 
 if TYPE_CHECKING:
@@ -85,12 +84,9 @@ def sums_text(digests: Mapping[str, str]) -> str:
 
 
 def read_sums(source: str | Path) -> dict[str, str]:
-    """Read a file in the form of `sums_text`: path to digest."""
-    try:
-        lines = Path(source).read_text(encoding="utf-8").splitlines()
-        return {path: digest for digest, path in (line.split("  ", 1) for line in lines)}
-    except (OSError, ValueError) as error:
-        raise InputError(f"{source}: cannot be read as a list of digests: {error}") from error
+    """Read a file in the form of `sums_text`: path to digest; raises OSError or ValueError."""
+    lines = Path(source).read_text(encoding="utf-8").splitlines()
+    return {path: digest for digest, path in (line.split("  ", 1) for line in lines)}
 
 
 def digest_of(*values: object) -> str:

@@ -88,13 +88,12 @@ def _number_or_none(label: str) -> float | None:
 # --- How a line is split into cells, and what comes of many lines
 
 
-Kind = Literal["number", "integer", "stamp", "same", "label", "word", "skip"]
+Kind = Literal["number", "integer", "stamp", "label", "word", "skip"]
 
 _NUMPY_TYPES: dict[str, Any] = {
     "number": float,
     "integer": np.int64,
     "stamp": float,
-    "same": bool,
     "label": object,
 }
 
@@ -109,15 +108,13 @@ class Layout:
     """How to split a line into cells, and what each cell holds. Indices of columns count from 0.
 
     `names`: Unique names of the columns.
-    `kinds`: Kind of each column; by default all are numbers. Integers are exact within 64 bits; of kind "same",
-        the value is whether the cell equals `same`; labels are words; skipped cells may hold anything. For
-        `read_cells_of` alone: words are texts, few of which differ.
+    `kinds`: Kind of each column; by default all are numbers. Integers are exact within 64 bits; labels are
+        words; skipped cells may hold anything. For `read_cells_of` alone: words are texts, few of which differ.
     `delimiter`: One character; a blank stands for any number of blanks and tabs.
     `decimal`: Decimal mark, ``.`` or ``,``. `other_decimal`: Indices of columns whose numbers have the other mark.
     `quote`: Whether cells may be in double quotes.
     `comment`: Beginning of lines that are no data lines; empty: there are none.
     `optional`: Number of columns at the end, all skipped ones, that a line may lack.
-    `same`: Content that the cells of kind "same" should have.
     `regrouped`: Indices of columns whose digits a spreadsheet has regrouped.
     `dates`: Order of day, month and year in dates (``dmy``); empty: each date must show the order.
     `no_value`: Texts of cells without a value; the other cells of such a row are still read.
@@ -134,7 +131,6 @@ class Layout:
     quote: bool = False
     comment: str = ""
     optional: int = 0
-    same: str = ""
     regrouped: frozenset[int] = frozenset()
     dates: str = ""
     no_value: tuple[str, ...] = ()
@@ -173,7 +169,7 @@ class Layout:
 class ParsedRows:
     """Columns of the good rows of some lines, and counts of the bad ones.
 
-    `columns`: Name to values of the n good rows: float64, int64, bool, or words. `line_numbers`: Number of the data
+    `columns`: Name to values of the n good rows: float64, int64, or words. `line_numbers`: Number of the data
     line of each good row, from 0, shape (n,); bad lines are counted, too, but not those of another source. `rows`:
     Number of data lines, which is n plus all counts in `dropped` (by reason). `not_finite`: Column to the number of its cells that are NaN or infinite.
     `blank`: Column to which good rows have no value, bool of shape (n,), and NaN in `columns`; only for columns with
@@ -598,14 +594,14 @@ def _convert_cells(layout: Layout, column: int, chunks: Any) -> tuple[np.ndarray
     cells = chunks.chunk(0) if chunks.num_chunks == 1 else chunks.combine_chunks()
     if kind == "label":
         return _labels_of(cells), cells
-    if kind == "same":
-        cells = pc.equal(cells, layout.same.encode())
-    elif column in layout.mixed:
+    if column in layout.mixed:
         cells = numbers_among_words(cells, layout.decimal_of(column))
     elif kind == "stamp":
         is_blank = pc.is_in(pc.utf8_trim(cells, " \t"), pa.array(layout.no_value, pa.string()))
         cells = pc.if_else(is_blank, pa.scalar(None, pa.string()), cells)
-        return seconds_of_column(cells, layout.dates), cells
+        times = seconds_of_column(cells, layout.dates)
+        is_odd = np.isnan(times) & np.asarray(cells.is_valid())
+        return None if is_odd.any() else times, cells
     return cells.to_numpy(zero_copy_only=False), cells
 
 
@@ -741,9 +737,7 @@ def _parse_line(layout: Layout, line: bytes) -> list[Any] | str:
     values: list[Any] = []
     for column in layout.columns_to_read:
         cell, kind = cells[column].strip(" \t"), layout.kinds[column]
-        if kind == "same":
-            values.append(cells[column] == layout.same)
-        elif kind == "label":
+        if kind == "label":
             values.append(_decoded_cell(cells[column]).strip())
         elif kind == "integer":
             if not _INTEGER.fullmatch(cell) or abs(int(cell)) >= 1 << 63:

@@ -163,7 +163,8 @@ def read_provenance(folder: Path) -> Provenance:
         ) from None
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputError(
-            f"{path}: the record is damaged ({type(error).__name__}: {error}); `rftfit run` makes it again"
+            f"{path}: the record, {sums.name} or {sheet.name} beside it is damaged ({type(error).__name__}: {error}); "
+            "`rftfit run` makes them again"
         ) from error
 
 
