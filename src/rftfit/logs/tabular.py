@@ -29,7 +29,7 @@ from rftfit.logs.sources import check_where
 from rftfit.logs.text import Block, ReadingPlan, TableReader
 from rftfit.table.numbers import COMMA, IN_THOUSANDS, NO_VALUE, plain_number
 from rftfit.table.parse import OTHER_SOURCE, Layout, are_allowed, numbers_among_words
-from rftfit.table.stamps import DAY_S, RestartingClock, seconds_of_column, seconds_of_times
+from rftfit.table.stamps import DAY_S, RestartingClock, ns_to_s, seconds_of
 from rftfit.table.units import canonical_unit, is_units_row
 from rftfit.table.workbook import (
     ERROR_VALUES,
@@ -616,13 +616,22 @@ def _read_text_numbers(array: Any) -> tuple[np.ndarray, np.ndarray]:
 
 def _read_text_seconds(order: str, array: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return the seconds of times that are stored as text; `order`: order of day, month and year (``dmy``)."""
-    seconds = seconds_of_column(array, order)
+    cells = ["" if cell is None else cell.strip() for cell in array.to_pylist()]
+    seconds = np.array([seconds_of(cell, order) for cell in cells], dtype=float)
     return seconds, np.isnan(seconds)
 
 
 def _read_seconds(array: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return dates, times of a day and durations in seconds."""
-    return seconds_of_times(array), np.asarray(array.is_null())
+    import pyarrow as pa
+
+    is_blank = np.asarray(array.is_null())
+    zone = getattr(array.type, "tz", None)
+    type_in_ns = pa.duration("ns") if pa.types.is_duration(array.type) else pa.timestamp("ns", zone)
+    type_in_ns = pa.time64("ns") if pa.types.is_time(array.type) else type_in_ns
+    stamps = array.cast(type_in_ns).cast(pa.int64()).fill_null(0)
+    seconds = np.where(is_blank, np.nan, ns_to_s(stamps.to_numpy(zero_copy_only=False)))
+    return seconds, is_blank
 
 
 def _read_numbers(array: Any) -> tuple[np.ndarray, np.ndarray]:

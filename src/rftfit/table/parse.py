@@ -599,9 +599,7 @@ def _convert_cells(layout: Layout, column: int, chunks: Any) -> tuple[np.ndarray
     elif kind == "stamp":
         is_blank = pc.is_in(pc.utf8_trim(cells, " \t"), pa.array(layout.no_value, pa.string()))
         cells = pc.if_else(is_blank, pa.scalar(None, pa.string()), cells)
-        times = seconds_of_column(cells, layout.dates)
-        is_odd = np.isnan(times) & np.asarray(cells.is_valid())
-        return None if is_odd.any() else times, cells
+        return seconds_of_column(cells, layout.dates), cells
     return cells.to_numpy(zero_copy_only=False), cells
 
 

@@ -49,6 +49,7 @@ _CLOCK = re.compile(
 )
 _COLON_BEFORE_FRACTION = re.compile(r"(\d\d?:[0-5]\d:[0-5]\d):(\d{1,9})")
 """A clock time with a colon before the fraction of a second."""
+_ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:[^AaPp]*")
 
 
 def is_stamp(text: str) -> bool:
@@ -58,14 +59,23 @@ def is_stamp(text: str) -> bool:
     return bool(_CLOCK.fullmatch(text) or _DATE.fullmatch(_with_month_number(text)))
 
 
-def _with_month_number(text: str) -> str:
-    """Return a text with 2026-02-03 in place of 03-Feb-2026; other texts come back unchanged."""
+def _named_month(text: str) -> re.Match[str] | None:
+    """Match a date with the name of the month at the beginning of a text; None where there is none."""
     for pattern in _NAMED_MONTHS:
         date = pattern.match(text)
-        if date and (month := _MONTHS.get(date["month"][:3].casefold())):
-            year = date["year"] if len(date["year"]) == 4 else f"20{date['year']}"
-            return f"{year}-{month:02}-{int(date['day']):02}{text[date.end() :]}"
-    return text
+        if date and date["month"][:3].casefold() in _MONTHS:
+            return date
+    return None
+
+
+def _with_month_number(text: str) -> str:
+    """Return a text with 2026-02-03 in place of 03-Feb-2026; other texts come back unchanged."""
+    date = _named_month(text)
+    if date is None:
+        return text
+    year = date["year"] if len(date["year"]) == 4 else f"20{date['year']}"
+    month = _MONTHS[date["month"][:3].casefold()]
+    return f"{year}-{month:02}-{int(date['day']):02}{text[date.end() :]}"
 
 
 def date_order(texts: Iterable[str]) -> str:
@@ -106,8 +116,8 @@ def seconds_of(text: str, order: str = "") -> float:
         text = _COLON_BEFORE_FRACTION.sub(r"\1.\2", clock[0])
         hours = "" if text.count(":") == 2 else "00:"
         text, order = f"1970-01-01 {hours}{text}", "ymd"
-    if (numbered := _with_month_number(text)) != text:
-        text, order = numbered, "ymd"
+    if _named_month(text):
+        text, order = _with_month_number(text), "ymd"
     date = _DATE.fullmatch(text)
     order = order or date_order([text])
     # a year has four digits, or two
@@ -137,37 +147,101 @@ def seconds_of(text: str, order: str = "") -> float:
     return moment.timestamp() - ahead_of_utc_s + float(f"0.{date['fraction'] or 0}")
 
 
-def seconds_of_column(cells: Any, order: str = "") -> FloatArray:
-    """Return the times of an Arrow column of text, s as of `seconds_of`; NaN where a cell is null or no time."""
+def seconds_of_column(cells: Any, order: str = "") -> FloatArray | None:
+    """Return the times of an Arrow column of text, s as of `seconds_of`, all at once; NaN where a cell is null.
+
+    None where Arrow cannot read each cell as `seconds_of` would: the caller then reads cell by cell.
+    """
     import pyarrow as pa
     import pyarrow.compute as pc
 
-    texts = pc.utf8_trim(cells, " \t")
-    first = next((text for text in texts[:1].to_pylist() if text), "")
-    hours = "" if first.count(":") == 2 else "00:"
-    day = f"1970-01-01T{hours}" if _CLOCK.fullmatch(first) else ""
-    iso_first = _DATE.fullmatch(f"{day}{first}")
-    zone = "UTC" if iso_first and iso_first["zone"] else None
+    times = np.full(len(cells), np.nan)
+    if cells.null_count == len(cells):
+        return times
+    if cells.null_count:
+        times_stated = seconds_of_column(cells.drop_null(), order)
+        if times_stated is None:
+            return None
+        times[np.asarray(cells.is_valid())] = times_stated
+        return times
     try:
-        # dates by ISO 8601 and clock times all at once, which is several times faster
-        iso_texts = pc.replace_substring(pc.binary_join_element_wise(day, texts, ""), ",", ".")
-        return seconds_of_times(iso_texts.cast(pa.timestamp("ns", zone)))
-    except (pa.ArrowInvalid, pa.ArrowNotImplementedError):
-        return np.array([seconds_of(text or "", order) for text in texts.to_pylist()], dtype=float)
+        first = cells[0].as_py().strip(" \t")
+        cells = pc.utf8_trim(cells, " \t")
+        if _CLOCK.fullmatch(first):
+            if _COLON_BEFORE_FRACTION.fullmatch(first):
+                cells = pc.replace_substring_regex(
+                    cells, f"^{_COLON_BEFORE_FRACTION.pattern}$", r"\1.\2"
+                )
+                first = cells[0].as_py()
+            hours = "" if first.count(":") == 2 else "00:"
+            cells = pc.binary_join_element_wise(f"1970-01-01T{hours}", cells, "")
+            first, order = cells[0].as_py(), "ymd"
+        if _named_month(first):
+            cells = _with_month_numbers(cells)
+            first, order = cells[0].as_py(), "ymd"
+        if first.endswith(("UTC", "GMT", " Z")):
+            cells = pc.replace_substring_regex(cells, r" ?(UTC|GMT|Z)$", "Z")
+            first = cells[0].as_py()
+        order = order or date_order([first])
+        half_days: Any = 0
+        if not _ISO.fullmatch(first):
+            cells, half_days = _as_iso(cells, order)
+        cells = pc.replace_substring(cells, ",", ".")
+        zoned = bool((date := _DATE.fullmatch(first)) and date["zone"])
+        stamps = cells.cast(pa.timestamp("ns", "UTC" if zoned else None))
+    except (pa.ArrowInvalid, pa.ArrowNotImplementedError, UnicodeDecodeError, ValueError):
+        return None  # a cell is no date: the caller finds out which
+    seconds: FloatArray = ns_to_s(stamps.cast(pa.int64()).to_numpy()) + 43200.0 * half_days
+    return seconds
 
 
-def seconds_of_times(times: Any) -> FloatArray:
-    """Return dates, times of a day or durations of an Arrow column in s; NaN where a cell is null."""
-    import pyarrow as pa
+def _with_month_numbers(cells: Any) -> Any:
+    """Return an Arrow column with 2026-02-03 in place of dates such as 03-Feb-2026."""
+    import pyarrow.compute as pc
 
-    type_in_ns: Any = pa.timestamp("ns", getattr(times.type, "tz", None))
-    if pa.types.is_duration(times.type):
-        type_in_ns = pa.duration("ns")
-    elif pa.types.is_time(times.type):
-        type_in_ns = pa.time64("ns")
-    ns = times.cast(type_in_ns).cast(pa.int64()).fill_null(0)
-    seconds = ns_to_s(ns.to_numpy(zero_copy_only=False))
-    return np.where(np.asarray(times.is_null()), np.nan, seconds)
+    first = cells[0].as_py()
+    for pattern in filter(lambda pattern: pattern.match(first), _NAMED_MONTHS):
+        # Arrow knows neither a look-ahead nor, where it replaces, groups with names: day, month and year are groups 1
+        # to 3 in the order of the pattern, and group 4 is the T or blank behind the date
+        by_number = re.sub(r"\?P<\w+>", "", pattern.pattern).replace("(?=[T ])", "([T ])")
+        day, year = pattern.groupindex["day"], pattern.groupindex["year"]
+        dates = pc.extract_regex(cells, pattern=f"^{pattern.pattern.replace('(?=[T ])', '')}")
+        for word in filter(None, pc.unique(pc.struct_field(dates, "month")).to_pylist()):
+            month = _MONTHS.get(word[:3].casefold())
+            if month is None:
+                raise ValueError(word)
+            with_this_month = by_number.replace("([A-Za-zä]{3,10})", f"({word})")
+            cells = pc.replace_substring_regex(
+                cells, f"^{with_this_month}", rf"\{year}-{month:02}-\{day}\4"
+            )
+    return cells
+
+
+def _as_iso(cells: Any, order: str) -> tuple[Any, np.ndarray]:
+    """Return an Arrow column with dates by ISO 8601, and how many half days to add to each time: -1, 0 or 1.
+
+    Half days come of AM and PM, which are removed. `order`: Order of day, month and year in `cells`. Raises ValueError
+    for an hour that AM and PM cannot have.
+    """
+    import pyarrow.compute as pc
+
+    def matches(pattern: str) -> np.ndarray:
+        """Return 1 for each cell in which a pattern is found, else 0."""
+        return np.asarray(pc.match_substring_regex(cells, pattern)).astype(int)
+
+    year, month, day = (order.index(letter) + 1 for letter in "ymd")
+    iso = rf"\{year}-\{month}-\{day}T"
+    cells = pc.replace_substring_regex(cells, r"^(\d+)[-/.](\d+)[-/.](\d+)[T ] *", iso)
+    # a 0 before a single digit; twice, as two neighbouring numbers of one digit share the character between them
+    for _ in range(2):
+        cells = pc.replace_substring_regex(cells, r"([-T:])(\d)([-T:])", r"\10\2\3")
+    cells = pc.replace_substring_regex(cells, r"^(\d\d)-", r"20\1-")
+    is_pm, has_half = matches(r"[Pp]\.?[Mm]\.?$"), matches(r"[AaPp]\.?[Mm]\.?$")
+    if (has_half > matches(r"T(0[1-9]|1[0-2]):")).any():
+        raise ValueError  # an hour beyond 1 to 12
+    cells_without_half = pc.replace_substring_regex(cells, r" ?[AaPp]\.?[Mm]\.?$", "")
+    # 12 AM is 0 h and 12 PM is 12 h
+    return cells_without_half, is_pm - has_half * matches("T12:")
 
 
 class RestartingClock:
