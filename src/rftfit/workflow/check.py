@@ -29,11 +29,6 @@ class Diagnosis:
     verdicts: Mapping[str, Verdict]
     untold: list[str]
 
-    @property
-    def failed(self) -> int:
-        """Number of checks that failed."""
-        return sum(check["verdict"] == FAILED for check in self.checks)
-
     def summary(self) -> str:
         """Format the checks, what to look at where a check fails, the verdicts, and what no check can tell."""
         names = ("medium", "check", "verdict", "found")
@@ -81,7 +76,9 @@ class Checked:
     @property
     def failed_checks(self) -> int | None:
         """Number of the physical checks that failed; None where they were not asked for."""
-        return None if self.diagnosis is None else self.diagnosis.failed
+        if self.diagnosis is None:
+            return None
+        return sum(check["verdict"] == FAILED for check in self.diagnosis.checks)
 
     def summary(self) -> str:
         """Format problems, diagnosis, campaign and plan for people."""
