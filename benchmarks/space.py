@@ -5,12 +5,16 @@ Everything is measured in this one process, in turns, in processor time; the qui
 
 from __future__ import annotations
 
+import sys
 import time
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "helpers"))
+
 import numpy as np
+from meshforces import mesh_forces
 
 from rftfit.forces import faces
 from rftfit.forces.mesh import Mesh, Motion3D
@@ -49,7 +53,7 @@ def main() -> None:
     for law in faces.LAWS:
         friction = None if law == "measured" else 0.4
         of_law = partial(compiled_mesh_forces, table, ball, motions, law, friction)
-        of_law_in_numpy = partial(faces.mesh_forces, table, ball, single_motion, law, friction)
+        of_law_in_numpy = partial(mesh_forces, table, ball, single_motion, law, friction)
         tasks |= {
             f"space: {law}": (of_law, 40 * triangles),
             f"space, numpy: {law}": (of_law_in_numpy, triangles),

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from meshforces import mesh_forces
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 from seeds import seeds
@@ -134,7 +135,7 @@ def test_compiled_and_plain_agree(profile, law, friction):
     bodies = (Mesh.sphere(2, 12), SINKING), (wheel, slipping()), (LEG, leg_at(35)), *rolling
     for body in bodies:
         compiled = compiled_mesh_forces(PROFILES[profile], *body, law, friction)[:, :6]
-        plain = faces.mesh_forces(PROFILES[profile], *body, law, friction)
+        plain = mesh_forces(PROFILES[profile], *body, law, friction)
         largest = abs(plain).max(initial=1, where=np.isfinite(plain))
         assert_allclose(compiled, plain, rtol=0, atol=1e-12 * largest)
 
@@ -240,7 +241,7 @@ def test_rounding_does_not_decide_which_faces_of_a_block_bear(velocity):
         assert_allclose(force_on(foot, np.array(velocity) + change), forces, atol=1e-6)
     assert_allclose(force_on(foot, velocity, turned_deg=1e-9), forces, atol=1e-5)
     one_pose = Motion3D([[0, 0, -3]], [velocity], [[0, 0, 0]], [np.eye(3)])
-    assert_allclose(faces.mesh_forces(POPPY, foot, one_pose)[0], forces, atol=1e-9)
+    assert_allclose(mesh_forces(POPPY, foot, one_pose)[0], forces, atol=1e-9)
 
 
 @pytest.mark.parametrize("velocity", [(1, 0, 0), (-1, 0, 1e-9), (1, 0, -0.1), (0, 0, -1)])

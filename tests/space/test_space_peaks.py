@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 import rftfit
 from rftfit.forces import prediction
-from rftfit.forces.force_answer import answer_with_forces
+from rftfit.forces.force_answer import ForceAnswer
 
 THETA_DEG = np.arange(-60.0, 1.0, 10.0)
 
@@ -23,7 +23,7 @@ def in_space(heading_deg):
 
 def peaks_of(body, motion):
     """Peaks of a body in a sand that one push told, and shares of their forces near it."""
-    answer = answer_with_forces(rftfit.scale(0.35).profile, body, motion)
+    answer = ForceAnswer(rftfit.scale(0.35).profile, body, motion)
     return {peak.name: peak for peak in answer.peaks}, answer
 
 
@@ -55,7 +55,7 @@ def test_friction_of_a_mesh_counts_in_its_steepness():
     [rough], [smooth] = (
         [
             peak.steepness
-            for peak in answer_with_forces(profile, ball, motion, friction=friction).peaks
+            for peak in ForceAnswer(profile, ball, motion, friction=friction).peaks
             if peak.name == "force_z"
         ]
         for friction in (None, 0.0)

@@ -66,7 +66,7 @@ def predict(
     """
     medium_options.check(se)
     from rftfit.forces.fineness import fine_enough
-    from rftfit.forces.force_answer import answer_with_forces
+    from rftfit.forces.force_answer import ForceAnswer
 
     mesh_options.check(body, figure is not None)
     mesh = mesh_options.mesh
@@ -106,7 +106,7 @@ def predict(
         _warn_of_time(source, shape, len(motion.frames))
     results = medium_options.results
     folder = f"; folder {results.as_posix()}" if results and medium_options.medium else ""
-    answer = answer_with_forces(
+    answer = ForceAnswer(
         source,
         shape,
         motion,

@@ -6,15 +6,17 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from rftfit.campaign.problems import CampaignError, in_lines
-from rftfit.campaign.rows import DraftRow, Schema, TableColumn, read_rows
-from rftfit.conventions import FloatArray
+from rftfit.campaign.rows import Schema, TableColumn, read_rows
 from rftfit.errors import InputError
 from rftfit.forces.body_error import BodyError
 from rftfit.forces.contacts import Contact
+from rftfit.forces.mesh import PATH as PATH_IN_SPACE
 from rftfit.forces.mesh import Mesh, Motion3D
 from rftfit.forces.motion import HIP_HEIGHT_CM, Motion, path, rotation
+from rftfit.forces.motion import SCHEMA as PATH_IN_PLANE
 from rftfit.forces.outlines import Outline
 from rftfit.forces.plane import OutlineInMotion
 from rftfit.forces.space import MeshInMotion
@@ -24,36 +26,33 @@ _TURNS_BACK_DEG = 2.0
 """Turn of theta against its way, degrees, that is more than the noise of an encoder."""
 
 _TURN = ("theta_deg",)
-_PATH = ("t_s", "x_cm", "z_cm", "angle_deg")
-_SPACE = ("t_s", "x_cm", "y_cm", "z_cm", "turn_x_deg", "turn_y_deg", "turn_z_deg")
+_PATH = tuple(column.name for column in PATH_IN_PLANE.columns)
+_SPACE = tuple(column.name for column in PATH_IN_SPACE.columns)
 """Columns of the poses of a leg on its axle, of a body on a path, of a mesh."""
 
-
-def _number_column(name: str, meaning: str, unit: str, above: float | None = None) -> TableColumn:
-    """Declare a column of numbers that a file may lack."""
-    return TableColumn(name, "number", meaning, needed=False, unit=unit, above=above)
-
-
+_NUMBERS = (
+    TableColumn(
+        "theta_deg", meaning="angle of a leg from straight down, negative in front", unit="degrees"
+    ),
+    TableColumn("hip_cm", meaning="height of its axle above the surface", unit="cm"),
+    *PATH_IN_SPACE.columns[:4],
+    PATH_IN_PLANE.columns[3],
+    *PATH_IN_SPACE.columns[4:],
+    *(
+        TableColumn(
+            f"force_{axis}_N", meaning=f"force of the medium on the body along {axis}", unit="N"
+        )
+        for axis in "xyz"
+    ),
+    TableColumn(
+        "error_N", meaning="standard error of each force, from bed to bed", unit="N", above=0.0
+    ),
+)
 SCHEMA = Schema(
     "contacts",
     (
         TableColumn("contact", "name", "rows of one turn or one path", needed=False),
-        _number_column(
-            "theta_deg", "angle of a leg from straight down, negative in front", "degrees"
-        ),
-        _number_column("hip_cm", "height of its axle above the surface", "cm"),
-        _number_column("t_s", "time", "s"),
-        *(_number_column(f"{axis}_cm", f"{axis} of the reference point", "cm") for axis in "xyz"),
-        _number_column("angle_deg", "angle from z toward x", "degrees"),
-        *(
-            _number_column(f"turn_{axis}_deg", f"{axis} of the vector of rotation", "degrees")
-            for axis in "xyz"
-        ),
-        *(
-            _number_column(f"force_{axis}_N", f"force of the medium on the body along {axis}", "N")
-            for axis in "xyz"
-        ),
-        _number_column("error_N", "standard error of each force, from bed to bed", "N", above=0.0),
+        *(replace(column, needed=False) for column in _NUMBERS),
     ),
     comments=True,
     others="warned",
@@ -94,40 +93,31 @@ def read_contacts(
     if any(problem.severity == "error" for problem in problems):
         raise CampaignError(problems)
     warnings = in_lines(problems)
-    columns = {
-        name: values
-        for name in (column.name for column in SCHEMA.columns if column.form == "number")
-        if np.isfinite(values := _numbers_of_column(rows, name)).any()
-    }
+    names = [column.name for column in _NUMBERS]
+    columns = pd.DataFrame([row.number for row in rows], columns=names).dropna(axis=1, how="all")
     pose_columns = _choose_pose_columns(columns, body, file)
-    labels = np.array([row.text.get("contact", "") for row in rows])
     forces = (MeshInMotion if isinstance(body, Mesh) else OutlineInMotion).force_names
-    measured = [np.abs(columns[name]) for name in forces if name in columns]
-    if not measured:
+    measured = columns.filter(forces)
+    if measured.empty:
         raise InputError(f"{file}: no column {' or '.join(forces)}; no force was measured")
-    if missing := [name for name in pose_columns if not np.isfinite(columns[name]).all()]:
+    if missing := [name for name in pose_columns if columns[name].isna().any()]:
         raise InputError(f"{file}: {missing[0]} is blank in some rows; each row needs its pose")
-    errors = columns.get("error_N", np.full(len(rows), np.nan))
+    errors = columns.reindex(columns=["error_N"]).to_numpy(float)[:, 0]
     if np.isnan(errors).any():
-        usual = USUAL_PERCENT / 100 * max(float(np.nanmax(values)) for values in measured)
+        usual = USUAL_PERCENT / 100 * float(np.nanmax(measured.abs().to_numpy(float)))
         errors = np.where(np.isnan(errors), usual, errors)
         warnings.append(
             f"{file}: no error_N; each force is taken to be known to {usual:.3g} N, {USUAL_PERCENT:g} % of the largest"
         )
+    labels = np.array([row.text.get("contact", "") for row in rows])
     contacts = []
-    for label in dict.fromkeys(labels.tolist()):
-        rows_of_contact = labels == label
-        of_contact = {name: values[rows_of_contact] for name, values in columns.items()}
+    for label, of_contact in columns.groupby(labels, sort=False):
         name = f"{file.name}, contact {label}" if label else file.name
         try:
             motion = _motion_of_contact(of_contact, pose_columns, hip_cm)
+            errors_of_contact = dict.fromkeys(forces, errors[of_contact.index])
             contact = Contact(
-                body,
-                motion,
-                {force: of_contact[force] for force in forces if force in of_contact},
-                dict.fromkeys(forces, errors[rows_of_contact]),
-                body_error or BodyError(),
-                name,
+                body, motion, of_contact, errors_of_contact, body_error or BodyError(), name
             )
         except ValueError as error:
             message = str(error)
@@ -138,13 +128,8 @@ def read_contacts(
     return contacts, warnings
 
 
-def _numbers_of_column(rows: list[DraftRow], name: str) -> FloatArray:
-    """Return the numbers of a column; NaN where a cell is blank."""
-    return np.array([row.number.get(name, np.nan) for row in rows])
-
-
 def _choose_pose_columns(
-    columns: dict[str, FloatArray], body: Outline | Mesh, file: Path
+    columns: pd.DataFrame, body: Outline | Mesh, file: Path
 ) -> tuple[str, ...]:
     """Choose the columns of the poses: `_TURN`, `_PATH` or `_SPACE`."""
     choices = (_SPACE,) if isinstance(body, Mesh) else (_TURN, _PATH)
@@ -156,21 +141,17 @@ def _choose_pose_columns(
 
 
 def _motion_of_contact(
-    columns: dict[str, FloatArray], pose_columns: tuple[str, ...], hip_cm: float | None
+    columns: pd.DataFrame, pose_columns: tuple[str, ...], hip_cm: float | None
 ) -> Motion | Motion3D:
     """Make the motion of a contact from its columns; raises ValueError where theta turns back.
 
     `hip_cm`: height of the axle where the file has none.
     """
     if pose_columns == _SPACE:
-        return Motion3D.path(
-            columns["t_s"],
-            np.stack([columns[name] for name in _SPACE[1:4]], axis=1),
-            np.stack([columns[name] for name in _SPACE[4:]], axis=1),
-        )
+        return Motion3D.path(columns["t_s"], columns[[*_SPACE[1:4]]], columns[[*_SPACE[4:]]])
     if pose_columns == _PATH:
         return path(*(columns[name] for name in _PATH))
-    theta = columns["theta_deg"]
+    theta = columns["theta_deg"].to_numpy()
     direction = np.sign(theta[-1] - theta[0])
     # how far theta lies behind the farthest angle so far
     back = np.maximum.accumulate(direction * theta) - direction * theta

@@ -21,8 +21,9 @@ from rftfit.forces.bodies import set_in_motion
 from rftfit.forces.body_error import BodyError, ErrorCurve, learn_from_curves
 from rftfit.forces.mesh import Mesh, Motion3D
 from rftfit.forces.motion import Motion
-from rftfit.forces.moving import BodyInMotion
+from rftfit.forces.moving import BodyInMotion, rates_of
 from rftfit.forces.outlines import Outline
+from rftfit.forces.plane import QUANTITIES
 from rftfit.model.draws import choose_evenly
 from rftfit.model.known import profile_of
 from rftfit.model.profiles import KnownMedium, Profile, TableProfile
@@ -86,8 +87,7 @@ class Contact:
         motion = self.frames
         if not np.isfinite(motion).all():
             raise ValueError(f"{label}: a position, angle or velocity is missing")
-        rates = motion[:, 3:9] if isinstance(self.body, Mesh) else motion[:, 3:6]
-        if not np.abs(rates).any():
+        if not rates_of(motion).any():
             raise ValueError(
                 f"{label}: the body never moves; the force of a medium is known where a body moves through it"
             )
@@ -114,7 +114,7 @@ class Contact:
     @cached_property
     def moving(self) -> BodyInMotion:
         """The body in its motion."""
-        return set_in_motion(self.body, self.motion)
+        return set_in_motion(self.body, self.motion, quantities=QUANTITIES[:2])
 
     @property
     def components(self) -> tuple[str, ...]:
@@ -181,14 +181,6 @@ class Contact:
         Eq. 2 is linear in alpha: the weight of a node is the force where alpha is 1 there and 0 at all others.
         """
         unit = np.eye(beta.size)
-        if not isinstance(self.body, Mesh):
-            # alpha_z makes the vertical force alone, alpha_x the horizontal one
-            table = TableProfile(unit, unit, beta, gamma)
-            vertical, horizontal = np.moveaxis(self.force_draws(table), 1, 0)
-            nothing = np.zeros_like(vertical)
-            of_z = np.concatenate([vertical, nothing]).T
-            of_x = np.concatenate([nothing, horizontal]).T
-            return np.stack([of_z, of_x])
         nothing = np.zeros_like(unit)
         tables = (TableProfile(*alpha, beta, gamma) for alpha in ((unit, nothing), (nothing, unit)))
         forces = np.concatenate([self.force_draws(table) for table in tables])

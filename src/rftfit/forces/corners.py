@@ -18,7 +18,7 @@ from rftfit.conventions import FloatArray
 from rftfit.forces.bodies import set_in_motion
 from rftfit.forces.mesh import Mesh, Motion3D
 from rftfit.forces.motion import Motion
-from rftfit.forces.moving import BodyInMotion, ForcesByName
+from rftfit.forces.moving import BodyInMotion, ForcesByName, rates_of
 from rftfit.forces.outlines import Outline
 from rftfit.forces.peaks import SAME_SHARE, STEEP_DEG, PeakTarget
 from rftfit.model.profiles import Profile
@@ -47,52 +47,47 @@ def describe_corners(
         return []
     moving = set_in_motion(body, motion)
     best = moving.best(profile).forces
-    is_corner = _find_corners(moving.points_cm, motion, steps)
+    is_corner = _find_corners(moving, steps)
 
     def forces_at(rates: FloatArray) -> ForcesByName:
         return set_in_motion(body, motion.at_rates(rates)).best(profile).forces
 
     sentences = []
-    rates = _rates(motion)
+    rates = rates_of(moving.poses)
     if is_corner.any():
         by_steps = [forces_at(np.where(is_corner[:, None], of_step, rates)) for of_step in steps]
-        if changes := _Changes(moving, best, by_steps, "by the steps alone"):
+        poses, changes = _describe_changes(moving, best, by_steps, "by the steps alone")
+        if changes:
             sentences.append(
-                f"the path has a corner near {changes.describe_poses(motion)}, where a pose moves as the mean of the steps "
-                f"beside it: {changes.describe()}; quote the larger, or put a pose shortly before and after it; if the path is "
+                f"the path has a corner near {poses}, where a pose moves as the mean of the steps "
+                f"beside it: {changes}; quote the larger, or put a pose shortly before and after it; if the path is "
                 "smooth there, write more poses"
             )
-    smooth = _smooth_rates(moving.points_cm, motion, steps, is_corner)
-    if changes := _Changes(
-        moving, best, [forces_at(smooth)], "by a smooth curve through the poses"
-    ):
+    smooth = [forces_at(_smooth_rates(moving, steps, is_corner))]
+    source = "by a smooth curve through the poses"
+    poses, changes = _describe_changes(moving, best, smooth, source)
+    if changes:
         sentences.append(
-            f"the steps of the path are too coarse near {changes.describe_poses(motion)}: {changes.describe()}; write more "
-            "poses"
+            f"the steps of the path are too coarse near {poses}: {changes}; write more poses"
         )
     return sentences
 
 
-def _find_corners(
-    points_cm: FloatArray, motion: Motion | Motion3D, steps: FloatArray
-) -> npt.NDArray[np.bool_]:
+def _find_corners(moving: BodyInMotion, steps: FloatArray) -> npt.NDArray[np.bool_]:
     """Tell which poses of a path are corners, shape (p,); `steps`: `rates_of_steps`, shape (2, p, k)."""
-    duration_s = np.diff(next(iter(motion.columns.values())))[:, None]
+    duration_s = np.diff(moving.positions)[:, None]
     ways = steps[1, :-1] * duration_s
     # steps twice as long end at the same pose; beside the ends of the path they are the single steps
     of_two = (ways[:-1] + ways[1:]) / (duration_s[:-1] + duration_s[1:])
     before = np.concatenate([steps[0, :2], of_two])
     after = np.concatenate([of_two, steps[1, -2:]])
-    change = _relative_change(points_cm, motion, *steps)
-    change_of_two = _relative_change(points_cm, motion, before, after)
+    change = _relative_change(moving, *steps)
+    change_of_two = _relative_change(moving, before, after)
     return (change > LEAST_CHANGE) & (change > SHRINKS * change_of_two)
 
 
 def _smooth_rates(
-    points_cm: FloatArray,
-    motion: Motion | Motion3D,
-    steps: FloatArray,
-    is_corner: npt.NDArray[np.bool_],
+    moving: BodyInMotion, steps: FloatArray, is_corner: npt.NDArray[np.bool_]
 ) -> FloatArray:
     """Return the rates of cubic curves through the poses between corners, shape (p, k).
 
@@ -100,8 +95,7 @@ def _smooth_rates(
     """
     from scipy.interpolate import CubicSpline
 
-    rates = _rates(motion)
-    time_s = next(iter(motion.columns.values()))
+    rates, time_s = rates_of(moving.poses), moving.positions
     ways = steps[1, :-1] * np.diff(time_s)[:, None]
     coordinates = np.concatenate([np.zeros((1, rates.shape[1])), np.cumsum(ways, axis=0)])
     curved = rates.copy()
@@ -111,27 +105,23 @@ def _smooth_rates(
             poses = slice(first, last + 1)
             curve = CubicSpline(time_s[poses], coordinates[poses])
             curved[poses] = curve(time_s[poses], 1)
-    is_kept = is_corner | (_relative_change(points_cm, motion, rates, curved) > MOST_CHANGE)
+    is_kept = is_corner | (_relative_change(moving, rates, curved) > MOST_CHANGE)
     return np.where(is_kept[:, None], rates, curved)
 
 
-def _rates(motion: Motion | Motion3D) -> FloatArray:
-    """Return the rates of the poses of a motion, shape (p, 3) or (p, 6)."""
-    return motion.frames[:, 3:9] if isinstance(motion, Motion3D) else motion.poses[:, 3:]
-
-
 def _relative_change(
-    points_cm: FloatArray, motion: Motion | Motion3D, rates: FloatArray, other_rates: FloatArray
+    moving: BodyInMotion, rates: FloatArray, other_rates: FloatArray
 ) -> FloatArray:
     """Return the change of the velocities of a body between rates, over the larger velocity, shape (p,); 0 at rest.
 
     Velocities are root mean squares over the corners of the box around the body, so that no choice of the reference point
     matters.
     """
+    points_cm = moving.points_cm
     change, size, other_size = np.zeros((3, len(rates)))
     for corner in product(*zip(points_cm.min(axis=0), points_cm.max(axis=0), strict=True)):
-        velocity = _velocity_of_point(np.array(corner), motion, rates)
-        other = _velocity_of_point(np.array(corner), motion, other_rates)
+        velocity = _velocity_of_point(np.array(corner), moving.poses, rates)
+        other = _velocity_of_point(np.array(corner), moving.poses, other_rates)
         change += ((velocity - other) ** 2).sum(axis=-1)
         size += (velocity**2).sum(axis=-1)
         other_size += (other**2).sum(axis=-1)
@@ -139,54 +129,39 @@ def _relative_change(
     return np.sqrt(np.divide(change, larger, where=larger > 0, out=np.zeros_like(larger)))
 
 
-def _velocity_of_point(
-    point_cm: FloatArray, motion: Motion | Motion3D, rates: FloatArray
-) -> FloatArray:
+def _velocity_of_point(point_cm: FloatArray, poses: FloatArray, rates: FloatArray) -> FloatArray:
     """Return the velocity of a point of a body in each pose, cm/s, shape (p, 2 or 3)."""
-    if isinstance(motion, Motion3D):
-        arm = motion.frames[:, 9:].reshape(-1, 3, 3) @ point_cm
+    if point_cm.size == 3:
+        arm = poses[:, 9:].reshape(-1, 3, 3) @ point_cm
         return np.asarray(rates[:, :3] + np.cross(rates[:, 3:], arm))
-    cos, sin = np.cos(motion.poses[:, 2]), np.sin(motion.poses[:, 2])
+    cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     x, z = point_cm
     # an angle from z toward x
     turning = np.stack([cos * z - sin * x, -cos * x - sin * z], axis=-1)
     return np.asarray(rates[:, :2] + rates[:, 2:] * turning)
 
 
-class _Changes:
-    """Largest forces that differ by more than `SAME_SHARE` where the same poses have other velocities.
+def _describe_changes(
+    moving: BodyInMotion, best: ForcesByName, others: Sequence[ForcesByName], source: str
+) -> tuple[str, str]:
+    """Say in which poses, and by how much, largest forces differ by more than `SAME_SHARE`; empty where none does.
 
-    `best`: forces of the motion. `others`: forces at other velocities. `source`: of these, in words.
+    `best`: forces of the motion. `others`: forces in the same poses at other velocities. `source`: of these, in words.
     """
-
-    def __init__(
-        self, moving: BodyInMotion, best: ForcesByName, others: Sequence[ForcesByName], source: str
-    ) -> None:
-        self.poses: list[int] = []
-        self.sentences: list[str] = []
-        for target in moving.peak_targets(best):
-            size, pose = _largest(target, best)
-            other_size, other_pose = max(_largest(target, forces) for forces in others)
-            if abs(other_size - size) <= SAME_SHARE * _largest_of_kind(target, best):
-                continue
-            self.poses.append(pose if size > other_size else other_pose)
-            name, _, unit = target.quantity.replace("_", " ").partition(" N")
-            self.sentences.append(
-                f"the largest {name} has {target.sign * size:.4g} N{unit} in the table and "
-                f"{target.sign * other_size:.4g} {source}"
-            )
-
-    def __bool__(self) -> bool:
-        return bool(self.poses)
-
-    def describe(self) -> str:
-        """List the forces that differ."""
-        return "; ".join(self.sentences)
-
-    def describe_poses(self, motion: Motion | Motion3D) -> str:
-        """Name the poses in which they are the largest."""
-        key, positions = next(iter(motion.columns.items()))
-        return f"{key} {join_words(dict.fromkeys(f'{positions[pose]:g}' for pose in self.poses))}"
+    numbers_of_poses, changes = [], []
+    for target in moving.peak_targets(best):
+        size, pose = _largest(target, best)
+        other_size, other_pose = max(_largest(target, forces) for forces in others)
+        if abs(other_size - size) <= SAME_SHARE * _largest_of_kind(target, best):
+            continue
+        numbers_of_poses.append(pose if size > other_size else other_pose)
+        name, _, unit = target.quantity.replace("_", " ").partition(" N")
+        changes.append(
+            f"the largest {name} has {target.sign * size:.4g} N{unit} in the table and "
+            f"{target.sign * other_size:.4g} {source}"
+        )
+    positions = dict.fromkeys(f"{moving.positions[pose]:g}" for pose in numbers_of_poses)
+    return f"{next(iter(moving.columns))} {join_words(positions)}", "; ".join(changes)
 
 
 def _largest_of_kind(target: PeakTarget, forces: ForcesByName) -> float:

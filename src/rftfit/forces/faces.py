@@ -18,7 +18,7 @@ import numpy as np
 
 from rftfit.conventions import FloatArray, wrap_beta
 from rftfit.forces.leading import share_of_face
-from rftfit.forces.mesh import IntArray, Mesh, Motion3D, area_vectors
+from rftfit.forces.mesh import IntArray, Mesh, area_vectors
 from rftfit.forces.rolling import NO_WHEEL, leading_speed, lies_in_track
 from rftfit.model import rft3d
 from rftfit.model.packs import NEGLIGIBLE
@@ -220,24 +220,3 @@ def moving_faces(mesh: Mesh, frame: FloatArray, rolling: FloatArray = NO_WHEEL) 
     loaded = np.flatnonzero(share > 0)
     load = -centre[:, 2] * share * area
     return LoadedFaces(loaded, load[loaded], normals[loaded], velocities[loaded], arm[loaded])
-
-
-def mesh_forces(
-    profile: Profile,
-    mesh: Mesh,
-    motion: Motion3D,
-    law: str = "measured",
-    friction: float | None = None,
-) -> FloatArray:
-    """Integrate force x, y, z (N) and moment x, y, z about the reference point (N cm), shape (..., p, 6), in plain numpy.
-
-    Tests and a benchmark compare the compiled `rftfit.forces.space.compiled_mesh_forces` with it.
-    """
-    forces_of_poses = []
-    for frame, rolling in zip(motion.frames, motion.rolling, strict=True):
-        faces = moving_faces(mesh, frame, rolling)
-        alpha = face_alpha(profile, faces.area_vectors, faces.velocity, law, friction)
-        force = _times(faces.load_cm3, alpha)
-        of_faces = np.concatenate([force, np.cross(faces.arm_cm, force)], axis=-1)
-        forces_of_poses.append(of_faces.sum(axis=-2))
-    return np.stack(forces_of_poses, axis=-2)

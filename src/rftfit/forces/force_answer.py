@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -15,12 +15,11 @@ from rftfit.forces.body_error import BodyError
 from rftfit.forces.mesh import Mesh, Motion3D, describe_triangles
 from rftfit.forces.model_error import eps_of, has_model_error
 from rftfit.forces.motion import Motion
+from rftfit.forces.moving import BodyInMotion
 from rftfit.forces.outlines import Outline
 from rftfit.forces.peaks import STEEP, STEEP_DEG, Peak, describe_beside, pose_of, unknown_peaks
-from rftfit.forces.plane import PEAKS, QUANTITIES
 from rftfit.forces.prediction import predict_with_peaks
 from rftfit.forces.rolling import RULES, Rim, describe_friction
-from rftfit.forces.space import MESH_QUANTITIES, mesh_peak_targets
 from rftfit.model.draws import end_names, model_end_names, next_end_names
 from rftfit.model.profiles import FAR_DEG, Profile, TableProfile
 from rftfit.store.text import count
@@ -29,23 +28,49 @@ from rftfit.store.text import table as format_table
 
 @dataclass(frozen=True, eq=False)
 class ForceAnswer:
-    """Forces on a body along its motion, with what they were predicted from: made by `answer_with_forces`.
+    """Forces on a body along its motion, with what they are predicted from.
 
-    `forces`: table of `predict`. `friction`, `model_error`, `body_error`: arguments of `predict`. `origin`: name of the
-    profile and its folder, as it is printed. `left_out`: errors that the intervals of this form of alpha leave out.
+    `confidence`, `friction`, `model_error`, `body_error`: arguments of `predict`. `origin`: name of the profile and its
+    folder, as it is printed; empty: the name alone. `left_out`: errors that the intervals of this form of alpha leave out.
     """
 
-    forces: pd.DataFrame = field(repr=False)
-    peaks: list[Peak]
     profile: Profile
     body: Outline | Mesh
     motion: Motion | Motion3D
-    confidence: float
-    friction: float | None
-    model_error: float | None
-    body_error: BodyError | None
-    origin: str
-    left_out: str
+    confidence: float = 0.95
+    friction: float | None = None
+    model_error: float | None = None
+    body_error: BodyError | None = None
+    origin: str = ""
+    left_out: str = ""
+
+    @cached_property
+    def _table_and_peaks(self) -> tuple[pd.DataFrame, list[Peak]]:
+        """Table of `predict`, and peaks of `find_peaks`."""
+        return predict_with_peaks(
+            self.profile,
+            self.body,
+            self.motion,
+            self.confidence,
+            friction=self.friction,
+            model_error=self.model_error,
+            body_error=self.body_error,
+        )
+
+    @property
+    def forces(self) -> pd.DataFrame:
+        """Table of `predict`."""
+        return self._table_and_peaks[0]
+
+    @property
+    def peaks(self) -> list[Peak]:
+        """Peaks of `find_peaks`."""
+        return self._table_and_peaks[1]
+
+    @cached_property
+    def _moving(self) -> BodyInMotion:
+        """The body in its motion."""
+        return set_in_motion(self.body, self.motion, friction=self.friction)
 
     @property
     def in_space(self) -> bool:
@@ -55,7 +80,7 @@ class ForceAnswer:
     @property
     def quantities(self) -> tuple[str, ...]:
         """Columns of forces and moments."""
-        return MESH_QUANTITIES if self.in_space else QUANTITIES
+        return self._moving.with_interval
 
     @cached_property
     def beside(self) -> Profile | None:
@@ -87,9 +112,7 @@ class ForceAnswer:
     def peaks_not_stated(self) -> list[str]:
         """Names of peaks that may lie in a pose without a number."""
         curves = {name: self.forces[name].to_numpy(float) for name in self.quantities}
-        return unknown_peaks(
-            curves, mesh_peak_targets(curves) if self.in_space else PEAKS, self.peaks
-        )
+        return unknown_peaks(curves, self._moving.peak_targets(curves), self.peaks)
 
     @property
     def interval_of_alpha(self) -> str:
@@ -131,7 +154,7 @@ class ForceAnswer:
         sources = {
             name: f"{body.name}, {body.area_cm2:.4g} cm^2, {parts}",
             "motion": self.motion.name + self._deepest,
-            "profile": self.origin,
+            "profile": self.origin or self.profile.name,
         }
         if self.beside is not None:
             sources["beside"] = self.beside.name
@@ -257,7 +280,7 @@ class ForceAnswer:
         """Share of each peak force in directions near a push, by name of the peak; of a map alone."""
         if self.profile.form != "map" or not isinstance(self.profile, TableProfile):
             return {}
-        moving = set_in_motion(self.body, self.motion, friction=self.friction)
+        moving = self._moving
         curves = {name: self.forces[name].to_numpy(float) for name in moving.force_names}
         return {
             peak.name: moving.share_near_pushes(
@@ -421,43 +444,6 @@ class ForceAnswer:
                 f"no interval in {without} of {poses} poses: no error of alpha is known there"
             )
         return doubts
-
-
-def answer_with_forces(
-    profile: Profile,
-    body: Outline | Mesh,
-    motion: Motion | Motion3D,
-    confidence: float = 0.95,
-    *,
-    friction: float | None = None,
-    model_error: float | None = None,
-    body_error: BodyError | None = None,
-    origin: str = "",
-    left_out: str = "",
-) -> ForceAnswer:
-    """Predict forces and keep what they were predicted from; for parameters see `predict` and `ForceAnswer`."""
-    forces, peaks = predict_with_peaks(
-        profile,
-        body,
-        motion,
-        confidence,
-        friction=friction,
-        model_error=model_error,
-        body_error=body_error,
-    )
-    return ForceAnswer(
-        forces=forces,
-        peaks=peaks,
-        profile=profile,
-        body=body,
-        motion=motion,
-        confidence=confidence,
-        friction=friction,
-        model_error=model_error,
-        body_error=body_error,
-        origin=origin or profile.name,
-        left_out=left_out,
-    )
 
 
 def _widest_ends(peak: Peak) -> tuple[float, float]:

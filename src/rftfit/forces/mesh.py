@@ -663,10 +663,10 @@ class Motion3D:
 
     def at_poses(self, numbers: Sequence[int]) -> Motion3D:
         """Return some poses alone, by their numbers."""
-        frames = self.frames[numbers]
-        rotation = frames[:, 9:].reshape(-1, 3, 3)
-        motion = Motion3D(frames[:, :3], frames[:, 3:6], frames[:, 6:9], rotation, self.name)
-        motion.rolling = self.rolling[numbers]
+        motion = copy(self)
+        motion.frames, motion.rolling = self.frames[numbers], self.rolling[numbers]
+        motion.columns = {name: column[numbers] for name, column in self.columns.items()}
+        motion.rates_of_steps = None
         return motion
 
     def depth_of(self, mesh: Mesh) -> float:
@@ -676,9 +676,8 @@ class Motion3D:
 
     def at_rates(self, rates: FloatArray) -> Motion3D:
         """Return the same poses of a path at other velocities and rates, shape (p, 6)."""
-        rotation = self.frames[:, 9:].reshape(-1, 3, 3)
-        motion = Motion3D(self.frames[:, :3], rates[:, :3], rates[:, 3:], rotation, self.name)
-        motion.columns = self.columns
+        motion = copy(self)
+        motion.frames = np.hstack([self.frames[:, :3], rates, self.frames[:, 9:]])
         return motion
 
     @classmethod

@@ -380,22 +380,11 @@ def is_tested(size: float, least: float, most: float) -> bool:
     return least / near <= size <= near * most
 
 
-def beyond_tested(length_cm: float, fastest_cm_per_s: float, eps: float = EPS) -> list[str]:
-    """Say where a body leaves the sizes and speeds on which `EPS` was chosen and tested.
+def beyond_tested(length_cm: float, fastest_cm_per_s: float, eps: float) -> list[str]:
+    """Say where a body leaves the sizes and speeds on which `eps`, the relative error of the model, was chosen and tested.
 
-    Parameters
-    ----------
-    length_cm : float
-        Largest distance between two points of the body.
-    fastest_cm_per_s : float
-        Greatest speed of a point below the surface.
-    eps : float, optional
-        Relative error of the model that is used.
-
-    Returns
-    -------
-    list of str
-        A sentence for each limit that is left.
+    `length_cm`: largest distance between two points of the body. `fastest_cm_per_s`: greatest speed of a point below the
+    surface.
     """
     low, high = _CHOSEN.tested_length_cm
     limits = []

@@ -43,11 +43,6 @@ class Motion:
     columns: dict[str, FloatArray]
     rates_of_steps: FloatArray | None = None
 
-    @property
-    def key(self) -> str:
-        """Name of the column that tells the poses apart: ``theta_deg`` or ``t_s``."""
-        return next(iter(self.columns))
-
     def at_poses(self, numbers: Sequence[int]) -> Motion:
         """Return some poses alone, by their numbers."""
         columns = {name: column[numbers] for name, column in self.columns.items()}
@@ -124,7 +119,7 @@ _COLUMNS = (
     TableColumn("angle_deg", meaning="angle from z toward x", unit="degrees"),
 )
 SCHEMA = Schema("path", _COLUMNS, comments=True, others="ignored", most_rows=2_000_000)
-_MOST_SHOWN = 20
+MOST_SHOWN = 20
 """Most problems of a file that are reported."""
 
 
@@ -208,5 +203,5 @@ def read_path_columns(file: Path, schema: Schema) -> FloatArray:
             cell = Place(str(file), row.row, "t_s")
             problems.append(Problem(code, cell, f"{time:.10g}", allowed))
     if problems:
-        raise CampaignError(problems[:_MOST_SHOWN])
+        raise CampaignError(problems[:MOST_SHOWN])
     return np.array([[row.number[column.name] for row in rows] for column in schema.columns])

@@ -93,6 +93,11 @@ class BodyInMotion(ABC):
     poses: FloatArray
     columns: Mapping[str, FloatArray]
 
+    @property
+    def positions(self) -> FloatArray:
+        """Angle or time of each pose: the first of `columns`, shape (p,)."""
+        return next(iter(self.columns.values()))
+
     @abstractmethod
     def best(self, profile: Profile) -> BestForces:
         """Integrate the forces by one profile."""
@@ -108,10 +113,6 @@ class BodyInMotion(ABC):
     @abstractmethod
     def poses_at_once(self, draws: int) -> int:
         """Return the number of poses whose draws are held in memory together."""
-
-    @abstractmethod
-    def load_size(self, stack: Profile) -> FloatArray:
-        """Calculate the load without cancellation by draw, H of `rftfit.forces.model_error`, N, shape (draws, p)."""
 
     @abstractmethod
     def wet_parts(self) -> WetParts:
@@ -207,9 +208,19 @@ class BodyInMotion(ABC):
         ]
         return np.concatenate(parts, axis=-1)
 
+    def load_size(self, stack: Profile) -> FloatArray:
+        """Calculate the load without cancellation by draw, H of `rftfit.forces.model_error`, N, shape (draws, p)."""
+        loads = [drawn.load for drawn in self.draw(stack, with_load=True)]
+        return np.concatenate([load.size for load in loads if load is not None], axis=-1)
+
     def is_covered_by(self, profile: Profile) -> bool:
         """Tell whether a profile has a number in every direction in which a part of the body moves."""
         return bool(has_forces(self.best(profile).forces).all())
+
+
+def rates_of(poses: FloatArray) -> FloatArray:
+    """Return the rates in poses as in `Motion` or in `Motion3D`, shape (p, 3) or (p, 6)."""
+    return poses[:, 3:9]
 
 
 def has_forces(forces: ForcesByName) -> npt.NDArray[np.bool_]:

@@ -12,6 +12,7 @@ from rftfit.campaign.config import Leg
 from rftfit.campaign.problems import CampaignError, Place, Problem
 from rftfit.campaign.rows import Schema, TableColumn, read_rows
 from rftfit.conventions import FloatArray
+from rftfit.forces.motion import MOST_SHOWN
 
 IntArray = npt.NDArray[np.int64]
 
@@ -293,8 +294,6 @@ _COLUMNS = (
 )
 SCHEMA = Schema("outline", _COLUMNS, rows="points", comments=True, others="ignored")
 MAX_POINTS = 5000
-_MOST_SHOWN = 20
-"""Most problems of a file that are reported."""
 
 
 def read_outline(path: Path, width_cm: float, elements: int = ELEMENTS) -> Outline:
@@ -309,7 +308,7 @@ def read_outline(path: Path, width_cm: float, elements: int = ELEMENTS) -> Outli
         points = np.array([[row.number["x_cm"], row.number["z_cm"]] for row in rows])
         problems = _find_problems(points, [row.row for row in rows], str(path))
     if problems:
-        raise CampaignError(problems[:_MOST_SHOWN])
+        raise CampaignError(problems[:MOST_SHOWN])
     return polyline(points, width_cm, elements, path.stem)
 
 

@@ -72,9 +72,6 @@ def force_draws(
         _weights(profile, outline, poses[start : start + step])
         for start in range(0, len(poses), step)
     ]
-    if not weights_of_parts:
-        nothing = np.zeros((*values_z.shape[:-1], 0))
-        return Forces(nothing, nothing, nothing)
     weights_z, weights_x = (
         np.concatenate(weights, axis=1) for weights in zip(*weights_of_parts, strict=True)
     )
@@ -173,11 +170,6 @@ class OutlineInMotion(BodyInMotion):
     def poses_at_once(self, draws: int) -> int:
         """Return the number of poses whose draws are held in memory together."""
         return max(1, MOST_AT_ONCE // draws)
-
-    def load_size(self, stack: Profile) -> FloatArray:
-        """Calculate the load without cancellation by draw, H of `rftfit.forces.model_error`, N, shape (draws, p)."""
-        load = outline_load(stack, self.outline, self.poses, with_centre=False)
-        return load.between(0, len(self.poses)).size
 
     def wet_parts(self) -> WetParts:
         """Return the load, depth, speed and position of the elements of all poses."""

@@ -375,7 +375,7 @@ class _Prediction:
         peaks = pick_peaks(
             best,
             self.targets,
-            table.iloc[:, 0].to_numpy(float),
+            self.moving.positions,
             {} if self.has_forces.all() else self.moving.bounds(self.profile),
             alpha_draws=self.alpha_draws,
             model_draws=self.model_draws,

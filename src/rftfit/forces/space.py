@@ -167,10 +167,6 @@ class MeshInMotion(BodyInMotion):
         """Sum over the faces by one profile, shape (p, 19)."""
         return compiled_mesh_forces(profile, self.mesh, self.motion, self.law, self.friction)
 
-    def _draw_sums(self, stack: Profile) -> FloatArray:
-        """Sum over the faces by each of a stack of draws, shape (draws, p, 19)."""
-        return mesh_draws(stack, self.mesh, self.motion, self.law, self.friction)
-
     def best(self, profile: Profile) -> BestForces:
         """Integrate the forces by one profile in all poses, N and N cm, shape (p,)."""
         sums = self._sum_faces(profile)
@@ -184,7 +180,7 @@ class MeshInMotion(BodyInMotion):
 
     def draw(self, stack: Profile, *, with_load: bool) -> Iterator[DrawnForces]:
         """Integrate the forces by each of a stack of draws, over all poses at once."""
-        sums = self._draw_sums(stack)
+        sums = mesh_draws(stack, self.mesh, self.motion, self.law, self.friction)
         yield self._with_load(sums) if with_load else DrawnForces(0, _by_name(sums))
 
     def _with_load(self, sums: FloatArray) -> DrawnForces:
@@ -196,10 +192,6 @@ class MeshInMotion(BodyInMotion):
         """Return the number of poses whose draws are held in memory together."""
         # the load of a pose is a share of the largest of the whole motion, which is calculated at once
         return max(1, len(self.poses))
-
-    def load_size(self, stack: Profile) -> FloatArray:
-        """Calculate the load without cancellation by draw, H of `rftfit.forces.model_error`, N, shape (draws, p)."""
-        return _load_of(self._draw_sums(stack)).size
 
     def wet_parts(self) -> WetParts:
         """Return the load, depth, speed and position of the faces of all poses."""
@@ -241,8 +233,11 @@ class MeshInMotion(BodyInMotion):
         return _by_name(errors.space_errors(drawn.load, paths, 1.0))
 
     def peak_targets(self, best: ForcesByName) -> list[PeakTarget]:
-        """List the peaks to find: the largest size of each force and moment."""
-        return mesh_peak_targets(best)
+        """List the peaks to find: the largest size of each force and moment, with its sign."""
+        return [
+            PeakTarget(name.partition("_N")[0], name, _sign_of_largest(best[name]))
+            for name in MESH_QUANTITIES
+        ]
 
     def bounds(self, profile: Profile) -> BoundsByName:
         """Return 0, and by pose the most that a force may be: every face with the largest alpha of the profile."""
@@ -348,14 +343,6 @@ def _largest_alpha(profile: Profile) -> float:
 def _by_name(forces: FloatArray) -> dict[str, FloatArray]:
     """Name the first six columns of sums over faces, shape (..., 19), by `MESH_QUANTITIES`."""
     return {name: forces[..., k] for k, name in enumerate(MESH_QUANTITIES)}
-
-
-def mesh_peak_targets(best: Mapping[str, FloatArray]) -> list[PeakTarget]:
-    """List the peaks in space: the largest size of each force and moment, with its sign."""
-    return [
-        PeakTarget(name.partition("_N")[0], name, _sign_of_largest(best[name]))
-        for name in MESH_QUANTITIES
-    ]
 
 
 def _sign_of_largest(values: FloatArray) -> int:

@@ -24,9 +24,16 @@ from rftfit.forces.limits import depth_measured, describe_depth
 from rftfit.forces.mesh import Mesh, Motion3D, describe_triangles
 from rftfit.forces.model_error import check_model_error, has_model_error, is_tested
 from rftfit.forces.rolling import RULES, Rim, describe_friction, find_rim, measure_radius
-from rftfit.forces.space import compiled_mesh_forces, mesh_draws
+from rftfit.forces.space import MeshInMotion, compiled_mesh_forces, mesh_draws
 from rftfit.measure.errors import half_width_of_bed
-from rftfit.model.draws import SEED_OF_SLIP_SINKAGE, choose_evenly, interval, widen
+from rftfit.model.draws import (
+    SEED_OF_SLIP_SINKAGE,
+    choose_evenly,
+    end_names,
+    interval,
+    model_end_names,
+    widen,
+)
 from rftfit.model.known import profile_of
 from rftfit.model.profiles import KnownMedium, Profile, TableProfile
 from rftfit.store.chosen import chosen, read_toml
@@ -60,23 +67,14 @@ def wheel_numbers() -> Mapping[str, Any]:
     return read_toml("reference", "wheels.toml")
 
 
-class _Turn(NamedTuple):
-    """Means over a turn: drawbar and load (N), torque of the drive (N cm), each of any shape."""
+def _average_turn(forces: FloatArray) -> FloatArray:
+    """Return drawbar (N), load (N) and torque of the drive (N cm), the means over a turn, shape (3, ...).
 
-    drawbar: FloatArray
-    load: FloatArray
-    torque: FloatArray
-
-    @classmethod
-    def of(cls, forces: FloatArray) -> _Turn:
-        """Take the mean over the poses of `compiled_mesh_forces`, shape (..., p, 19)."""
-        mean = forces.mean(axis=-2)
-        # the medium turns the wheel back: the drive gives the opposite moment
-        return cls(mean[..., 0], mean[..., 2], -mean[..., 4])
-
-    def times(self, factor: npt.ArrayLike) -> _Turn:
-        """Return the means in a medium `factor` times as strong: forces grow with alpha."""
-        return _Turn(*(np.asarray(force * np.asarray(factor)) for force in self))
+    `forces`: from `compiled_mesh_forces` in the p poses of the turn, shape (..., p, 19).
+    """
+    mean = forces.mean(axis=-2)
+    # the medium turns the wheel back: the drive gives the opposite moment
+    return np.stack([mean[..., 0], mean[..., 2], -mean[..., 4]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +207,7 @@ class WheelAnswer:
             head.append(f"{quantity}, {unit.replace('_', ' ')}")
             columns.append([_format_number(number) for number in self.table[column]])
             for kind, heading in (("", "lo to hi"), ("model_", "model lo to hi")):
-                ends = [_end_name(column, kind + end) for end in ("lo", "hi")]
+                ends = list(end_names(column, kind))
                 if ends[0] in self.table:
                     head.append(heading)
                     pairs = self.table[ends].to_numpy()
@@ -400,13 +398,12 @@ def has_number(table: Profile, mesh: Mesh, friction: float | None) -> bool:
         for slip in _CHOSEN.tried_slips
     ]
     return all(
-        bool(np.isfinite(compiled_mesh_forces(table, mesh, motion, "measured", friction)).all())
-        for motion in motions
+        MeshInMotion(mesh, motion, friction=friction).is_covered_by(table) for motion in motions
     )
 
 
 class _Wheel:
-    """A wheel in a medium: means over a turn at a slip and a sinkage, by the medium itself and by its draws.
+    """A wheel in a medium: means over a turn (`_average_turn`) at a slip and a sinkage, by the medium itself and by its draws.
 
     `roll`: function of sinkage (cm), slip and number of poses that makes the motion of a turn. `draws`: some draws of the
     profile, or None. `alpha`: alpha_z(0, 90 deg), N/cm^3.
@@ -420,35 +417,28 @@ class _Wheel:
         self.draws = _some_draws(profile)
         self.alpha = float(profile.alpha(0.0, np.pi / 2)[0])
 
-    def turn(self, slip: float, sinkage_cm: float) -> _Turn:
-        """Return the means by the medium itself."""
-        return _Turn.of(self._forces(self.roll(sinkage_cm, slip, _CHOSEN.poses)))
+    def turn(self, slip: float, sinkage_cm: float) -> FloatArray:
+        """Return the means by the medium itself, shape (3,)."""
+        return _average_turn(self._forces(self.roll(sinkage_cm, slip, _CHOSEN.poses)))
 
-    def turns_of_draws(self, slip: float, sinkages_cm: Sequence[float]) -> _Turn:
-        """Return the means by each draw at each sinkage, shape (draws, sinkages); a medium without draws counts as one.
+    def turns_of_draws(self, slip: float, sinkages_cm: Sequence[float]) -> FloatArray:
+        """Return the means by each draw at each sinkage, shape (3, draws, sinkages); a medium without draws counts as one.
 
         The difference of a draw from the medium itself is calculated in a few poses, and added to the mean over all
         poses.
         """
         turns = [self.turn(slip, sinkage) for sinkage in sinkages_cm]
-        all_poses = _Turn(*(np.array(force) for force in zip(*turns, strict=True)))
+        in_all_poses = np.stack(turns, axis=-1)[:, None]
         if self.draws is None:
-            return _Turn(*(force[None] for force in all_poses))
+            return in_all_poses
         motion = _join(
             [self.roll(sinkage, slip, _CHOSEN.poses_of_draws) for sinkage in sinkages_cm]
         )
         shape = (len(sinkages_cm), _CHOSEN.poses_of_draws)
-        few_poses = _Turn.of(self._forces(motion).reshape(*shape, -1))
+        in_few_poses = _average_turn(self._forces(motion).reshape(*shape, -1))[:, None]
         forces = mesh_draws(self.draws, self.mesh, motion, "measured", self.friction)
-        of_draws = _Turn.of(forces.reshape(len(forces), *shape, -1))
-        return _Turn(
-            *(
-                draws + (mean_of_all - mean_of_few)
-                for draws, mean_of_all, mean_of_few in zip(
-                    of_draws, all_poses, few_poses, strict=True
-                )
-            )
-        )
+        of_draws = _average_turn(forces.reshape(len(forces), *shape, -1))
+        return of_draws + (in_all_poses - in_few_poses)
 
     def _forces(self, motion: Motion3D) -> FloatArray:
         """Sum over the faces by the medium itself, shape (p, 19)."""
@@ -487,14 +477,11 @@ class _Solved(NamedTuple):
     reason: str
 
 
-def _name_columns(turn: _Turn, sinkage: npt.ArrayLike) -> dict[str, Any]:
-    """Name the means over a turn and the sinkage by their columns."""
-    return {
-        "load_N": turn.load,
-        "sinkage_cm": np.asarray(sinkage),
-        "drawbar_N": turn.drawbar,
-        "torque_N_cm": turn.torque,
-    }
+def _name_columns(turn: FloatArray, sinkage_cm: float) -> dict[str, Any]:
+    """Name the means over a turn, shape (3, ...), and the sinkage by their columns."""
+    drawbar, load, torque = turn
+    numbers = load, np.asarray(sinkage_cm), drawbar, torque
+    return dict(zip(QUANTITIES, numbers, strict=True))
 
 
 def _predict_at_sinkage(rolling: _Wheel, case: _Case, sinkage_cm: float) -> _Solved:
@@ -502,20 +489,20 @@ def _predict_at_sinkage(rolling: _Wheel, case: _Case, sinkage_cm: float) -> _Sol
     turn = rolling.turn(case.slip, sinkage_cm)
     load_N, factor = case.load_N, 1.0
     if load_N is not None:
-        if not turn.load > 0:
+        _, load_there, _ = turn
+        if not load_there > 0:
             return _not_carried(load_N, sinkage_cm, f"at {sinkage_cm:g} cm the wheel is not lifted")
-        factor = float(load_N / turn.load)
-        turn = turn.times(factor)
+        # forces grow with alpha
+        factor = float(load_N / load_there)
+        turn = factor * turn
     best = {name: float(number) for name, number in _name_columns(turn, sinkage_cm).items()}
     draws: dict[str, FloatArray] = {}
     if rolling.draws is not None:
-        turns = rolling.turns_of_draws(case.slip, [sinkage_cm])
-        of_draws = _Turn(*(force[:, 0] for force in turns))
+        of_draws = rolling.turns_of_draws(case.slip, [sinkage_cm])[..., 0]
         given = ["sinkage_cm"]
         if load_N is not None:
-            lifted = of_draws.load > 0
-            of_draws = _Turn(*(force[lifted] for force in of_draws))
-            of_draws = of_draws.times(load_N / of_draws.load)
+            _, loads, _ = of_draws
+            of_draws = of_draws[:, loads > 0] * (load_N / loads[loads > 0])
             given.append("load_N")
         draws = _name_columns(of_draws, sinkage_cm)
         draws = {name: numbers for name, numbers in draws.items() if name not in given}
@@ -536,29 +523,34 @@ def _solve_sinkage(rolling: _Wheel, case: _Case) -> _Solved:
     assert load_N is not None
     shallowest, deepest = float(_CHOSEN.shallowest) * rolling.rim_cm, rolling.rim_cm
 
+    def load_at(depth_cm: float) -> float:
+        """Return the load that the wheel carries at a depth."""
+        return float(rolling.turn(slip, depth_cm)[1])
+
     def depth_that_carries(factor: float, error: float) -> float:
         """Find the depth by bisection, at most to the axle, in a medium `factor` times as strong.
 
         `error`: greatest error of the depth, over the radius of the rim.
         """
         low, high = shallowest, deepest
-        if not factor * float(rolling.turn(slip, deepest).load) > load_N:
+        if not factor * load_at(deepest) > load_N:
             return deepest
         while high - low > error * rolling.rim_cm:
             middle = (low + high) / 2
-            if factor * float(rolling.turn(slip, middle).load) < load_N:
+            if factor * load_at(middle) < load_N:
                 low = middle
             else:
                 high = middle
         return (low + high) / 2
 
     sinkage = depth_that_carries(1.0, _CHOSEN.solved)
-    turn = rolling.turn(slip, sinkage)
     if sinkage >= deepest:
-        reason = f"down to its axle the wheel carries {float(turn.load):.3g} N"
-        if np.isnan(turn.load):
+        load_at_axle = load_at(deepest)
+        reason = f"down to its axle the wheel carries {load_at_axle:.3g} N"
+        if np.isnan(load_at_axle):
             reason = rolling.profile.reason
         return _not_carried(load_N, np.nan, reason)
+    turn = rolling.turn(slip, sinkage)
     best = {name: float(number) for name, number in _name_columns(turn, sinkage).items()}
     best["load_N"] = load_N
     least, most = _slip_range()
@@ -575,26 +567,28 @@ def _slip_range() -> tuple[float, float]:
     return float(slip_sinkage["least"]), float(slip_sinkage["most"])
 
 
-def _carry_load(turns: _Turn, depths: FloatArray, load_N: float) -> dict[str, FloatArray]:
+def _carry_load(turns: FloatArray, depths: FloatArray, load_N: float) -> dict[str, FloatArray]:
     """Find sinkage, drawbar and torque of each draw under a load, each draw with another factor of slip sinkage.
 
-    `turns`: means of each draw at each of `depths` (cm), shape (draws, depths). The logarithms of the factors are spread
+    `turns`: means of each draw at each of `depths` (cm), shape (3, draws, depths). The logarithms of the factors are spread
     evenly over their range. A draw that does not carry the load has the deepest of `depths`.
     """
     # a medium without draws is repeated, so that the factors are spread all the same
-    count = len(turns.load) if len(turns.load) > 1 else _CHOSEN.draws
-    number_of_draw = np.arange(count) % len(turns.load)
+    drawbar_at_depths, load_at_depths, torque_at_depths = turns
+    draws_of_medium = len(load_at_depths)
+    count = draws_of_medium if draws_of_medium > 1 else _CHOSEN.draws
+    number_of_draw = np.arange(count) % draws_of_medium
     share = (np.random.default_rng(SEED_OF_SLIP_SINKAGE).permutation(count) + 0.5) / count
     least, most = np.log(_slip_range())
     factors = np.exp(least + share * (most - least))
     sinkage, drawbar, torque = np.empty((3, count))
     for draw, number in enumerate(number_of_draw):
-        load = np.maximum(turns.load[number], 1e-12)
+        load = np.maximum(load_at_depths[number], 1e-12)
         lift = np.maximum.accumulate(factors[draw] * load)
         # depth and lift grow as powers of one another
         log_depth = np.interp(np.log(load_N), np.log(lift), np.log(depths))
         sinkage[draw] = np.exp(log_depth)
-        for numbers, force in ((drawbar, turns.drawbar), (torque, turns.torque)):
+        for numbers, force in ((drawbar, drawbar_at_depths), (torque, torque_at_depths)):
             over_load = force[number] / load
             numbers[draw] = load_N * np.interp(log_depth, np.log(depths), over_load)
     return {"sinkage_cm": sinkage, "drawbar_N": drawbar, "torque_N_cm": torque}
@@ -686,12 +680,6 @@ def _joined_error(rigs: Sequence[Mapping[str, Any]], case: str, quantity: str) -
     return round(float(np.sqrt(runs @ squares / runs.sum())), 3)
 
 
-def _end_name(column: str, end: str) -> str:
-    """Name the column of an interval's end: drawbar_N and lo make drawbar_lo_N."""
-    quantity, _, unit = column.partition("_")
-    return f"{quantity}_{end}_{unit}"
-
-
 def _make_row(
     solved: _Solved,
     slip: float,
@@ -711,11 +699,10 @@ def _make_row(
         if column in solved.draws:
             low, high = interval(solved.draws[column], confidence)
             ends = min(float(low), best), max(float(high), best)
-            row |= dict(zip((_end_name(column, end) for end in ("lo", "hi")), ends, strict=True))
+            row |= dict(zip(end_names(column), ends, strict=True))
         if sizes.get(column, np.nan) > 0:
             with_model = widen(best, ends, half_width_of_bed(sizes[column], confidence))
-            names = [_end_name(column, f"model_{end}") for end in ("lo", "hi")]
-            row |= dict(zip(names, with_model, strict=True))
+            row |= dict(zip(model_end_names(column), with_model, strict=True))
     row["alpha_N_per_cm3"] = rolling.alpha
     row["alpha_of_load_N_per_cm3"] = rolling.alpha * solved.factor
     row["reason"] = solved.reason
@@ -798,11 +785,11 @@ def read_measured_runs(file: Path) -> pd.DataFrame:
     """
     rows, problems = read_rows(file, _MEASURED)
     columns = [column.name for column in _MEASURED.columns]
-    present = [name for name in columns if any(name in row.number for row in rows)]
-    if not problems and len(present) < 2:
+    runs = pd.DataFrame([row.number for row in rows], columns=columns).dropna(axis=1, how="all")
+    if not problems and runs.shape[1] < 2:
         problems = [
             Problem("wheel-runs.no-quantity", Place(str(file)), None, " or ".join(columns[1:]))
         ]
     if problems:
         raise CampaignError(problems)
-    return pd.DataFrame({name: [row.number.get(name, np.nan) for row in rows] for name in present})
+    return runs

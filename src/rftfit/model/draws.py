@@ -219,8 +219,8 @@ def end_names(quantity: str, of: str = "") -> tuple[str, str]:
 
     `of`: what the interval contains, before the ends: ``next_`` or ``model_``.
     """
-    what, unit = quantity.rsplit("_N", maxsplit=1)
-    return f"{what}_{of}lo_N{unit}", f"{what}_{of}hi_N{unit}"
+    what, newton_or_cm, unit = quantity.rpartition("_N" if "_N" in quantity else "_cm")
+    return f"{what}_{of}lo{newton_or_cm}{unit}", f"{what}_{of}hi{newton_or_cm}{unit}"
 
 
 next_end_names = partial(end_names, of="next_")

@@ -61,7 +61,7 @@ def read_trials(
     path: Path,
     file: str,
     medium: str,
-    taken: Collection[str] = (),
+    taken: Collection[str],
     tracks: tuple[Folder, str] | None = None,
 ) -> tuple[list[Trial], list[Problem]]:
     """Return the trials in rows of a robot's run sheet without an error, and all problems, in order.
@@ -182,9 +182,6 @@ def read_track(path: Path) -> Track:
 STRIDE_SAMPLES = 50
 """Samples of the mean stride."""
 
-TRIPODS = 2
-"""Groups of legs that alternate; the body bobs up and down once for each group in a stride."""
-
 
 @dataclass(frozen=True)
 class StrideSpeed:
@@ -204,12 +201,10 @@ class StrideSpeed:
     flags: tuple[Remark, ...] = ()
 
 
-def mean_stride_speed(
-    track: Track, frequency_Hz: float = math.nan, tripods: int = TRIPODS
-) -> StrideSpeed:
+def mean_stride_speed(track: Track, frequency_Hz: float, tripods: int) -> StrideSpeed:
     """Measure the mean speed of a trial; a stride frequency of NaN is found in the track.
 
-    `tripods`: groups of legs that alternate, 1 or more. The speed is the slope of x over time, fitted together with four harmonics of the stride, so
+    `tripods`: groups of legs that alternate, 1 or more; the body bobs once for each in a stride. The speed is the slope of x over time, fitted together with four harmonics of the stride, so
     that it does not depend on the moments of a stride at which the track begins and ends. Raises TrackError for a track
     that is too short or has no clear frequency.
     """
@@ -249,7 +244,7 @@ def mean_stride_speed(
     )
 
 
-def stride_frequency(track: Track, tripods: int = TRIPODS) -> tuple[float, Remark | None]:
+def stride_frequency(track: Track, tripods: int) -> tuple[float, Remark | None]:
     """Find the stride frequency (Hz) from the bobbing of the body.
 
     The bobbing has the frequency of the highest peak in the periodogram of the height z, or of x if z has no clear
