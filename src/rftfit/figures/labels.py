@@ -107,13 +107,13 @@ NAMES_OF_ERRORS = {
 """Names of the errors in section `errors` of the config, by key; `name_of_mean` names the scatter between beds."""
 
 
-def errors_stated_as_zero(results: Results) -> list[str]:
-    """List the keys of `NAMES_OF_ERRORS` that the config itself sets to 0, so that no interval holds these errors.
+def names_of_zero_errors(results: Results) -> str:
+    """Name the errors that the config itself sets to 0, so that no interval holds them, with commas; empty where there is none.
 
-    Empty where alpha has no interval. In a campaign with a table of stress or alpha only the errors of legs count.
+    None where alpha has no interval. In a campaign with a table of stress or alpha only the errors of legs count.
     """
     if results.joined("alpha/{medium}.csv")["alpha_z_se_N_per_cm3"].isna().all():
-        return []
+        return ""
     errors = results.config.errors
     errors_of_legs = {"hip_cm", "arc_percent"}
     stated = {key for key in errors.model_fields_set if getattr(errors, key) == 0}
@@ -121,12 +121,7 @@ def errors_stated_as_zero(results: Results) -> list[str]:
         stated -= errors_of_legs
     if results.config.table is not None:
         stated &= errors_of_legs
-    return [key for key in NAMES_OF_ERRORS if key in stated]
-
-
-def names_of_zero_errors(results: Results) -> str:
-    """Name the errors that the config states as 0, with commas; empty where it states none."""
-    return ", ".join(NAMES_OF_ERRORS[key] for key in errors_stated_as_zero(results))
+    return ", ".join(name for key, name in NAMES_OF_ERRORS.items() if key in stated)
 
 
 _SCATTER_OF_BEDS = {

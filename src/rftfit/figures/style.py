@@ -245,11 +245,9 @@ def name_row(left_axes: Axes, name: str) -> None:
     )
 
 
-def name_column(top_axes: Axes, name: str, title_lines: int = 1) -> None:
-    """Write the name of a column of panels, above the small title of its first panel, which has `title_lines`."""
-    top_axes.annotate(
-        name, (0, 1), (0, 4 + 7 * title_lines), xycoords="axes fraction", va="bottom", **_NAME_LOOK
-    )
+def name_column(top_axes: Axes, name: str) -> None:
+    """Write the name of a column of panels, above the small title of its first panel."""
+    top_axes.annotate(name, (0, 1), (0, 11), xycoords="axes fraction", va="bottom", **_NAME_LOOK)
 
 
 def axes_cm(
