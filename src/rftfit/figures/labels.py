@@ -81,12 +81,16 @@ def name_of_mean(cell: Mapping[Any, Any]) -> str:
     return _ONE_BED if cell["spread"] == AS_PREPARED else _MEAN_OF_BEDS
 
 
+def cell_straight_down(results: Results, medium: str) -> pd.Series[Any] | None:
+    """Return the row of the table of alpha of a flat push straight down; None where there was none."""
+    return cell_at(results[medium].alpha, 0, 90, results.config.grid.angle_tolerance_deg)
+
+
 def beds_of_intervals(results: Results, media: Sequence[str]) -> str:
     """Say whether the intervals of alpha, zeta and chi hold the scatter between beds, and in which media they do not."""
-    tolerance_deg = results.config.grid.angle_tolerance_deg
     titles_of_one_bed = []
     for name in media:
-        cell = cell_at(results[name].alpha, 0, 90, tolerance_deg)
+        cell = cell_straight_down(results, name)
         if cell is not None and cell["spread"] == AS_PREPARED:
             titles_of_one_bed.append(results.titles[name])
     if len(titles_of_one_bed) == len(media):

@@ -25,7 +25,7 @@ from rftfit.figures.style import format_number, level, size_of_preview
 from rftfit.forces.limits import Reach, reach_below_measured
 from rftfit.forces.motion import rotation
 from rftfit.forces.outlines import leg_outline
-from rftfit.measure.alpha import cell_at, column
+from rftfit.measure.alpha import column
 from rftfit.measure.flags import describe_shared
 from rftfit.measure.lab_frame import measured_channel
 from rftfit.measure.samples import split_runs
@@ -324,7 +324,7 @@ def _describe_stress_below(results: Results, medium: str, deepest_cm: float) -> 
 
     Its ratio to alpha follows. Empty where the sand has no alpha, or its pushes no samples.
     """
-    cell = cell_at(results[medium].alpha, 0, 90, results.config.grid.angle_tolerance_deg)
+    cell = labels.cell_straight_down(results, medium)
     name = f"tared/{medium}.parquet"
     if cell is None or not isfinite(cell[column("z")]) or not results.has(name):
         return ""

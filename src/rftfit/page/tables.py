@@ -19,6 +19,7 @@ from rftfit.compare.published import EVIDENCE, NOT_MEASURED, SAME, TEXT, VERDICT
 from rftfit.compare.sands import MODELS, WORTH
 from rftfit.figures.labels import (
     PROFILE_NAMES,
+    cell_straight_down,
     format_interval,
     in_brackets,
     name_of,
@@ -255,7 +256,7 @@ def _make_rows_of_media(results: Results) -> list[Row]:
     for medium in results:
         cells = medium.alpha[medium.alpha[column("z")].notna()]
         row: dict[str, Any] = {"directions": len(cells), "pushes": int(cells["n_runs"].sum())}
-        push = cell_at(medium.alpha, 0, 90, results.config.grid.angle_tolerance_deg)
+        push = cell_straight_down(results, medium.name)
         row["alpha_note"] = ""
         if push is not None:
             row |= {str(name): number for name, number in push.items()}
@@ -535,9 +536,8 @@ def tabulate_sands(results: Results) -> PageTable:
         numbers("Departure from a line", "nonlinear_z_ratio", note="reason", show=share),
     ]
     rows = _without_repeated_reasons(results, "sands.csv")
-    tolerance_deg = results.config.grid.angle_tolerance_deg
     for row in rows:
-        cell = cell_at(results[row["medium"]].alpha, 0, 90, tolerance_deg)
+        cell = cell_straight_down(results, row["medium"])
         # alpha of the cell is of this push and window alone: print its interval, which differs in degrees of freedom
         if cell is not None and row["window"] == "stated" and cell["run_ids"] == row["run_id"]:
             row |= {name: cell[name] for name in (column("z", "_lo"), column("z", "_hi"))}
