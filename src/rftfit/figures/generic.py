@@ -100,7 +100,7 @@ def plot_generic_profile(results: Results) -> Figure:
         maps.add_signs(axes, component, angles_deg, angles_deg, surfaces[i])
         axes = style.axes_cm(page, 10.55 + i * 4.45, top_cm, side_cm, side_cm)
         _draw_collapse(axes, component, results, zetas, generic)
-    maps.add_legend(page, missing=False)
+    maps.add_legend(page)
     return page
 
 

@@ -81,12 +81,16 @@ def name_of_mean(cell: Mapping[Any, Any]) -> str:
     return _ONE_BED if cell["spread"] == AS_PREPARED else _MEAN_OF_BEDS
 
 
+def cell_straight_down(results: Results, medium: str) -> pd.Series[Any] | None:
+    """Return the row of the table of alpha of a flat push straight down; None where there was none."""
+    return cell_at(results[medium].alpha, 0, 90, results.config.grid.angle_tolerance_deg)
+
+
 def beds_of_intervals(results: Results, media: Sequence[str]) -> str:
     """Say whether the intervals of alpha, zeta and chi hold the scatter between beds, and in which media they do not."""
-    tolerance_deg = results.config.grid.angle_tolerance_deg
     titles_of_one_bed = []
     for name in media:
-        cell = cell_at(results[name].alpha, 0, 90, tolerance_deg)
+        cell = cell_straight_down(results, name)
         if cell is not None and cell["spread"] == AS_PREPARED:
             titles_of_one_bed.append(results.titles[name])
     if len(titles_of_one_bed) == len(media):
@@ -107,13 +111,13 @@ NAMES_OF_ERRORS = {
 """Names of the errors in section `errors` of the config, by key; `name_of_mean` names the scatter between beds."""
 
 
-def errors_stated_as_zero(results: Results) -> list[str]:
-    """List the keys of `NAMES_OF_ERRORS` that the config itself sets to 0, so that no interval holds these errors.
+def names_of_zero_errors(results: Results) -> str:
+    """Name the errors that the config itself sets to 0, so that no interval holds them, with commas; empty where there is none.
 
-    Empty where alpha has no interval. In a campaign with a table of stress or alpha only the errors of legs count.
+    None where alpha has no interval. In a campaign with a table of stress or alpha only the errors of legs count.
     """
     if results.joined("alpha/{medium}.csv")["alpha_z_se_N_per_cm3"].isna().all():
-        return []
+        return ""
     errors = results.config.errors
     errors_of_legs = {"hip_cm", "arc_percent"}
     stated = {key for key in errors.model_fields_set if getattr(errors, key) == 0}
@@ -121,12 +125,7 @@ def errors_stated_as_zero(results: Results) -> list[str]:
         stated -= errors_of_legs
     if results.config.table is not None:
         stated &= errors_of_legs
-    return [key for key in NAMES_OF_ERRORS if key in stated]
-
-
-def names_of_zero_errors(results: Results) -> str:
-    """Name the errors that the config states as 0, with commas; empty where it states none."""
-    return ", ".join(NAMES_OF_ERRORS[key] for key in errors_stated_as_zero(results))
+    return ", ".join(name for key, name in NAMES_OF_ERRORS.items() if key in stated)
 
 
 _SCATTER_OF_BEDS = {

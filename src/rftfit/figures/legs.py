@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.compare.legs import measured_peak
 from rftfit.figures import labels, leg_panels, style
 from rftfit.figures.leg_panels import PROFILE_LOOKS, PROFILE_TITLES, matching_rows
 from rftfit.figures.maps import why_no_fit
 from rftfit.figures.registry import figure, when
 from rftfit.figures.traces import with_end_names
 from rftfit.forces.peaks import STEEP
-from rftfit.model.draws import end_names
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -182,7 +180,7 @@ _CURVES: dict[str, Any] = {
     section="Legs",
     caption=(
         "Forces on the legs in the laboratory media. Good: lines, predicted, run through the dots. Bands: the interval of the force at each "
-        "angle; above each panel, as in the table, that of the peak."
+        "angle; that of the peak is in the table."
     ),
 )
 def plot_legs_by_medium(results: Results) -> Figure:
@@ -244,7 +242,7 @@ def _draw_media(
     page, panels = style.panels([4.0] * len(media), len(names))
     any_withheld = False
     for leg, axes in zip(names, panels[0], strict=True):
-        style.name_column(axes, leg_panels.leg_title(leg))
+        axes.set_title(leg_panels.leg_title(leg), weight="bold", loc="left")
     for medium, row in zip(media, panels, strict=True):
         row[0].set_ylabel("force (N)")
         # aligns the labels of all rows; align_ylabels would take as long as drawing the panels
@@ -259,9 +257,6 @@ def _draw_media(
             withheld = {*peak_rows.loc[is_steep, "component"]}
             _draw_leg(axes, tables_of_leg, lines, withheld)
             any_withheld |= bool(withheld)
-            lift_rows = matching_rows(peak_rows, component="z")
-            title = _format_peaks(tables_of_leg[0], tables_of_leg[1], lift_rows)
-            axes.set_title(title, fontsize=5.5, loc="left", pad=2)
     profiles = profile, second_profile
     entries = _make_component_entries(results, tables, lines, profiles, any_withheld)
     style.legend(page, entries, handlelength=2.4)
@@ -343,34 +338,6 @@ def _draw_leg(
             axes.plot(theta, force, color=colour, **_SECOND_PROFILE)
             drawn_forces.append(force)
     leg_panels.force_range(axes, drawn_forces, notes)
-
-
-def _format_peaks(predicted: pd.DataFrame, measured: pd.DataFrame, peak_rows: pd.DataFrame) -> str:
-    """Write the largest lift as measured, and as predicted with its interval.
-
-    The interval is of the peak, not of the force at the angle of the peak; it holds the model's own error where this is
-    known. `peak_rows`: Rows of ``results/leg_errors.csv`` for the lift of this leg; without a row no interval is written.
-    """
-    peaks = []
-    if leg_panels.has_force(measured, "z"):
-        theta, force = measured[["theta_deg", "force_z_N"]].dropna().to_numpy(float).T
-        peaks.append(_three_digits(measured_peak(theta, force, "z").force_N))
-    if leg_panels.has_force(predicted, "z"):
-        predicted_peak, interval = float(predicted["force_z_N"].max()), ""
-        for row in peak_rows.dropna(subset="peak_predicted_N").to_dict("records"):
-            predicted_peak = float(row["peak_predicted_N"])
-            for error in ("", "model_"):
-                low, high = (row.get(name, np.nan) for name in end_names("peak_predicted_N", error))
-                if np.isfinite(high - low):
-                    interval = f"{_three_digits(low)} to {_three_digits(high)}"
-        peaks.append(f"predicted {_three_digits(predicted_peak)}{labels.in_brackets(interval)}")
-    return "peak $F_z$ (N): " + ", ".join(peaks) if peaks else ""
-
-
-def _three_digits(value: float) -> str:
-    """Write a number with about three digits; zeros at its end stay."""
-    digits = 2 if abs(value) < 10 else 1 if abs(value) < 100 else 0
-    return style.format_number(value, digits)
 
 
 # All media over zeta, with the generic prediction

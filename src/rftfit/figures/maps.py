@@ -195,7 +195,6 @@ def _draw_maps(
         heads += [f"{origin}\n{style.alpha_label(c)}", half_width_head]
     media = [str(medium) for medium in tables["medium"].unique()]
     page, axes_of_maps = _new_page(results, media, heads)
-    any_missing = False
     for medium, row_of_axes in zip(media, axes_of_maps, strict=True):
         table = tables[tables["medium"] == medium]
         interpolated = None
@@ -215,8 +214,7 @@ def _draw_maps(
             half_width = scales[c] * labels.alpha_half_width(table, c)
             cells = add_table(half_width_axes, table, half_width, signed=False)
             add_bar(page, half_width_axes, cells)
-            any_missing |= has_holes(table, name)
-    add_legend(page, any_missing, entries)
+    add_legend(page, entries)
     return page
 
 
@@ -309,7 +307,6 @@ def _draw_models(
     """
     heads = [f"{head}\n{style.alpha_label(c)}" for c in "zx" for head in (name, residual_name)]
     page, axes_of_maps = _new_page(results, list(models), heads)
-    any_missing = False
     for (medium, model), row_of_axes in zip(models.items(), axes_of_maps, strict=True):
         surfaces, table = model(*middles()), results[medium].alpha
         for index, c in enumerate("zx"):
@@ -319,8 +316,7 @@ def _draw_models(
             column = f"alpha_{c}_N_per_cm3"
             residual = table[column] - model(*directions(table))[index]
             add_bar(page, residual_axes, add_table(residual_axes, table, residual, signed=True))
-            any_missing |= has_holes(table, column)
-    add_legend(page, any_missing)
+    add_legend(page)
     return page
 
 
@@ -657,8 +653,8 @@ def add_bar(figure: Figure, axes: Axes, mappable: ScalarMappable, component: str
         )
 
 
-def add_legend(figure: Figure, missing: bool, more: Mapping[str, Any] | None = None) -> None:
-    """Add the legend below the maps: contour and shading, hatching where cells are missing, and the entries `more`."""
+def add_legend(figure: Figure, more: Mapping[str, Any] | None = None) -> None:
+    """Add the legend below the maps: contour, shading and hatched cells, each where a map has it, and the entries `more`."""
     from matplotlib.contour import ContourSet
 
     artists = [artist for axes in figure.axes for artist in axes.collections]
@@ -671,6 +667,6 @@ def add_legend(figure: Figure, missing: bool, more: Mapping[str, Any] | None = N
         entries["does not oppose the motion"] = style.patch(
             linewidth=0.3, facecolor="white", edgecolor="#222222", hatch=_SHADING * 2
         )
-    if missing:
+    if any(axes.patches for axes in figure.axes):
         entries["no usable run"] = style.patch(linewidth=0.3, **_MISSING)
     style.legend(figure, entries | dict(more or {}), borderaxespad=0.3, columnspacing=2.0)

@@ -603,14 +603,11 @@ def _describe_differences(table: pd.DataFrame) -> str:
         return f"{count(len(table), 'run')}: too few to estimate how much runs differ"
     differences = (table[f"alpha_{c}_N_per_cm3"] - table[f"others_{c}_N_per_cm3"] for c in "zx")
     medians = [style.format_number(difference.abs().median(), 4) for difference in differences]
-    largest = float(np.nanmax(np.abs(table[["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]])))
     farthest = style.format_number(float(times.max()), 1)
-    least_seen = style.format_number(float(table["seen_from_ratio"].median()) * largest, 3)
     limit = min(APART_FROM[beside] for beside in table.loc[times.notna(), "beside"])
     return (
         f"{len(table)} runs, {int(table['apart'].sum())} of {times.notna().sum()} apart, the farthest by {farthest} times the spread "
         f"(limit: {limit:g})\n"
-        f"differences below {least_seen} {style.PER_CM3} are not told from chance (median of runs)\n"
         f"half of the differences within {medians[0]} (z) and {medians[1]} (x) {style.PER_CM3}"
     )
 

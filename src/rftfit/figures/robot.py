@@ -10,7 +10,6 @@ import numpy as np
 from rftfit.figures import labels, style
 from rftfit.figures.leg_panels import PROFILE_TITLES
 from rftfit.figures.registry import figure, when
-from rftfit.robot.speeds import share_within
 from rftfit.robot.sweep import MOTION, is_at_condition
 
 if TYPE_CHECKING:
@@ -37,15 +36,9 @@ SIMULATED_ROBOT = "simulated robot"
 """Stamp of figures that show the simulated robot alone."""
 
 
-def _describe_simulated_in_speeds(results: Results) -> str:
-    """Say what is simulated in a figure that shows published or tracked speeds beside those of the simulated robot."""
+def _describe_simulated(results: Results) -> str:
+    """Say what is simulated in a figure that shows speeds or strides of tracks, if there are any, beside the simulated robot."""
     return "simulated robot and tracks" if _has_tracks(results) else SIMULATED_ROBOT
-
-
-def _describe_simulated_in_motion(results: Results) -> str:
-    """Say what is simulated in a figure of the robot's motion; it shows strides of tracks, too, where there are any."""
-    has_strides = len(results.table("robot/strides.csv")) > 0
-    return "simulated robot and tracks" if has_strides else SIMULATED_ROBOT
 
 
 def _has_tracks(results: Results) -> bool:
@@ -70,7 +63,7 @@ def sweep_figure(name: str, reads: Sequence[str], **fields: Any) -> Callable[[_D
                 on_demand=sweep == "robot_full",
                 section="Robot",
                 settings=("robot",),
-                stamped=_describe_simulated_in_speeds,
+                stamped=_describe_simulated,
                 **fields,
             )(draw)
         return draw_sweep
@@ -207,7 +200,7 @@ def _speed_range(speed: pd.DataFrame, errors: pd.DataFrame) -> tuple[float, floa
 def _draw_frequency_panel(
     axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame, looks: Mapping[float, tuple[str, str]]
 ) -> None:
-    """Draw speed against stride frequency, a curve a curvature, with measured points, their errors and shares within limits."""
+    """Draw speed against stride frequency, a curve a curvature, with measured points and their errors."""
     for curvature, (colour, marker) in looks.items():
         rows = speed[np.isclose(speed["curvature_times_R"], curvature)]
         curves = [*_average_speeds(rows, "speed_cm_per_s").values()][:1]
@@ -239,7 +232,6 @@ def _draw_frequency_panel(
     ringed = _select_drawn_over_time(errors)
     axes.plot(ringed["frequency_Hz"], ringed["measured_cm_per_s"], color="black", **_RING)
     axes.set_xlim(0, 5.15)
-    axes.text(0.03, 0.97, _describe_shares(errors), transform=axes.transAxes, va="top", fontsize=6)
 
 
 def _dashes_of(curvature: float) -> Any:
@@ -334,16 +326,6 @@ def _draw_curvature_panel(axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame)
             axes.text(1.08, finite_speeds[-1], f"{hz:g} Hz", va="center", fontsize=6, color=colour)
     axes.set_xlim(-1.06, 1.42)
     axes.set_xticks(np.arange(-1, 1.01, 0.5))
-
-
-def _describe_shares(errors: pd.DataFrame) -> str:
-    """Say how many simulated speeds lie within 20 and within 35 % of the measured ones."""
-    lines = []
-    for percent in (20, 35):
-        within, total = share_within(errors, percent)
-        if total:
-            lines.append(f"within {percent} %: {within} of {total}")
-    return "\n".join(lines)
 
 
 def _legend_title(results: Results, errors: pd.DataFrame) -> style.Look:
@@ -596,7 +578,7 @@ _MOTION_FIELDS: dict[str, Any] = {
     "reads": ("robot/motion.csv", "robot/strides.csv"),
     "media": when(lambda campaign: campaign.robot_medium),
     "section": "Robot",
-    "stamped": _describe_simulated_in_motion,
+    "stamped": _describe_simulated,
 }
 """Fields of the declarations of both figures over two strides."""
 

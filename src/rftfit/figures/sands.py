@@ -66,9 +66,7 @@ def plot_penetration(results: Results) -> Figure:
         axes.set_xlabel("depth (cm)")
         if i % most_in_row == 0:
             axes.set_ylabel(f"vertical stress $\\sigma_z$ ({style.PER_CM2})")
-        note = _describe_alphas(tests)
-        axes.set_title(note, loc="left", fontsize=5.5)
-        style.name_column(axes, style.plain(results[medium].title), len(note.splitlines()))
+        axes.set_title(style.plain(results[medium].title), weight="bold", loc="left")
     entries: dict[str, Any] = {"measured": style.line(style.COMPONENT_COLOURS["z"])}
     if table["window"].eq("stated").any():
         entries["stated window"] = style.patch(facecolor=style.WINDOW)
@@ -144,28 +142,3 @@ def _is_linear_to_its_end(fit: Row) -> bool:
 def _number_of(fit: Row | None, name: str) -> float:
     """Return a number of a fit; NaN where there is no fit over the window."""
     return float("nan") if fit is None else float(fit[name])
-
-
-def _describe_alphas(tests: Sequence[Mapping[str, Row]]) -> str:
-    """Write alpha of one test by each window with its interval, or the range of alpha of several tests; a line a window."""
-    lines = []
-    for name in _FITS:
-        if len(tests) > 1:
-            numbers = [_number_of(fits.get(name), _FIT_COLUMNS[0]) for fits in tests]
-            alphas = [alpha for alpha in numbers if np.isfinite(alpha)]
-            if alphas:
-                ends = f"{style.format_number(min(alphas))} to {style.format_number(max(alphas))}"
-                head = rf"{len(alphas)} tests, {name}: $\alpha_z$"
-                lines.append(f"{head} = {ends} {style.PER_CM3}")
-            continue
-        (fits,) = tests
-        alpha, low, high, to_cm = (_number_of(fits.get(name), key) for key in _FIT_COLUMNS)
-        if np.isfinite(alpha):
-            ends = f"{style.format_number(low)}\N{EN DASH}{style.format_number(high)}"
-            interval = ends if np.isfinite(low) else "no interval"
-            window = "no end in" if _is_linear_to_its_end(fits[name]) else f"{name},"
-            lines.append(
-                rf"{window} {style.format_number(to_cm, 2)} cm: $\alpha_z$ = "
-                rf"{style.format_number(alpha)} ({interval}) {style.PER_CM3}"
-            )
-    return "\n".join(lines)

@@ -16,7 +16,7 @@ from rftfit.directions import is_straight_down
 from rftfit.figures import labels
 from rftfit.figures.style import format_number, level
 from rftfit.forces.peaks import STEEP
-from rftfit.measure.alpha import cell_at, column
+from rftfit.measure.alpha import column
 from rftfit.measure.depths import steep_pushes
 from rftfit.page.cells import ALPHA_DIGITS, Row, records
 from rftfit.page.live import lacks_directions
@@ -77,7 +77,7 @@ def _find_verdicts(results: Results) -> Iterable[PageFinding]:
     sentences += _describe_unseen_difference(results)
     cells = {}
     for name in labels.usable_media(results, results.media):
-        cell = cell_at(results[name].alpha, 0, 90, results.config.grid.angle_tolerance_deg)
+        cell = labels.cell_straight_down(results, name)
         if cell is not None and math.isfinite(cell[column("z")]):
             cells[name] = cell.to_dict()
     ascending = sorted(cells, key=lambda name: cells[name][column("z")])

@@ -14,14 +14,14 @@ import pandas as pd
 from rftfit.campaign.config import Leg
 from rftfit.conventions import FloatArray
 from rftfit.directions import beta_apart
-from rftfit.figures.labels import PROFILE_NAMES, name_of, usable_media
+from rftfit.figures.labels import PROFILE_NAMES, cell_straight_down, name_of, usable_media
 from rftfit.figures.maps import cells_of_map, kept_coefficients, lies_on_grid
 from rftfit.forces.motion import THETA_DEG, rotation
 from rftfit.forces.outlines import leg_outline
 from rftfit.forces.peaks import Peak
 from rftfit.forces.planning import plan
 from rftfit.forces.prediction import predict_with_peaks
-from rftfit.measure.alpha import cell_at, column
+from rftfit.measure.alpha import column
 from rftfit.measure.flags import Flags, Remark, format_remarks, reason_of
 from rftfit.measure.lab_frame import measures_force_x
 from rftfit.measure.slopes import normal_quantile, student_quantile
@@ -242,8 +242,7 @@ def live_data(results: Results) -> dict[str, Any]:
 
 def _alpha_straight_down(results: Results) -> dict[str, Any]:
     """Collect alpha_z of the media that were pushed straight down."""
-    tolerance_deg = results.config.grid.angle_tolerance_deg
-    cells = {medium.name: cell_at(medium.alpha, 0, 90, tolerance_deg) for medium in results}
+    cells = {name: cell_straight_down(results, name) for name in results.media}
     return {
         name: _round_number(float(cell[column("z")]), CURVE_DIGITS)
         for name, cell in cells.items()

@@ -32,7 +32,7 @@ from rftfit.model.profiles import EPS
 from rftfit.model.scaling import GENERIC, published
 from rftfit.model.shapes import FRICTIONS, TILT_SHARE, published_shapes
 from rftfit.page.cells import ALPHA_DIGITS
-from rftfit.page.findings import lift_errors, list_in_words
+from rftfit.page.findings import list_in_words
 from rftfit.page.live import has_scale_of_map, scaled_from_print
 from rftfit.page.outcome import Outcome
 from rftfit.results import Results
@@ -545,9 +545,8 @@ def _describe_forces_on_legs(results: Results) -> str:
         if predicted["force_z_model_lo_N"].notna().any():
             sentences.append(
                 "Those with the model's own error hold also how far forces lie from such a sum on legs whose alpha is "
-                f"known: {format_number(results.model_error, 2)} of the load without cancellation, {_describe_choice_of_error(results)}."
+                f"known: {format_number(results.model_error, 2)} of the load without cancellation."
             )
-        sentences += [_describe_errors_of_peaks(results, name) for name in ("table", "map")]
         sentences.append(_describe_limits(results, legs))
     return " ".join(filter(None, sentences))
 
@@ -577,18 +576,6 @@ def _describe_map(results: Results, robot: str) -> str:
         f"mean has the course of three-dimensional resistive force theory (ref. 7) with frictions of {frictions}. Its draws take "
         "energy in every direction that was not pushed (passivity), and on average as much as the known media do (tilt)."
     )
-
-
-def _describe_choice_of_error(results: Results) -> str:
-    """Say by which legs the model's own error was chosen."""
-    if results.model_error != EPS:
-        return "as estimated by tables of alpha from the same legs that are compared, which is no test of it"
-    same = (
-        ", which are the legs that are compared here"
-        if labels.is_chosen_on_these_legs(results)
-        else ""
-    )
-    return f"chosen on the legs of ref. 1 by its measured tables{same}"
 
 
 class Constant(NamedTuple):
@@ -724,14 +711,3 @@ def _describe_limits(results: Results, legs: Mapping[str, Leg]) -> str:
                 f"{', '.join(limits_by_leg)} in {medium.title} ({first_leg}: {'; '.join(limits)})"
             )
     return f"Beyond what was measured: {'; '.join(limits_of_media)}." if limits_of_media else ""
-
-
-def _describe_errors_of_peaks(results: Results, profile: str) -> str:
-    """Say how large the errors of peak lift by one profile are; empty where there is none."""
-    sizes = lift_errors(results, results.media, profile)["peak_error_percent"].abs()
-    if sizes.empty:
-        return ""
-    return (
-        f"With {_name_alpha(results, profile)} the largest error of peak lift is {format_number(sizes.max(), 0)} % among {len(sizes)} "
-        f"{'pair' if len(sizes) == 1 else 'pairs'} of leg and medium (median {format_number(sizes.median(), 0)} %)."
-    )

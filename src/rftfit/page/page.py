@@ -25,7 +25,7 @@ from rftfit.figures.style import format_number, level, size_of_preview
 from rftfit.forces.limits import Reach, reach_below_measured
 from rftfit.forces.motion import rotation
 from rftfit.forces.outlines import leg_outline
-from rftfit.measure.alpha import cell_at, column
+from rftfit.measure.alpha import column
 from rftfit.measure.flags import describe_shared
 from rftfit.measure.lab_frame import measured_channel
 from rftfit.measure.samples import split_runs
@@ -166,8 +166,6 @@ def context(results: Results) -> dict[str, Any]:
         "media": (media_table := tables.tabulate_media(results, outcome)),
         "lacks_zeta": any(not isfinite(row["zeta"]) for row in media_table.rows),
         "believed": summary_of_checks(results),
-        "in_air": outcome.used[""],
-        "kinds": list_in_words(_kinds_of_runs(results)),
         "notes": [
             (medium.title, ". ".join(facts))
             for medium in config.media.values()
@@ -199,7 +197,6 @@ def context(results: Results) -> dict[str, Any]:
         "zero_errors": names_of_zero_errors(results),
         "alphas": tables.tabulate_alphas(results),
         "at_depths": tables.tabulate_at_depths(results),
-        "spreads": tables.tabulate_spreads(results),
         "coefficients": {
             name: tables.tabulate_coefficients(results, name)
             for name in tables.tabulate_methods(results)
@@ -327,7 +324,7 @@ def _describe_stress_below(results: Results, medium: str, deepest_cm: float) -> 
 
     Its ratio to alpha follows. Empty where the sand has no alpha, or its pushes no samples.
     """
-    cell = cell_at(results[medium].alpha, 0, 90, results.config.grid.angle_tolerance_deg)
+    cell = labels.cell_straight_down(results, medium)
     name = f"tared/{medium}.parquet"
     if cell is None or not isfinite(cell[column("z")]) or not results.has(name):
         return ""
@@ -457,18 +454,6 @@ def quantities(text: str) -> Markup:
     escaped = str(escape(greek(text).replace(" %", "\N{NO-BREAK SPACE}%")))
     # safe, since the text is escaped before the tags are added
     return Markup(_SYMBOL_WITH_INDEX.sub(r"\1\3<sub>\2\4</sub>", escaped))  # noqa: S704
-
-
-def _kinds_of_runs(results: Results) -> list[str]:
-    """List the kinds of runs that the page counts, in words."""
-    if results.config.table is not None:
-        return ["directions of the table"]
-    kinds = {run.kind for run in results.campaign.runs}
-    names = {"plate": "plates", "leg": "legs", "rod": "the rod-only runs that serve as their tare"}
-    kind_names = [name for kind, name in names.items() if kind in kinds]
-    if results.campaign.robot_medium and len(results.table("robot/tracks.csv")):
-        kind_names.append("trials of the robot")
-    return kind_names
 
 
 def _join_scripts() -> str:

@@ -19,6 +19,7 @@ from rftfit.compare.published import EVIDENCE, NOT_MEASURED, SAME, TEXT, VERDICT
 from rftfit.compare.sands import MODELS, WORTH
 from rftfit.figures.labels import (
     PROFILE_NAMES,
+    cell_straight_down,
     format_interval,
     in_brackets,
     name_of,
@@ -255,14 +256,12 @@ def _make_rows_of_media(results: Results) -> list[Row]:
     for medium in results:
         cells = medium.alpha[medium.alpha[column("z")].notna()]
         row: dict[str, Any] = {"directions": len(cells), "pushes": int(cells["n_runs"].sum())}
-        push = cell_at(medium.alpha, 0, 90, results.config.grid.angle_tolerance_deg)
-        runs_down = ""
+        push = cell_straight_down(results, medium.name)
+        row["alpha_note"] = ""
         if push is not None:
             row |= {str(name): number for name, number in push.items()}
-            runs_down = f"of {count(int(push['n_runs']), 'run')}"
+            row["alpha_note"] = f"of {count(int(push['n_runs']), 'run')}"
         is_sand = medium.name in results.sands
-        other_window = _describe_other_window(results, row) if is_sand else ""
-        row["alpha_note"] = "; ".join(filter(None, (runs_down, other_window)))
         for name, numbers_of_scale in scale_in_all_directions(results, medium.name).items():
             row[name], row[f"{name}_lo"], row[f"{name}_hi"] = numbers_of_scale
         notes = _describe_numbers_of_paper(results, medium)
@@ -285,21 +284,6 @@ def _format_zeta_of_map(map_table: pd.DataFrame) -> str:
     alpha = np.stack(alpha_columns(map_table))
     of_map = vertical_penetration(fit_terms_of_map(beta, gamma, alpha, alpha))
     return f"map: {format_number(float(of_map), ALPHA_DIGITS)}"
-
-
-def _describe_other_window(results: Results, cell: Row) -> str:
-    """Write alpha over the detected window, where it lies outside the interval over the stated one; else empty."""
-    table = results.table("sands.csv")
-    is_in_cell = table["run_id"].isin(str(cell.get("run_ids", "")).split())
-    windows = table[is_in_cell].groupby("window")[["alpha_z_N_per_cm3", "linear_to_cm"]].mean()
-    if not {"stated", "detected"} <= {*windows.index}:
-        return ""
-    alpha, end_cm = map(float, windows.loc["detected"].to_numpy(float))
-    low, high = (float(cell.get(column("z", end), math.nan)) for end in ("_lo", "_hi"))
-    if not math.isfinite(alpha) or not (alpha < low or alpha > high):
-        return ""
-    detected = f"{format_number(alpha, ALPHA_DIGITS)} down to {end_cm:.1f} cm"
-    return f"by the detected window {detected}: no interval holds this choice"
 
 
 def _describe_scale_of_pushes(
@@ -417,18 +401,6 @@ def _scatter_of_shapes(
     )
     deviations = terms_of_media.std(axis=1, ddof=1).dropna()
     return {str(term): float(deviation) for term, deviation in deviations.items()}
-
-
-def tabulate_spreads(results: Results) -> list[tuple[str, str]]:
-    """List title and source of the spread from run to run of each medium; one entry where all sources are the same."""
-    titled_sources = []
-    for medium in results:
-        sources = medium.alpha.loc[medium.alpha["alpha_z_se_N_per_cm3"].notna(), "spread"]
-        if joined := ", ".join(dict.fromkeys(filter(None, sources))):
-            titled_sources.append((medium.title, joined))
-    if len(titled_sources) > 1 and len({joined for _, joined in titled_sources}) == 1:
-        return [("all media", titled_sources[0][1])]
-    return titled_sources
 
 
 def tabulate_methods(results: Results) -> list[str]:
@@ -564,9 +536,8 @@ def tabulate_sands(results: Results) -> PageTable:
         numbers("Departure from a line", "nonlinear_z_ratio", note="reason", show=share),
     ]
     rows = _without_repeated_reasons(results, "sands.csv")
-    tolerance_deg = results.config.grid.angle_tolerance_deg
     for row in rows:
-        cell = cell_at(results[row["medium"]].alpha, 0, 90, tolerance_deg)
+        cell = cell_straight_down(results, row["medium"])
         # alpha of the cell is of this push and window alone: print its interval, which differs in degrees of freedom
         if cell is not None and row["window"] == "stated" and cell["run_ids"] == row["run_id"]:
             row |= {name: cell[name] for name in (column("z", "_lo"), column("z", "_hi"))}
