@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import OrderedDict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import copy
 from dataclasses import replace
@@ -57,9 +56,6 @@ from rftfit.store.links import RESULTS
 LEG_ERRORS = "leg_errors.csv"
 """Table of the forces on legs, predicted and measured, with the error of the force model."""
 
-_MOST_SAMPLE_TABLES = 4
-"""Most tables of samples (parquet) that are kept in memory at a time, since they are large."""
-
 
 class UndeclaredInput(AssertionError):
     """A stage reads a result that is not among its declared inputs: a fault of the program."""
@@ -72,7 +68,6 @@ class Tables:
         self.folder = folder
         self._allowed: frozenset[str] | None = None  # None: every file may be read
         self._tables: dict[str, pd.DataFrame] = {}
-        self._samples: OrderedDict[str, pd.DataFrame] = OrderedDict()
 
     def only(self, paths: Iterable[str]) -> Self:
         """Return a view from which only these files may be read: the inputs of a stage, from the campaign's folder."""
@@ -113,16 +108,17 @@ class Tables:
         InputError
             If the file is missing, is no table, or lacks a column that is always there.
         """
-        if name.endswith(".parquet"):
-            return self._sample_table(name)
         self.path(name)  # raises if a stage has not declared this table, which may be in memory
         if name not in self._tables:
-            self._tables[name] = self._read_current(name, self._existing_path(name))
+            path = self._existing_path(name)
+            if name.endswith(".parquet"):  # samples are too large to be kept
+                return read_parquet(path)
+            self._tables[name] = self._read_current(name, path)
         return self._tables[name].copy()
 
     def hold(self, name: str, table: pd.DataFrame) -> None:
         """Keep a table as if it had been read from the file `name`."""
-        (self._samples if name.endswith(".parquet") else self._tables)[name] = table
+        self._tables[name] = table
 
     def hold_as_csv(self, name: str, table: pd.DataFrame) -> pd.DataFrame:
         """Keep and return a table as if it had been written to the csv file `name` and read again, rounded."""
@@ -166,15 +162,6 @@ class Tables:
             )
         return table
 
-    def _sample_table(self, name: str) -> pd.DataFrame:
-        """Read a table of samples; of too many in memory, the table that was used longest ago is dropped."""
-        if name not in self._samples:
-            self._samples[name] = read_parquet(self._existing_path(name))
-            while len(self._samples) > _MOST_SAMPLE_TABLES:
-                self._samples.popitem(last=False)
-        self._samples.move_to_end(name)
-        return self._samples[name].copy()
-
 
 class Results(Tables):
     """A campaign and the tables of its results, returned by `open`.
@@ -199,7 +186,6 @@ class Results(Tables):
         self.campaign = campaign
         self.root = campaign.root
         self._fits: dict[tuple[str, str], scaling.MediumFit] = {}
-        self._alpha: dict[str, pd.DataFrame] = {}
         self._maps: dict[tuple[str, ...], Map] = {}
 
     @property
@@ -324,16 +310,9 @@ class Results(Tables):
         Raises
         ------
         InputError
-            If the table is missing or damaged.
+            If the table is missing, or its numbers or angles cannot be used.
         """
         name = f"alpha/{medium}.csv"
-        self.path(name)  # raises if a stage has not declared this table, which may be in memory
-        if name not in self._alpha:
-            self._alpha[name] = self._read_alpha(name)
-        return self._alpha[name].copy()
-
-    def _read_alpha(self, name: str) -> pd.DataFrame:
-        """Read an alpha table and sort it; raise InputError if its numbers or its angles cannot be used."""
         table = self.table(name).sort_values(["beta_deg", "gamma_deg"], ignore_index=True)
         numbers = table[[column(c, quantity) for c in "zx" for quantity in QUANTITIES]]
         angles = table[["beta_deg", "gamma_deg"]]
@@ -773,10 +752,12 @@ class Medium(KnownMedium):
         if isinstance(profile, TableProfile):
             profile.model_error = self.results.model_error
         elif isinstance(profile, FourierProfile) and draws:
-            profile.beside = cache(partial(self._table_or_map, draws=False))
+            profile.beside = cache(partial(self.as_profile, draws=False))
         return profile
 
-    def as_profile(self, is_enough: Callable[[Profile], bool] | None = None) -> Profile:
+    def as_profile(
+        self, is_enough: Callable[[Profile], bool] | None = None, *, draws: bool = True
+    ) -> Profile:
         """Return the profile by which forces are predicted: the table if it is enough, otherwise the map.
 
         Parameters
@@ -784,17 +765,13 @@ class Medium(KnownMedium):
         is_enough : callable, optional
             Called with the table if it has holes; returns True if the table has a number in every direction that is
             needed. Default: a table with holes is not enough.
+        draws : bool, optional
+            As for `profile`.
 
         Returns
         -------
         Profile
         """
-        return self._table_or_map(is_enough)
-
-    def _table_or_map(
-        self, is_enough: Callable[[Profile], bool] | None = None, *, draws: bool = True
-    ) -> Profile:
-        """Do what `as_profile` does, with or without draws of the errors of alpha."""
         table = self.profile("table", draws=draws)
         if not table.reason or (is_enough is not None and is_enough(table)):
             return table

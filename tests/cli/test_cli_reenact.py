@@ -238,7 +238,7 @@ def test_configs_that_cannot_be_used(refusal, campaign, key, value, text):
 def test_a_container_that_is_too_small(refusal, campaign):
     config = campaign / "config" / "config.yaml"
     config.write_text(config.read_text("utf-8").replace("length_cm: 24,", "length_cm: 17,"))
-    assert "no fit window" in refusal("reenact")
+    refused(refusal, campaign, "no fit window", "reenact")
 
 
 def test_raw_that_is_a_file(refusal, campaign):

@@ -37,8 +37,22 @@ _MOST_NAMES = 2000
 
 
 def read_text(path: Path, file: str, area: str, limit: int) -> str:
-    """Read a file of UTF-8 text; the arguments as in `read_bytes`."""
-    return decode(read_bytes(path, file, area, limit), file, area)
+    """Read a file of UTF-8 text, with or without a byte order mark; all line ends become line feeds.
+
+    The arguments are as in `read_bytes`.
+    """
+    data = read_bytes(path, file, area, limit)
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line, value_found = None, "UTF-16"
+        if not data.startswith((b"\xff\xfe", b"\xfe\xff")):
+            line = len(re.findall(rb"\r\n|\r|\n", data[: error.start])) + 1
+            value_found = f"byte {data[error.start]:#04x}"
+        allowed = "UTF-8 text; in a spreadsheet save as 'CSV UTF-8', in an editor choose UTF-8"
+        problem = Problem(f"{area}.not-utf8", Place(file, line=line), value_found, allowed)
+        raise CampaignError([problem]) from None
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def read_bytes(path: Path, file: str, area: str, limit: int, cure: str = "") -> bytes:
@@ -68,21 +82,6 @@ def read_bytes(path: Path, file: str, area: str, limit: int, cure: str = "") -> 
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or error
         raise refusal("unreadable", f"the file cannot be read: {why}") from error
-
-
-def decode(data: bytes, file: str, area: str) -> str:
-    """Decode UTF-8, with or without a byte order mark; all line ends become line feeds."""
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line, value_found = None, "UTF-16"
-        if not data.startswith((b"\xff\xfe", b"\xfe\xff")):
-            line = len(re.findall(rb"\r\n|\r|\n", data[: error.start])) + 1
-            value_found = f"byte {data[error.start]:#04x}"
-        allowed = "UTF-8 text; in a spreadsheet save as 'CSV UTF-8', in an editor choose UTF-8"
-        problem = Problem(f"{area}.not-utf8", Place(file, line=line), value_found, allowed)
-        raise CampaignError([problem]) from None
-    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def is_device(name: str) -> bool:
@@ -154,7 +153,7 @@ class Entry(NamedTuple):
 
 
 class Folder:
-    """A folder in which the files of a user are looked up; results of slow look-ups are kept.
+    """A folder in which the files of a user are looked up.
 
     `base`: Its path. `elsewhere`: Further folders to which links may lead.
     """
@@ -162,8 +161,6 @@ class Folder:
     def __init__(self, base: Path | str, elsewhere: Sequence[str] = ()) -> None:
         self.base = os.path.realpath(base)
         self.elsewhere = (*elsewhere,)
-        self._real_folders: dict[str, str] = {}
-        self._names: dict[str, list[str]] = {}
         self._searches = 0
 
     def look_up(self, written: str) -> Entry:
@@ -179,21 +176,13 @@ class Folder:
 
     def status(self, path: str) -> Status:
         """Return what lies at a path from `plain_path`; ``outside`` if a link leads out of the folder."""
-        parent, _, name = path.rpartition("/")
-        # links are resolved once for each folder: a campaign has thousands of logs in a few folders
-        if parent not in self._real_folders:
-            self._real_folders[parent] = os.path.realpath(f"{self.base}/{parent}")
-        real = f"{self._real_folders[parent]}/{name}"
-        try:
-            mode = os.lstat(real).st_mode
-            if stat.S_ISLNK(mode):
-                real = os.path.realpath(real)
-                mode = os.stat(real).st_mode if self._reaches(real) else 0  # noqa: PTH116
-        except (OSError, ValueError):
-            mode = None
+        # the path without links
+        real = os.path.realpath(f"{self.base}/{path}")
         if not self._reaches(real):
             return "outside"
-        if mode is None:
+        try:
+            mode = os.stat(real).st_mode  # noqa: PTH116
+        except (OSError, ValueError):
             return "missing"
         if stat.S_ISREG(mode):
             return "file"
@@ -214,19 +203,15 @@ class Folder:
         if self._searches > MOST_SEARCHES:
             return None
         parent, slash, name = path.rpartition("/")
-        if parent not in self._names:
-            self._names[parent] = self._list_names(parent)
-        # a link that leads nowhere is listed under the name that is missing
-        nearest_name = did_you_mean(name, [file for file in self._names[parent] if file != name])
-        return nearest_name and f"{parent}{slash}{nearest_name}"
-
-    def _list_names(self, folder: str) -> list[str]:
-        """Return the names in a folder, none where they are too many; `folder`: relative to the base."""
         try:
-            names = sorted(os.listdir(f"{self.base}/{folder}"))  # noqa: PTH208
+            names = sorted(os.listdir(f"{self.base}/{parent}"))  # noqa: PTH208
         except (OSError, ValueError):
-            return []
-        return names if len(names) <= _MOST_NAMES else []
+            return None
+        if len(names) > _MOST_NAMES:
+            return None
+        # a link that leads nowhere is listed under the name that is missing
+        nearest_name = did_you_mean(name, [file for file in names if file != name])
+        return nearest_name and f"{parent}{slash}{nearest_name}"
 
 
 def campaign_folder(root: Path, raw: str) -> Folder:

@@ -33,8 +33,6 @@ def init_campaign(folder: Path) -> list[Path]:
     contents = {
         "raw/README.md": _template("raw.md"),
         "README.md": _template("README.md").replace("@HEADER@", header),
-        "config/README.md": reference_markdown(),
-        "config/config.schema.json": json_schema(),
         "config/runs.csv": header + "\n",
         "config/config.yaml": _template("config.yaml"),
     }
@@ -44,20 +42,21 @@ def init_campaign(folder: Path) -> list[Path]:
 def init_demonstration(folder: Path) -> list[Path]:
     """Write the configuration of the demonstration into a folder and list its files."""
     shipped_files = ("config/robot.yaml", "config/robot.schema.json", "config/config.yaml")
-    contents = {
-        "config/README.md": reference_markdown(),
-        "config/config.schema.json": json_schema(),
-    }
-    return _write_files(folder, contents, {name: shipped(name) for name in shipped_files})
+    return _write_files(folder, {}, {name: shipped(name) for name in shipped_files})
 
 
 def _write_files(
     folder: Path, contents: Mapping[str, str], sources: Mapping[str, Path]
 ) -> list[Path]:
-    """Write the files of a campaign and list them; refuse to overwrite a file.
+    """Write the files of a campaign and list them, also those that every campaign has; refuse to overwrite a file.
 
     `contents`: Path in the folder, to content. `sources`: Path in the folder, to the file to be copied.
     """
+    contents = {
+        "config/README.md": reference_markdown(),
+        "config/config.schema.json": json_schema(),
+        **contents,
+    }
     names = [*sources, *contents]
     refuse_target_by_link(folder)
     if os.path.lexists(folder) and not folder.is_dir():
@@ -105,11 +104,7 @@ def init_from_table(
         _medium_line(key, title, directions[key]) for key, title in read.media.items()
     )
     config = _template("table.yaml").replace("@FILE@", f"raw/{name}").replace("@HOLDS@", holds)
-    contents = {
-        "config/README.md": reference_markdown(),
-        "config/config.schema.json": json_schema(),
-        "config/config.yaml": config.replace("@MEDIA@", media),
-    }
+    contents = {"config/config.yaml": config.replace("@MEDIA@", media)}
     return _write_files(folder, contents, {f"raw/{name}": table}), read
 
 

@@ -267,12 +267,16 @@ def _add_problem(detail: Any, path: KeyPath, model: type[BaseModel], file: Model
     if error_type == "missing" and path and isinstance(path[-1], int):
         # an entry is missing: the problem is that of the list, which is too short
         error_type, path = "tuple_type", path[:-1]
+    # an entry of a list, or of a list of lists, has the key of the list
+    names = path
+    while names and isinstance(names[-1], int):
+        names = names[:-1]
     section = file.data
-    for step in path[:-1]:
+    for step in names[:-1]:
         section = section[step]
     tag = str(section.get(TAG, "")) if isinstance(section, dict) else ""
-    keys = {key.name: key for key in keys_at(model, path[:-1], tag)} if path else {}
-    name = str(path[-1]) if path else ""
+    keys = {key.name: key for key in keys_at(model, names[:-1], tag)} if names else {}
+    name = str(names[-1]) if names else ""
     key = keys.get(name)
     # words that a literal can be, in the message of pydantic
     words = re.findall(r"'([^']*)'", detail.get("ctx", {}).get("expected", ""))
@@ -301,12 +305,6 @@ def _add_problem(detail: Any, path: KeyPath, model: type[BaseModel], file: Model
         file.note(path, "unknown-word", _describe_value(value), allowed, nearest)
     else:
         code = "wrong-type" if _TYPE_ERRORS.match(error_type) else "out-of-range"
-        if key is None and path and isinstance(path[-1], int):
-            # for an entry of a list, or of a list of lists, describe the list
-            names = path
-            while isinstance(names[-1], int):
-                names = names[:-1]
-            key = next((k for k in keys_at(model, names[:-1]) if k.name == names[-1]), None)
         message = str(detail["msg"]).lower()
         if "dictionary" in message:
             message = "a section with keys of its own"

@@ -230,7 +230,7 @@ class Schema:
 class DraftRow:
     """A row while it is being checked.
 
-    `row`: Number of the row as in a spreadsheet.
+    `row`: Number of the row as in a spreadsheet; 0: the problems are of the whole table.
     `text`: Column to its cell as text; blank and bad cells are empty.
     `number`: Column to the number of a good cell, in the unit of the schema.
     `bad`: Columns whose cell has an error, or is blank though needed.
@@ -258,7 +258,10 @@ class DraftRow:
         """Add a problem of one cell; the arguments as in `Problem`. An error makes the column bad in this row."""
         if severity == "error":
             self.bad.add(column)
-        code, place = f"{self.schema.area}.{code}", Place(self.schema.file, self.row, column)
+        code, place = (
+            f"{self.schema.area}.{code}",
+            Place(self.schema.file, self.row or None, column),
+        )
         self.problems.append(Problem(code, place, value_found, allowed, nearest, severity))
 
     def yes(self, column: str) -> bool:

@@ -116,12 +116,11 @@ def read_pushes(
             problems += _other_unit(column, header.name, stated_unit, table, place, schema.area)
         for column, name_in_file in table.columns.items() if headers else ():
             if column not in headers or headers[column].name != name_in_file:
-                place = Place(file, column=name_in_file)
                 allowed = (
                     f"a column of the file: table.columns of the config gives {column} this name"
                 )
-                code = f"{schema.area}.missing-column"
-                problems.append(Problem(code, place, name_in_file, allowed))
+                whole_table = DraftRow(schema, 0, problems)
+                whole_table.note(name_in_file, "missing-column", name_in_file, allowed)
     else:
         schema = replace(schema, columns=(*schema.columns, RUN_ID))
         rows = TableRows.of(drafts, schema, {})
@@ -289,9 +288,8 @@ class _CheckedRows:
         if "deg" in units and largest <= _CHOSEN.largest_rad and np.unique(angles).size > 1:
             value_found = f"no angle larger than {largest:g}"
             allowed = "degrees; looks like rad: set angle_unit: rad in `table` of the config"
-            code = f"{self.schema.area}.looks-like-rad"
-            place = Place(self.schema.file, column="gamma_deg")
-            self.problems.append(Problem(code, place, value_found, allowed))
+            whole_table = DraftRow(self.schema, 0, self.problems)
+            whole_table.note("gamma_deg", "looks-like-rad", value_found, allowed)
         for name in ("beta_deg", "gamma_deg"):
             angle = columns[name]
             is_upright = same_direction(0.0, np.abs(angle), 0.0, 90.0, tolerance_deg)
@@ -306,7 +304,7 @@ class _CheckedRows:
         if "depth_cm" in columns:
             allowed = "0 or more: depth grows downward from the free surface"
             self.note(columns["depth_cm"] < 0, "depth_cm", "negative-depth", "{:g} cm", allowed)
-        alpha = np.abs(columns.get("alpha_z_N_per_cm3", np.empty(0)))
+        alpha = np.abs(columns.get(_ALPHA_Z, np.empty(0)))
         alpha = alpha[np.isfinite(alpha)]
         if alpha.size and np.median(alpha) > _CHOSEN.largest_alpha_N_per_cm3:
             value_found = f"{np.median(alpha):.6g} N/cm^3 in the middle of all rows"
@@ -314,9 +312,8 @@ class _CheckedRows:
                 "less than a hundred for sand and soil; is it in another unit? Set alpha_unit of `table` in "
                 f"the config to one of {', '.join(ALPHA_TO_N_PER_CM3)}"
             )
-            place = Place(self.schema.file, column="alpha_z_N_per_cm3")
-            code = f"{self.schema.area}.large-alpha"
-            self.problems.append(Problem(code, place, value_found, allowed, severity="warning"))
+            whole_table = DraftRow(self.schema, 0, self.problems)
+            whole_table.note(_ALPHA_Z, "large-alpha", value_found, allowed, severity="warning")
         if "n" in columns:
             self.note(columns["n"] % 1 > 0, "n", "not-whole", "{:g}", "a whole number of runs")
 
@@ -591,7 +588,8 @@ def _rows_of_blocks(
     to_deg = columns["beta_deg"].units[columns["beta_deg"].default]
     for sheet, rows in sheets:
         medium = next((key for key in media if key == key_of(sheet)), "")
-        component, scale = "", 1.0  # empty: outside of a block
+        column: TableColumn | None = None  # None: outside of a block
+        scale = 1.0
         gammas: dict[int, float] = {}  # by the index of their column
         width = max((len(cells) for _, cells in rows), default=0)
         components = _find_components(rows)
@@ -601,21 +599,20 @@ def _rows_of_blocks(
             numbers = {i: _finite_number(text) for i, text in enumerate(texts) if i > 0}
             has_numbers = any(number is not None for number in numbers.values())
             if (lone_medium := key_of("".join(texts))) in media:
-                medium, component, gammas = lone_medium, "", {}
+                medium, column, gammas = lone_medium, None, {}
             elif row in components:
-                component, gammas = components[row], {}
-                column = columns[f"alpha_{component}_N_per_cm3"]
+                column, gammas = columns[f"alpha_{components[row]}_N_per_cm3"], {}
                 unit, place = column.unit_in(first_cell), Place(schema.file, row)
                 problems += _other_unit(column.name, first_cell, unit, table, place, schema.area)
                 scale = column.units[unit or column.default]
             elif first_cell and beta is None and not has_numbers:
                 # a line of words ends a block
-                component, gammas = "", {}
-            if component and not gammas and beta is None:
+                column, gammas = None, {}
+            if column and not gammas and beta is None:
                 gammas = {i: number for i, number in numbers.items() if number is not None}
                 gammas = gammas if len(gammas) > 1 else {}
-            elif component and gammas and beta is not None:
-                name = f"alpha_{component}_N_per_cm3"
+            elif column and gammas and beta is not None:
+                name = column.name
                 for i, gamma in gammas.items():
                     key, cell, alpha = (medium, beta, gamma), texts[i], numbers[i]
                     draft = drafts.setdefault(key, DraftRow(schema, row, problems))
@@ -631,7 +628,7 @@ def _rows_of_blocks(
                     elif cell:
                         allowed = "a number, or nothing where none was measured"
                         draft.note(name, "not-a-number", cell, allowed)
-    both = {"alpha_z_N_per_cm3", "alpha_x_N_per_cm3"}
+    both = {_ALPHA_Z, _ALPHA_X}
     if not any(both <= {*draft.number} for draft in drafts.values()):
         return None
     # a direction without either was not measured

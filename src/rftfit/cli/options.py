@@ -15,7 +15,7 @@ import typer
 
 import rftfit
 from rftfit.campaign import presence
-from rftfit.campaign.presence import config_of, miss_campaign
+from rftfit.campaign.presence import miss_campaign
 from rftfit.campaign.problems import CampaignError, choose
 from rftfit.cli.output import warn
 from rftfit.errors import InputError
@@ -77,12 +77,6 @@ def need_campaign(config: Path) -> Path:
     if (no_campaign := miss_campaign(config)) is not None:
         raise CampaignError([no_campaign])
     return config
-
-
-def need_results_folder(folder: Path | None) -> None:
-    """Refuse a folder of --results without a campaign, before the slow import of what reads one."""
-    if folder is not None:
-        config_of(folder)
 
 
 _CONFIG_HELP = "The campaign's configuration."
@@ -335,7 +329,6 @@ class MediumOptions:
             raise InputError(
                 "--method chooses among nine-term fits, so it needs --profile fourier or generic"
             )
-        need_results_folder(self.results)
 
     @property
     def kind(self) -> str:
@@ -454,9 +447,8 @@ class ContactOptions:
         if self.contacts is None:
             options_given = [
                 *body.outlines_given,
-                *list_given(self, "mesh"),
                 *list_given(body, "hip", "width"),
-                *list_given(self, "body_of"),
+                *list_given(self, "mesh", "body_of"),
             ]
             if options_given:
                 raise InputError(
@@ -680,9 +672,8 @@ class MeshOptions:
         """Refuse options of a mesh without one, and those of an outline with one."""
         if self.mesh is None:
             options_given = [
-                *list_given(self, "unit", "sheet", "friction"),
-                *(["--figure"] if has_figure else []),
-                *list_given(self, "press", "roll", "rim", "no_track"),
+                *list_given(self, "unit", "sheet", "friction", "press", "roll", "rim", "no_track"),
+                *["--figure"] * has_figure,
             ]
             if options_given:
                 raise InputError(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -24,33 +23,6 @@ _DRAWN = "drawn by rftfit plan"
 TARGETS = ("map", "zeta", "legs", "robot")
 
 
-@dataclass(frozen=True)
-class RigOptions:
-    """Options on the pushes that the rig can make, and their cost and error."""
-
-    beta: Annotated[
-        str | None,
-        options.word_option(
-            "DEG,DEG", "Angles of the plate that the rig can hold; default: the paper's."
-        ),
-    ] = None
-    gamma: Annotated[
-        str | None,
-        options.word_option(
-            "DEG,DEG", "Angles of the path that the rig can make; default: the paper's."
-        ),
-    ] = None
-    pairs: Annotated[
-        bool, typer.Option("--pairs", help="The way back along each path is measured too.")
-    ] = False
-    depths: Annotated[
-        int, typer.Option(min=1, max=20, help="Runs that a horizontal direction takes.")
-    ] = 3
-    error_percent: Annotated[
-        float, options.number_option("PERCENT", "Standard error of a push, of its alpha.")
-    ] = 5.0
-
-
 @options.grouped
 def plan(
     *,
@@ -69,7 +41,27 @@ def plan(
         options.word_option("DIR", "What was pushed already: a medium of a campaign's results."),
     ] = None,
     medium: Annotated[str | None, options.word_option("NAME", "Medium of --results.")] = None,
-    rig: RigOptions,
+    beta: Annotated[
+        str | None,
+        options.word_option(
+            "DEG,DEG", "Angles of the plate that the rig can hold; default: the paper's."
+        ),
+    ] = None,
+    gamma: Annotated[
+        str | None,
+        options.word_option(
+            "DEG,DEG", "Angles of the path that the rig can make; default: the paper's."
+        ),
+    ] = None,
+    pairs: Annotated[
+        bool, typer.Option("--pairs", help="The way back along each path is measured too.")
+    ] = False,
+    depths: Annotated[
+        int, typer.Option(min=1, max=20, help="Runs that a horizontal direction takes.")
+    ] = 3,
+    error_percent: Annotated[
+        float, options.number_option("PERCENT", "Standard error of a push, of its alpha.")
+    ] = 5.0,
     turn: Annotated[
         list[str] | None,
         options.word_option(
@@ -91,16 +83,13 @@ def plan(
     Prints the pushes in their order, with the half width of the target's interval after each, and writes
     rows for a run sheet.
     """
-    options.need_results_folder(results)
     from rftfit.forces.planning import SHEET_COLUMNS, reachable, run_sheet_rows
     from rftfit.reference import LEGS
     from rftfit.store import write_text
 
     options.check_confidence(confidence)
-    if not 0 < rig.error_percent <= 100:
-        raise InputError(
-            f"--error-percent: found {rig.error_percent:g}; allowed: above 0, up to 100"
-        )
+    if not 0 < error_percent <= 100:
+        raise InputError(f"--error-percent: found {error_percent:g}; allowed: above 0, up to 100")
     read = (*push_options.files, body.outline, body.path, mesh_options.mesh)
     check_target(output, SHEET_COLUMNS, "rows of the run sheet", force, read)
     check_picture(figure, _DRAWN, force)
@@ -108,9 +97,9 @@ def plan(
         (rftfit.model_leg(choose("--turn", leg, LEGS)), rftfit.rotation()) for leg in turn or ()
     ]
     aim = find_target(target, body, mesh_options)
-    betas, gammas = _read_angles("--beta", rig.beta), _read_angles("--gamma", rig.gamma)
+    betas, gammas = _read_angles("--beta", beta), _read_angles("--gamma", gamma)
     before = _estimate_present_map(push_options, results, medium, (betas, gammas), confidence)
-    limits = rftfit.Rig(reachable(before, betas, gammas), rig.pairs, rig.depths, rig.error_percent)
+    limits = rftfit.Rig(reachable(before, betas, gammas), pairs, depths, error_percent)
     try:
         plan_made = rftfit.plan(aim, before, limits, number, confidence, turns)
     except ValueError as error:

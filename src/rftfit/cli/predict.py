@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -21,9 +20,7 @@ from rftfit.cli.output import (
 from rftfit.errors import CollectedErrors, InputError
 
 if TYPE_CHECKING:
-    from rftfit.forces.mesh import Mesh, Motion3D
-    from rftfit.forces.motion import Motion
-    from rftfit.forces.outlines import Outline
+    from rftfit.forces.mesh import Mesh
     from rftfit.model.profiles import Profile
 
 MARK = "# forces written by rftfit predict"
@@ -65,6 +62,7 @@ def predict(
     a leg sweeps from the front (+x, negative theta) down and backward.
     """
     medium_options.check(se)
+    from rftfit.forces.bodies import set_in_motion
     from rftfit.forces.fineness import fine_enough
     from rftfit.forces.force_answer import ForceAnswer
 
@@ -92,11 +90,17 @@ def predict(
             motion = mesh_options.make_motion(shape, body.path)
         if shape is not None and motion is not None:
             shape = fine_enough(shape, motion)
+
+    def has_all_directions(table: Profile) -> bool:
+        """Tell whether a table has a number in every direction of the body; True where body or motion could not be read."""
+        is_read = shape is not None and motion is not None
+        return not is_read or set_in_motion(shape, motion).is_covered_by(table)
+
     with inputs.collect():
         options.check_confidence(confidence)
         options.check_friction(mesh_options.friction)
         options.check_model_error(model_error)
-        source = medium_options.find_profile(se, partial(_has_all_directions, shape, motion))
+        source = medium_options.find_profile(se, has_all_directions)
         _refuse_unmeasured_error(source, model_error)
     inputs.check()
     read = (body.outline, body.path, medium_options.profile_file, medium_options.pushes, mesh)
@@ -157,15 +161,6 @@ def _choose_map(
             f"found --profile {medium_options.profile} with --body-of; allowed: map, beside which the error was learned"
         )
     return replace(medium_options, profile="map" if medium_options.medium else None)
-
-
-def _has_all_directions(
-    body: Outline | Mesh | None, motion: Motion | Motion3D | None, table: Profile
-) -> bool:
-    """Tell whether a table has a number in every direction of a body that moves."""
-    from rftfit.forces.bodies import set_in_motion
-
-    return body is None or motion is None or set_in_motion(body, motion).is_covered_by(table)
 
 
 def _refuse_unmeasured_error(profile: Profile, model_error: float | None) -> None:

@@ -59,7 +59,6 @@ def scale(
     generic by the paper's scaling routine: prints zeta, chi and the nine coefficients M = zeta M0. Both write
     alpha(beta, gamma) as csv.
     """
-    options.need_results_folder(results)
     # scipy.special copies every name of numpy, and would so load these parts of it
     for library in ("pandas", "numpy.f2py", "numpy.ma", "numpy.polynomial", "numpy.testing"):
         load_late(library)

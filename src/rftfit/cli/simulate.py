@@ -74,9 +74,7 @@ def simulate(
         bool, typer.Option("--animation/--no-animation", help="Two strides, with the forces.")
     ] = True,
     as_json: options.AsJson = False,
-    force: Annotated[
-        bool, typer.Option("--force", help="Overwrite files that rftfit did not write.")
-    ] = False,
+    force: options.Overwrite = False,
 ) -> None:
     """Run the legged robot until its speed is steady.
 

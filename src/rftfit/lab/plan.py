@@ -279,7 +279,11 @@ def plan_runs(
         for runs_of_day in (*groups, air)
         for number, run in enumerate(runs_of_day)
     ]
-    return sorted(runs, key=lambda run: run.run_id)
+    runs.sort(key=lambda run: run.run_id)
+    for run in runs:
+        if run.kind in ("plate", "rod"):
+            _check_room(run, config)
+    return runs
 
 
 CLEARANCE_CM: float = _CHOSEN.clearance_cm
@@ -420,7 +424,6 @@ def _segments_with_pause(run: PlannedRun, config: Config, raised: bool) -> tuple
         turn = _make_move("stroke", first, last, config.arm.leg_speed_rad_per_s)
         rest = Segment("rest", last, last, _CHOSEN.rest_s)
         return Segment("rest", first, first, _CHOSEN.rest_air_s), turn, rest
-    _check_room(run, config)
     beta, speed = run.beta_deg or 0.0, config.arm.speed_cm_per_s
     (x0, z0), (x1, z1) = _path_ends(run, config)
     _, half_z = half_extents(intruder, beta)
