@@ -278,6 +278,31 @@ def test_the_documentation_lists_the_constants_of_the_code(small_made):
     assert documented[:7] == values_of_code
 
 
+@pytest.mark.parametrize(("detected", "is_told"), [(1.01, False), (1.2, True), (0.8, True)])
+def test_a_window_that_moves_alpha_out_of_its_interval_is_told_beside_it(
+    detected, is_told, tmp_path
+):
+    results = sand_results(tmp_path)
+    ends = {"alpha_z_lo_N_per_cm3": 0.95 * SAND_ALPHA, "alpha_z_hi_N_per_cm3": 1.05 * SAND_ALPHA}
+    write(results, "alpha/yuma.csv", results["yuma"].alpha.assign(**ends, run_ids="y1 y2"))
+    rows = [
+        {
+            "medium": "yuma",
+            "run_id": run_id,
+            "window": window,
+            "linear_to_cm": to_cm,
+            "alpha_z_N_per_cm3": share * factor * SAND_ALPHA,
+        }
+        for window, share, to_cm in (("stated", 1.0, 3.0), ("detected", detected, 6.0))
+        for run_id, factor in (("y1", 0.9), ("y2", 1.1), ("other", 7.0))
+        if run_id != "other" or window == "stated"
+    ]
+    write(results, "sands.csv", pd.DataFrame(rows))
+    (row,) = PageParser(make_page(Results(results.campaign))).tables["summary"][0][1:]
+    told = f"by the detected window {detected * SAND_ALPHA:.4f} down to 6.0 cm: no interval holds"
+    assert (told in "".join(row)) is is_told
+
+
 @pytest.mark.parametrize(("end_cm", "at_cm"), [(7.0, 5.6), (4.0, 4.0)])
 def test_stress_of_a_sand_where_its_legs_go_stands_beside_alpha(end_cm, at_cm, tmp_path):
     results = sand_results(tmp_path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -114,7 +115,7 @@ def wheel(
 
     Prints one row a slip and writes it as csv. Which faces count (rule) and the friction are named in every output.
     """
-    from rftfit.forces.wheel import has_number, read_measured_runs
+    from rftfit.forces.wheel import read_measured_runs
 
     medium_options.check(se)
     if measured is not None and figure is None:
@@ -140,13 +141,8 @@ def wheel(
         options.check_confidence(confidence)
         options.check_friction(friction)
         options.check_model_error(model_error)
-
-    def has_numbers(table: Profile) -> bool:
-        """Tell whether a table has a number in every direction of the wheel; True where the wheel could not be read."""
-        return shape is None or has_number(table, shape, friction)
-
     with inputs.collect():
-        source = medium_options.find_profile(se, has_numbers)
+        source = medium_options.find_profile(se, partial(_has_numbers, shape, friction))
     with inputs.collect():
         if measured is not None:
             points = read_measured_runs(measured)
@@ -210,6 +206,13 @@ def _read_wheel(mesh: Path | None, unit: str | None, drawing: str | None) -> Mes
     if unit is None:
         raise InputError("--unit: of the mesh; allowed: mm, cm, m, in")
     return options.read_mesh(mesh, unit)
+
+
+def _has_numbers(shape: Mesh | None, friction: float | None, table: Profile) -> bool:
+    """Tell whether a table has a number in every direction of the wheel; True where the wheel could not be read."""
+    from rftfit.forces.wheel import has_number
+
+    return shape is None or has_number(table, shape, friction)
 
 
 def _one_or_all(numbers: list[float] | None) -> Any:

@@ -257,11 +257,13 @@ def _make_rows_of_media(results: Results) -> list[Row]:
         cells = medium.alpha[medium.alpha[column("z")].notna()]
         row: dict[str, Any] = {"directions": len(cells), "pushes": int(cells["n_runs"].sum())}
         push = cell_straight_down(results, medium.name)
-        row["alpha_note"] = ""
+        runs_down = ""
         if push is not None:
             row |= {str(name): number for name, number in push.items()}
-            row["alpha_note"] = f"of {count(int(push['n_runs']), 'run')}"
+            runs_down = f"of {count(int(push['n_runs']), 'run')}"
         is_sand = medium.name in results.sands
+        other_window = _describe_other_window(results, row) if is_sand else ""
+        row["alpha_note"] = "; ".join(filter(None, (runs_down, other_window)))
         for name, numbers_of_scale in scale_in_all_directions(results, medium.name).items():
             row[name], row[f"{name}_lo"], row[f"{name}_hi"] = numbers_of_scale
         notes = _describe_numbers_of_paper(results, medium)
@@ -284,6 +286,21 @@ def _format_zeta_of_map(map_table: pd.DataFrame) -> str:
     alpha = np.stack(alpha_columns(map_table))
     of_map = vertical_penetration(fit_terms_of_map(beta, gamma, alpha, alpha))
     return f"map: {format_number(float(of_map), ALPHA_DIGITS)}"
+
+
+def _describe_other_window(results: Results, cell: Row) -> str:
+    """Write alpha over the detected window, where it lies outside the interval over the stated one; else empty."""
+    table = results.table("sands.csv")
+    is_in_cell = table["run_id"].isin(str(cell.get("run_ids", "")).split())
+    windows = table[is_in_cell].groupby("window")[["alpha_z_N_per_cm3", "linear_to_cm"]].mean()
+    if not {"stated", "detected"} <= {*windows.index}:
+        return ""
+    alpha, end_cm = map(float, windows.loc["detected"].to_numpy(float))
+    low, high = (float(cell.get(column("z", end), math.nan)) for end in ("_lo", "_hi"))
+    if not math.isfinite(alpha) or not (alpha < low or alpha > high):
+        return ""
+    detected = f"{format_number(alpha, ALPHA_DIGITS)} down to {end_cm:.1f} cm"
+    return f"by the detected window {detected}: no interval holds this choice"
 
 
 def _describe_scale_of_pushes(

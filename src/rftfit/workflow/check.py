@@ -78,7 +78,7 @@ class Checked:
         """Number of the physical checks that failed; None where they were not asked for."""
         if self.diagnosis is None:
             return None
-        return sum(check["verdict"] == FAILED for check in self.diagnosis.checks)
+        return [check["verdict"] for check in self.diagnosis.checks].count(FAILED)
 
     def summary(self) -> str:
         """Format problems, diagnosis, campaign and plan for people."""
