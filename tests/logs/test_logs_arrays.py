@@ -92,11 +92,12 @@ def test_arrays_of_numpy(tmp_path):
     assert log.units["stamp"] == "s"
 
 
-def test_a_rate_where_no_time_is(tmp_path):
+@pytest.mark.parametrize("rate_Hz", [50.0, 0.5])
+def test_a_rate_where_no_time_is(tmp_path, rate_Hz):
     np.save(tmp_path / "a.npy", FORCE)
-    log = ARRAYS.with_options({"rate_Hz": 50.0}).load(tmp_path / "a.npy")
-    assert_array_equal(log.columns["time"], np.arange(N) / 50)
-    assert (log.units["time"], "50 Hz" in log.notes[0]) == ("s", True)
+    log = ARRAYS.with_options({"rate_Hz": rate_Hz}).load(tmp_path / "a.npy")
+    assert_array_equal(log.columns["time"], np.arange(N) / rate_Hz)
+    assert (log.units["time"], f"{rate_Hz:g} Hz" in log.notes[0]) == ("s", True)
 
 
 def test_lengths(tmp_path):
@@ -134,11 +135,12 @@ def test_what_holds_no_plain_numbers(tmp_path):
 def test_cells_and_struct_arrays_of_matlab(tmp_path):
     """Each cell and each struct by its number, as MATLAB counts; a field of one number each is a column."""
 
-    cells = np.empty((1, 2), dtype=object)
+    cells = np.empty((1, 3), dtype=object)
     runs = np.zeros((1, 3), dtype=[("fz", object), ("F", object)])
     for k in range(3):
         runs[0, k] = (k / 2, FORCE[:, k])
-    cells[0, :] = TIME, Z
+    # a single number among arrays is a column of another length
+    cells[0, :] = TIME, Z, 3.0
     savemat(tmp_path / "a.mat", {"c": cells, "run": runs, "who": "me"})
     log = ARRAYS.load(tmp_path / "a.mat")
     assert list(log.columns) == ["c{1}", "c{2}", "run(1).F", "run(2).F", "run(3).F"]

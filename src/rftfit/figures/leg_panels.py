@@ -148,7 +148,7 @@ def with_gaps(rows: pd.DataFrame, *columns: str) -> list[FloatArray]:
     return [np.insert(rows[name].to_numpy(float), cuts, np.nan) for name in ("theta_deg", *columns)]
 
 
-MODEL_EDGE: dict[str, Any] = {"linestyle": "-", "linewidth": 0.5, "alpha": 0.6}
+MODEL_EDGE: dict[str, Any] = {"linewidth": 0.5, "alpha": 0.6}
 """Look of the ends of the interval with the model's own error, where bands of two components would mix their colours."""
 
 
@@ -180,7 +180,7 @@ def add_predicted(
 ) -> FloatArray:
     """Draw a predicted curve of one medium, leg and profile with its interval of alpha.
 
-    `line`: Dashes of the curve. `model`: ``band`` or ``edges`` draw also the interval with the model's own error, as a
+    `line`: Dashes of the curve and of these ends. `model`: ``band`` or ``edges`` draw also the interval with the model's own error, as a
     paler band or its ends. `of_alpha`: Draw the interval of alpha. Returns the forces, N, that shall lie in the range of
     the panel: those of the curve and the ends of both intervals.
     """
@@ -192,7 +192,8 @@ def add_predicted(
         if model == "band":
             style.draw_band(axes, theta, low, high, colour, style.WIDER_OPACITY)
         else:
-            axes.plot(theta, np.transpose([low, high]), color=colour, **MODEL_EDGE)
+            ends = np.transpose([low, high])
+            axes.plot(theta, ends, color=colour, linestyle=line, **MODEL_EDGE)
     theta, force, low, high = with_gaps(rows, *with_end_names(quantity))
     if of_alpha:
         style.draw_band(axes, theta, low, high, colour)

@@ -293,7 +293,7 @@ def _make_component_entries(
         name += "; none where that of the peak is withheld" * any_withheld
         entries[name] = style.bands(colours)
     edges = [
-        style.line(style.COMPONENT_COLOURS[c], **leg_panels.MODEL_EDGE)
+        style.line(style.COMPONENT_COLOURS[c], linestyle=lines[c], **leg_panels.MODEL_EDGE)
         for c in "zx"
         if leg_panels.has_model_error(predicted, c)
     ]

@@ -298,6 +298,10 @@ def plot_depth_only_maps(results: Results, medium: str) -> Figure:
     return _draw_models(results, {medium: profile.alpha}, *heads)
 
 
+_BELOW: dict[str, Any] = {"color": "black", "linestyle": "", "marker": ".", "markersize": 1.5}
+"""Look of a direction in which less was measured than a model gives, as a grey print does not show the sign."""
+
+
 def _draw_models(
     results: Results, models: Mapping[str, Model], name: str, residual_name: str
 ) -> Figure:
@@ -316,7 +320,9 @@ def _draw_models(
             column = f"alpha_{c}_N_per_cm3"
             residual = table[column] - model(*directions(table))[index]
             add_bar(page, residual_axes, add_table(residual_axes, table, residual, signed=True))
-    add_legend(page)
+            below = table[residual < 0]
+            residual_axes.plot(below["gamma_deg"], below["beta_deg"], clip_on=False, **_BELOW)
+    add_legend(page, {"measured lies below": style.line(**_BELOW)})
     return page
 
 

@@ -73,6 +73,7 @@ DASHES: dict[str, Any] = {
     "dashed": (0, (4, 1.2)),
     "dotted": (0, (1, 1)),
     "dash-dotted": (0, (5, 1.2, 1, 1.2)),
+    "double-dotted": (0, (5, 1.2, 1, 1.2, 1, 1.2)),
     "short": (0, (2.5, 1)),
     "long": (0, (6, 1)),
 }

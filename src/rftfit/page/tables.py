@@ -322,7 +322,7 @@ def _describe_scale_of_pushes(
 
 
 def _describe_numbers_of_paper(results: Results, medium: Medium) -> dict[str, str]:
-    """Write the paper's zeta and chi of a medium, and those by its transform of our data; empty for other media."""
+    """Write the paper's zeta and chi of a medium, and those of our data by `AS_PRINTED`; empty for other media."""
     published_as = medium.settings.published_as
     if published_as not in MEDIA:
         return {}
@@ -336,7 +336,7 @@ def _describe_numbers_of_paper(results: Results, medium: Medium) -> dict[str, st
         notes[f"{name}_note"] = f"paper {printed}"
         for transformed in penetration.loc[is_of_medium, name].dropna().head(1):
             number = format_number(float(transformed), ALPHA_DIGITS)
-            notes[f"{name}_note"] += f"; by its transform {number}"
+            notes[f"{name}_note"] += f"; by {AS_PRINTED} {number}"
     return notes
 
 
