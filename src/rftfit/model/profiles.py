@@ -118,6 +118,10 @@ class KnownMedium(ABC):
         return self, {}
 
 
+class OneTest:
+    """Base of `rftfit.model.scaling.ScaledMedium`, for annotations here: a medium known by one penetration test."""
+
+
 class Profile(KnownMedium):
     """A function alpha(beta, gamma) of a medium, linear in its parameters.
 
@@ -156,7 +160,7 @@ class Profile(KnownMedium):
     name: str
     form: str
     reason: str
-    spread: KnownMedium | None
+    spread: Profile | OneTest | None
     window: tuple[float, float] = ANY_DEPTH
     bed_spread: float = USUAL_BED_SPREAD
     model_error: float = math.nan
@@ -722,7 +726,7 @@ class FourierProfile(Profile):
         coefficients: npt.ArrayLike,
         name: str = "nine terms",
         reason: str = "",
-        spread: KnownMedium | None = None,
+        spread: Profile | OneTest | None = None,
     ) -> None:
         self.coefficients = _check_size(coefficients, len(TERMS), "nine coefficients")
         self.name, self.spread = name, spread
@@ -756,7 +760,10 @@ def _check_size(values: npt.ArrayLike, size: int, shape_text: str) -> FloatArray
 
 
 def scaled_generic(
-    zeta: npt.ArrayLike, m0: FloatArray, name: str = "generic", spread: KnownMedium | None = None
+    zeta: npt.ArrayLike,
+    m0: FloatArray,
+    name: str = "generic",
+    spread: Profile | OneTest | None = None,
 ) -> FourierProfile:
     """Make the profile of a medium of which only the scaling factor is known: zeta times the generic coefficients.
 

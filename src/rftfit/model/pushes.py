@@ -14,7 +14,7 @@ from rftfit.campaign.formats import ALPHA
 from rftfit.conventions import FloatArray, mirror
 from rftfit.directions import TOLERANCE_DEG, same_direction
 from rftfit.errors import InputError
-from rftfit.measure.alpha import Columns, alpha_columns, column, flagged
+from rftfit.measure.alpha import Columns, alpha_columns, column, directions, flagged
 from rftfit.measure.errors import (
     USUAL_BED_SPREAD,
     ErrorTerm,
@@ -25,7 +25,6 @@ from rftfit.measure.errors import (
     scatter_of_runs,
     spread_of_beds,
 )
-from rftfit.model.common_errors import equivalent_rows
 from rftfit.model.draws import draw_as_configured, errors_known
 
 if TYPE_CHECKING:
@@ -147,18 +146,22 @@ def describe_push(alpha: float, se: float | None) -> str:
 
 def pushes_of(table: pd.DataFrame, config: Config) -> Pushes:
     """Return the cells of an alpha table as pushes, with the covariance of their errors."""
+    beta_deg = table["beta_deg"].to_numpy(float)
     alpha = np.stack(alpha_columns(table))
     if config.fit.flagged == "leave_out":
         alpha = np.where(flagged(table), np.nan, alpha)
-    # a row at beta = -90 degrees that repeats one at 90, the same plate, is left out
-    is_last_of_plate = equivalent_rows(table) == np.arange(len(table))
-    use = np.isfinite(alpha).any(axis=0) & is_last_of_plate
-    beta_deg, gamma_deg = table.loc[use, ["beta_deg", "gamma_deg"]].to_numpy(float).T
+    # rows at beta = -90 degrees that repeat one at 90, the same plate
+    is_repeated = (beta_deg == -90) & table["gamma_deg"].isin(
+        table.loc[beta_deg == 90, "gamma_deg"]
+    )
+    use = np.isfinite(alpha).any(axis=0) & ~is_repeated.to_numpy(bool)
+    gamma_deg = table["gamma_deg"].to_numpy(float)
     if not errors_known(table):
-        return Pushes.of(beta_deg, gamma_deg, alpha[:, use])
+        return Pushes.of(beta_deg[use], gamma_deg[use], alpha[:, use])
     draws = np.concatenate([drawn[:, use] for drawn in draw_as_configured(table, config)], axis=1)
     covariance = np.atleast_2d(np.cov(draws, rowvar=False))
-    return Pushes(np.radians(beta_deg), np.radians(gamma_deg), alpha[:, use], covariance)
+    beta, gamma = directions(table)
+    return Pushes(beta[use], gamma[use], alpha[:, use], covariance)
 
 
 def _by_direction(pushes: Pushes) -> Iterator[tuple[npt.NDArray[np.intp], FloatArray]]:

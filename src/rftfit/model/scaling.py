@@ -17,7 +17,8 @@ import numpy.typing as npt
 import pandas as pd
 
 from rftfit.conventions import COMPONENTS, FloatArray
-from rftfit.measure.alpha import alpha_columns, cell_at, column, directions, flagged
+from rftfit.directions import TOLERANCE_DEG
+from rftfit.measure.alpha import alpha_columns, cell_at, column, directions, flagged, rows_at
 from rftfit.measure.flags import Remark, format_remarks, quoted, remark
 from rftfit.measure.slopes import student_quantile
 from rftfit.measure.verdict_words import is_usable
@@ -30,8 +31,15 @@ from rftfit.model.draws import (
     typical_dof,
     widen,
 )
-from rftfit.model.profiles import FourierProfile, KnownMedium, Profile, TableProfile, scaled_generic
-from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, coefficients, load
+from rftfit.model.profiles import (
+    FourierProfile,
+    KnownMedium,
+    OneTest,
+    Profile,
+    TableProfile,
+    scaled_generic,
+)
+from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, alpha_columns_of, coefficients, load
 
 if TYPE_CHECKING:
     from rftfit.campaign.config import Config
@@ -266,13 +274,23 @@ def published(method: str = "lsq") -> Reference:
 @cache
 def _by_least_squares() -> Reference:
     """Fit nine terms to Table S5 of each published medium, and make the reference from these fits."""
-    chi, fits, tables = {}, {}, _published_tables()
-    for medium, table in tables.items():
-        keep = fourier.kept_terms(fourier.fit_lsq(*table.cells), PAPER_RULE)
-        fits[medium] = fourier.fit_lsq(*table.cells, keep)
-        chi[medium] = float(chi_of(table.alpha(0.0, np.pi / 2)[0], fits[medium]))
-    fits[GENERIC] = generic(np.stack([*fits.values()]))
-    return reference_from("published Table S5, method lsq", chi, fits, tables, printed=True)
+    chi, fits = {}, {}
+    for medium in MEDIA:
+        columns = alpha_columns_of(medium)
+        angles, alpha = directions(columns), alpha_columns(columns)
+        keep = fourier.kept_terms(fourier.fit_lsq(*angles, *alpha), PAPER_RULE)
+        fits[medium] = fourier.fit_lsq(*angles, *alpha, keep)
+        chi[medium] = float(
+            chi_of(alpha[0][rows_at(columns, 0, 90, TOLERANCE_DEG)[0]], fits[medium])
+        )
+    m0 = generic(np.stack(list(fits.values())))
+    return reference_from(
+        "published Table S5, method lsq",
+        chi,
+        fits | {GENERIC: m0},
+        printed=True,
+        tables=_published_tables(),
+    )
 
 
 def _published_tables() -> dict[str, TableProfile]:
@@ -281,7 +299,7 @@ def _published_tables() -> dict[str, TableProfile]:
 
 
 @dataclass(frozen=True)
-class ScaledMedium(Scaled, KnownMedium):
+class ScaledMedium(Scaled, KnownMedium, OneTest):
     """A medium known by one vertical penetration test and the paper's scaling routine, returned by `scale_by_paper`.
 
     Parameters
