@@ -8,9 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from rftfit.campaign.config import Leg
 from rftfit.measure.flags import Refused
-from rftfit.measure.lab_frame import find_zero, height_needed
+from rftfit.measure.lab_frame import find_zero
 
 TIME = np.arange(2000) / 100
 
@@ -87,18 +86,3 @@ def test_of_three_rests_the_outer_two_count():
         all_three = find_zero(TIME, scaled, stretches(*rests), 10.0, 0.0)
         np.testing.assert_array_equal(all_three.force, outer.force)
         np.testing.assert_array_equal(all_three.variance, outer.variance)
-
-
-def test_a_leg_is_in_air_where_the_circle_around_its_chord_is():
-    leg = Leg(
-        shape="leg",
-        curvature_times_R=1,
-        max_length_cm=7.62,
-        width_cm=2.54,
-        thickness_cm=0.4,
-        hip_height_cm=2,
-    )
-    angle, around = np.radians(np.arange(-180, 181, 15)), np.linspace(0, 2 * np.pi, 3601)
-    # the circle goes through the axle and through the tip, which hangs straight down at an angle of 0
-    circle_z = 3.81 * (np.sin(around) - np.cos(angle)[:, None])
-    np.testing.assert_allclose(height_needed(leg, angle, 0.5), 0.5 - circle_z.min(axis=1))

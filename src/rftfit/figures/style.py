@@ -540,6 +540,19 @@ def size_of_preview(content: bytes) -> tuple[int, int]:
         return 1, 1
 
 
+def save(page: Figure, base: Path, about: str = "", endings: Sequence[str] = SCREEN) -> None:
+    """Write the files of one page, one for each ending; arguments as of `save_pages`, but `base` with its folder."""
+    contents: dict[str, bytes] = {}
+    for ending in endings:
+        is_preview = ending == "webp"
+        contents[ending] = (
+            shrink_png(contents["png"]) if is_preview else content(page, ending, about)
+        )
+    for ending, file_content in contents.items():
+        # with_suffix would cut a name such as glass0.3mm_LP at its point
+        write_bytes(base.with_name(f"{base.name}.{ending}"), file_content)
+
+
 def save_pages(
     figures: Figure | Sequence[Figure],
     root: Path,
@@ -554,15 +567,6 @@ def save_pages(
     """
     pages = _pages(figures)
     names = [base if number == 1 else f"{base}_page{number}" for number in range(1, len(pages) + 1)]
-    content_by_file: dict[str, bytes] = {}
     for page, name in zip(pages, names, strict=True):
-        for ending in endings:
-            is_preview = ending == "webp"
-            content_by_file[f"{name}.{ending}"] = (
-                shrink_png(content_by_file[f"{name}.png"])
-                if is_preview
-                else content(page, ending, about)
-            )
-    for file, file_content in content_by_file.items():
-        write_bytes(root / file, file_content)
-    return [*content_by_file]
+        save(page, root / name, about, endings)
+    return [f"{name}.{ending}" for name in names for ending in endings]

@@ -211,7 +211,8 @@ class TableReader(LabelledReader):
     def narrow(self, path: Path, plan: ReadingPlan) -> ReadingPlan:
         """Return the plan without the columns that nobody asked for; refuse a file without a column asked for."""
         layout = plan.layout
-        check_where(path, self.where, layout.names)
+        if self.where:
+            check_where(path, self.where, layout.names)
         self.check_asked(path, plan.unread, layout.names)
         names_to_read = plan.keep.union(self.choose_columns(layout.names))
         labels = plan.labels.difference(self.where)

@@ -76,7 +76,7 @@ def each_draw(stack: Profile, count: int) -> list[Profile]:
     """Return the first `count` draws of a stack, a profile with a leading axis of draws, as a profile each."""
     if isinstance(stack, TableProfile):
         alphas = zip(stack.alpha_z[:count], stack.alpha_x[:count], strict=True)
-        return [TableProfile.of_nodes(stack.beta, stack.gamma, alpha) for alpha in alphas]
+        return [_with_alpha(stack, alpha_z, alpha_x) for alpha_z, alpha_x in alphas]
     if isinstance(stack, FourierProfile):
         return [FourierProfile(values) for values in stack.coefficients[:count]]
     if isinstance(stack, DepthOnlyProfile):
@@ -94,10 +94,18 @@ def with_model_error(profile: Profile, eps: float) -> list[Profile]:
         raise TypeError(f"no model's error of a {type(profile).__name__}")
     angles = 2 * np.pi * (np.arange(CHOSEN.model_points) + 0.5) / CHOSEN.model_points
     factors = np.exp(eps * np.sqrt(2) * np.stack([np.cos(angles), np.sin(angles)], axis=1))
-    alphas = [
-        (factor_z * profile.alpha_z, factor_x * profile.alpha_x) for factor_z, factor_x in factors
+    return [
+        _with_alpha(profile, factor_z * profile.alpha_z, factor_x * profile.alpha_x)
+        for factor_z, factor_x in factors
     ]
-    return [TableProfile.of_nodes(profile.beta, profile.gamma, alpha) for alpha in alphas]
+
+
+def _with_alpha(table: TableProfile, alpha_z: FloatArray, alpha_x: FloatArray) -> TableProfile:
+    """Return a copy of a table with other alpha at its nodes, (nb, ng), already completed by symmetry."""
+    changed = copy(table)
+    changed.__dict__.pop("pack", None)  # the cached arrays for the kernel hold the old alpha
+    changed.alpha_z, changed.alpha_x = alpha_z, alpha_x
+    return changed
 
 
 def coarser(robot: Robot) -> Robot:
