@@ -132,10 +132,16 @@ def test_draws_are_of_the_whole_posterior(monkeypatch):
 
 
 @few_draws()
-def test_a_map_does_not_depend_on_the_routine_that_decomposes_a_covariance(monkeypatch):
+@pytest.mark.parametrize(
+    ("switch", "numbers"),
+    [("likelihood._CHOSEN.few_numbers", 0), ("prior._CHOSEN.many_numbers", 2)],
+)
+def test_a_map_does_not_depend_on_the_routine_that_decomposes_a_covariance(
+    monkeypatch, switch, numbers
+):
     pushes = pushed("poppy_LP", [*range(0, COUNT, 3)], 0.02)
     maps = [rftfit.estimate_map(pushes)]
-    monkeypatch.setattr("rftfit.model.prior._CHOSEN.many_numbers", 2)
+    monkeypatch.setattr(f"rftfit.model.{switch}", numbers)
     maps.append(rftfit.estimate_map(pushes))
     assert_allclose(maps[0].alpha, maps[1].alpha, rtol=1e-6, atol=1e-9)
     assert_allclose(maps[0].distance, maps[1].distance, rtol=1e-6)

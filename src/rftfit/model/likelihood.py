@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit.conventions import COMPONENTS, FloatArray
-from rftfit.model.prior import Prior
+from rftfit.model.prior import Blocks, Prior
 from rftfit.model.pushes import USUAL_PERCENT, Pushes
 from rftfit.store.chosen import chosen
 
@@ -40,33 +40,41 @@ class Measurements(NamedTuple):
 class Likelihood:
     """Likelihood of n measured numbers with normal errors, for any size and departure of the medium at one w.
 
-    After whitening, which makes the errors independent and 1, the covariance of the numbers is 1 + t S: t is the size
-    squared times the departure, and S the whitened covariance of a medium of size 1, C + (1 - w) K + w R. One
-    eigendecomposition of S serves every t.
+    After whitening, which makes the errors independent and 1, the covariance of the numbers is 1 + t (B B' + S): t is
+    the size squared times the departure, B (few columns) the differences of known media, and S the rest, (1 - w) K + w
+    R. One eigendecomposition of S serves every t, and B is a correction of few columns (Woodbury). If the errors of z
+    and x are independent, S has two parts, and the decomposition takes a quarter of the time. For few numbers, or if S
+    has one part, B B' is added to S instead.
 
     `rough_share`: w.
     """
 
     def __init__(self, measurements: Measurements, rough_share: float) -> None:
-        prior = measurements.prior.select(measurements.prior_index)
-        errors_covariance = measurements.covariance
+        prior, covariance = (
+            measurements.prior.select(measurements.prior_index),
+            measurements.covariance,
+        )
         self.mean, self.y = prior.mean, measurements.y
-        variance_without_bed = np.diag(errors_covariance) - (USUAL_PERCENT / 100 * self.y) ** 2
+        variance_without_bed = np.diag(covariance) - (USUAL_PERCENT / 100 * self.y) ** 2
         self.least_error = float(np.sqrt(np.maximum(variance_without_bed, 0.0).min()))
-        covariance = prior.covariance(rough_share)
-        # independent errors, without products of whole matrices: half the time for hundreds of pushes
-        if np.count_nonzero(errors_covariance) == self.y.size:
-            whiten = 1 / np.sqrt(np.diag(errors_covariance))
-            eigenvalues, vectors = np.linalg.eigh(whiten[:, None] * covariance * whiten)
-            self._axes = vectors.T * whiten
+        whiten = whitening(covariance)
+        parts = _independent_parts(prior.smooth, covariance)
+        if self.y.size <= _CHOSEN.few_numbers or len(parts) == 1:
+            parts = [np.arange(self.y.size)]
+            rests = [prior.covariance(rough_share)]
+            between = prior.between[:0]
         else:
-            whiten = np.linalg.inv(np.linalg.cholesky(errors_covariance))
-            eigenvalues, vectors = np.linalg.eigh(whiten @ covariance @ whiten.T)
-            self._axes = vectors.T @ whiten
-        self._eigenvalues = np.maximum(eigenvalues, 0.0)
+            squares = zip(prior.smooth.squares, prior.rough.squares, strict=True)
+            rests = [(1 - rough_share) * k + rough_share * r for k, r in squares]
+            between = prior.between
+        self._parts = [
+            _EigenPart.of(indices, rest, whiten) for indices, rest in zip(parts, rests, strict=True)
+        ]
+        self._eigenvalues = np.concatenate([part.eigenvalues for part in self._parts])
+        self._between = self._to_axes(between)
         self._y, self._mean = self._to_axes(self.y), self._to_axes(self.mean)
         # first estimate of the size by least squares, with an error of 20 % added to each number
-        weight = 1 / (np.diag(errors_covariance) + (0.2 * np.abs(self.y)) ** 2)
+        weight = 1 / (np.diag(covariance) + (0.2 * np.abs(self.y)) ** 2)
         self.first_size = float(weight @ (self.mean * self.y)) / float(weight @ self.mean**2)
         if not self.first_size > 0:
             raise ValueError(
@@ -75,17 +83,47 @@ class Likelihood:
 
     def _to_axes(self, numbers: FloatArray) -> FloatArray:
         """Transform numbers (..., n) to the axes in which errors are independent and 1 and S is diagonal."""
-        return np.asarray(numbers @ self._axes.T)
+        return np.concatenate(
+            [numbers[..., part.indices] @ part.axes.T for part in self._parts], axis=-1
+        )
+
+    def _woodbury_inverse(self, variance: FloatArray, over: FloatArray) -> FloatArray:
+        """Return the inverse of 1 + t B' D^-1 B, shape (t, k, k), where D is the diagonal of 1 + t S.
+
+        `variance`: t, shape (t,). `over`: 1 / D, shape (t, n).
+        """
+        between = self._between
+        products = (between[:, None] * between).reshape(-1, between.shape[1])
+        inner = (over @ products.T).reshape(len(over), len(between), len(between))
+        return np.asarray(np.linalg.inv(np.eye(len(between)) + variance[:, None, None] * inner))
 
     def log_likelihood(self, sizes: FloatArray, departures: FloatArray) -> FloatArray:
         """Return the logarithm of the likelihood, shape (departures, sizes), but for a constant.
 
-        It is -(log det V + r' V^-1 r) / 2 with the residual r = y - s m and the covariance V = 1 + t S.
+        It is -(log det V + r' V^-1 r) / 2 with the residual r = y - s m and the covariance V = 1 + t (B B' + S).
         """
-        variance = departures[:, None] * sizes**2
-        diagonal = 1 + variance[..., None] * self._eigenvalues
-        residual = self._y - sizes[:, None] * self._mean
-        return np.asarray(-0.5 * (np.log(diagonal) + residual**2 / diagonal).sum(axis=-1))
+        variance = (departures[:, None] * sizes**2).ravel()
+        diagonal = 1 + variance[:, None] * self._eigenvalues
+        if not len(self._between):
+            residual = np.tile(self._y - sizes[:, None] * self._mean, (departures.size, 1))
+            total = (np.log(diagonal) + residual**2 / diagonal).sum(axis=-1)
+            return np.asarray(-0.5 * total).reshape(departures.size, sizes.size)
+        # V^-1 = D^-1 - t D^-1 B (1 + t B' D^-1 B)^-1 B' D^-1 with the diagonal D of 1 + t S
+        over = 1 / diagonal
+        inverse = self._woodbury_inverse(variance, over)
+        size = np.broadcast_to(sizes, (departures.size, sizes.size)).ravel()
+        # (y - s m)^2 / D, summed for all t at once: y^2 - 2 s y m + s^2 m^2
+        terms = self._y * self._y, -2 * self._y * self._mean, self._mean * self._mean
+        squares = over @ np.stack(terms, axis=1)
+        powers = np.stack([np.ones_like(size), size, size**2], axis=1)
+        between_y, between_mean = (
+            over @ (self._between * numbers).T for numbers in (self._y, self._mean)
+        )
+        residual = between_y - size[:, None] * between_mean
+        correction = np.einsum("ti,tij,tj->t", residual, inverse, residual)
+        total = (squares * powers).sum(axis=1) - variance * correction
+        log_determinant = np.log(diagonal).sum(axis=1) - np.linalg.slogdet(inverse)[1]
+        return np.asarray(-0.5 * (log_determinant + total)).reshape(departures.size, sizes.size)
 
     @cached_property
     def expected_size(self) -> float:
@@ -93,15 +131,27 @@ class Likelihood:
         sizes, weights = weigh([self], np.ones(1), np.zeros((1, 1, 1)))
         return float(weights[0, 0] @ sizes)
 
+    def _solve_in_axes(self, numbers: FloatArray, variance: FloatArray) -> FloatArray:
+        """Return the inverse covariance times numbers (draws, n) in the axes of `_to_axes`; `variance`: t, (draws, 1)."""
+        over = 1 / (1 + variance * self._eigenvalues)
+        without_between = numbers * over
+        inverse = self._woodbury_inverse(variance[:, 0], over)
+        factors = np.einsum("dij,dj->di", inverse, without_between @ self._between.T)
+        return np.asarray(without_between - over * (variance * (factors @ self._between)))
+
     def solve(self, residual: FloatArray, variance: FloatArray) -> FloatArray:
         """Return the inverse covariance of the numbers times `residual`, (draws, n); `variance`: t, (draws, 1)."""
-        in_axes = self._to_axes(residual) / (1 + variance * self._eigenvalues)
-        return np.asarray(in_axes @ self._axes)
+        in_axes = self._solve_in_axes(self._to_axes(residual), variance)
+        answer = np.empty_like(residual)
+        ends = np.cumsum([part.indices.size for part in self._parts])[:-1]
+        for part, block in zip(self._parts, np.split(in_axes, ends, axis=1), strict=True):
+            answer[:, part.indices] = block @ part.axes
+        return answer
 
     def chi_squared(self, size: float) -> float:
         """Return chi squared of the numbers about the mean shape of this size, for lambda = 1."""
-        residual = self._y - size * self._mean
-        return float((residual**2 / (1 + size**2 * self._eigenvalues)).sum())
+        residual = (self._y - size * self._mean)[None]
+        return float((residual * self._solve_in_axes(residual, np.full((1, 1), size**2))).sum())
 
     def fit_horizontal_ratio(self, is_x: npt.NDArray[np.bool_], size: float) -> tuple[float, float]:
         """Fit alpha_x over alpha_z relative to this ratio in known media; return it and the standard error of its log.
@@ -113,7 +163,7 @@ class Likelihood:
         if is_x.all() or not is_x.any():
             return math.nan, math.nan
         design = self._to_axes(np.stack([self.mean * ~is_x, self.mean * is_x]))
-        weighted = design / (1 + size**2 * self._eigenvalues)
+        weighted = self._solve_in_axes(design, np.full((2, 1), size**2))
         covariance = np.linalg.pinv(weighted @ design.T)
         z, x = (float(factor) for factor in covariance @ (weighted @ self._y))
         (zz, zx), (_, xx) = covariance
@@ -121,14 +171,30 @@ class Likelihood:
             return 0.0, math.sqrt(max(zz + xx - 2 * zx, 0.0)) / abs(z - x)
         return x / z, math.sqrt(max(zz / z**2 + xx / x**2 - 2 * zx / (z * x), 0.0))
 
+    def _precision_of_each(self, size: float) -> FloatArray:
+        """Return the diagonal of the inverse covariance of the numbers for lambda = 1, shape (n,)."""
+        variance = np.full(1, size**2)
+        over = 1 / (1 + variance[:, None] * self._eigenvalues)
+        inverse = self._woodbury_inverse(variance, over)[0]
+        between_over = self._between * over
+        diagonal = np.empty(self.y.size)
+        start = 0
+        for part in self._parts:
+            stop = start + part.indices.size
+            between = between_over[:, start:stop] @ part.axes
+            correction = np.einsum("in,ij,jn->n", between, inverse, between)
+            without_between = over[0, start:stop] @ part.axes**2
+            diagonal[part.indices] = without_between - size**2 * correction
+            start = stop
+        return diagonal
+
     def farthest(self, pushes: Pushes, used: npt.NDArray[np.bool_], size: float) -> PushResidual:
         """Return the number that differs most, in units of its error, from its prediction by all other numbers.
 
         `used`: True for those numbers of `pushes`, z then x, that are the measured numbers.
         """
         # leave-one-out residual of number i: (V^-1 r)_i / (V^-1)_ii, with the variance 1 / (V^-1)_ii
-        precision = (1 / (1 + size**2 * self._eigenvalues)) @ self._axes**2
-        variance = 1 / precision
+        variance = 1 / self._precision_of_each(size)
         residual = (self.y - size * self.mean)[None]
         off = self.solve(residual, np.full((1, 1), size**2))[0] * variance
         worst = int(np.argmax(np.abs(off) / np.sqrt(variance)))
@@ -165,6 +231,47 @@ def weigh(
         low = np.log(sizes[max(likely[0] - 1, 0)])
         high = np.log(sizes[min(likely[-1] + 1, sizes.size - 1)])
     return sizes, weights / weights.sum()
+
+
+class _EigenPart(NamedTuple):
+    """Eigendecomposition of whitened S for numbers that neither S nor errors connect with others.
+
+    `indices`: of the numbers. `axes`: eigenvectors in rows, times the whitening.
+    """
+
+    indices: npt.NDArray[np.intp]
+    eigenvalues: FloatArray
+    axes: FloatArray
+
+    @classmethod
+    def of(cls, indices: npt.NDArray[np.intp], rest: FloatArray, whiten: FloatArray) -> _EigenPart:
+        """Decompose `rest`, S of the numbers at `indices`; `whiten`: `whitening` of all numbers."""
+        if whiten.ndim == 1:
+            factors = whiten[indices]
+            values, vectors = np.linalg.eigh(factors[:, None] * rest * factors)
+            return cls(indices, np.maximum(values, 0.0), np.ascontiguousarray(vectors.T * factors))
+        matrix = whiten[np.ix_(indices, indices)]
+        values, vectors = np.linalg.eigh(matrix @ rest @ matrix.T)
+        return cls(indices, np.maximum(values, 0.0), vectors.T @ matrix)
+
+
+def _independent_parts(rest: Blocks, covariance: FloatArray) -> list[npt.NDArray[np.intp]]:
+    """Return the indices of numbers in two parts that neither S nor errors connect, or else in one part."""
+    if len(rest.indices) > 1 and not covariance[np.ix_(*rest.indices)].any():
+        return [*rest.indices]
+    return [np.arange(len(covariance))]
+
+
+def are_independent(covariance: FloatArray) -> bool:
+    """Return True if a covariance of errors is diagonal."""
+    return bool(np.count_nonzero(covariance) == np.count_nonzero(np.diag(covariance)))
+
+
+def whitening(covariance: FloatArray) -> FloatArray:
+    """Return the matrix that makes errors independent and 1; for independent errors its diagonal alone, shape (n,)."""
+    if are_independent(covariance):
+        return 1 / np.sqrt(np.diag(covariance))
+    return np.linalg.inv(np.linalg.cholesky(covariance))
 
 
 class PushResidual(NamedTuple):

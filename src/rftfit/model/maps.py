@@ -457,7 +457,7 @@ def estimate(
     node_indices = np.argsort(block_order).reshape(2, -1)[:, pushes.beta.size :].ravel()
     y, covariance = pushes.alpha.ravel(), pushes.covariance
     # a number that is 0 by symmetry, without variance, says nothing about the medium
-    varies = np.diag(prior.smooth)[: y.size] > ZERO_VARIANCE
+    varies = prior.smooth.diagonal[: y.size] > ZERO_VARIANCE
     used = np.isfinite(y) & np.isfinite(np.diag(covariance)) & varies
     if not (used.any() or contacts):
         raise ValueError("no push has a number that tells of the medium")
@@ -521,7 +521,8 @@ def _add_contacts(
 
     prior = of_pushes.prior
     # C + K + R, more than any medium has: no useful combination of forces is left out
-    covariance = prior.covariance(0.0) + prior.rough
+    covariance = prior.covariance(0.0)
+    prior.rough.add_to(covariance)
     rows_of_prior = root(covariance[np.ix_(node_indices, node_indices)])
     system = ObservedSystem.of(contacts, nodes, prior.mean[node_indices], rows_of_prior)
     size = system.first_size()

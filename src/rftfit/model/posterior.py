@@ -10,7 +10,7 @@ import numpy.typing as npt
 from rftfit.conventions import FloatArray
 from rftfit.model.draws import DRAWS, SEED_OF_MAPS
 from rftfit.model.energy import mean_effort, takes_energy
-from rftfit.model.likelihood import Likelihood, Measurements, weigh
+from rftfit.model.likelihood import Likelihood, Measurements, are_independent, weigh
 from rftfit.model.observations import Angles
 from rftfit.model.prior import Variation, triangular_root
 from rftfit.model.pushes import Pushes, same_direction_or_mirror
@@ -34,8 +34,12 @@ class Posterior:
         self._prior, self._prior_index, self._y, covariance = measurements
         self._first_node = int(self._prior_index.max()) + 1
         self._rough_shares = variation.rough_shares
-        # rows whose products are the covariance of the errors
-        self._noise = np.linalg.cholesky(covariance).T
+        # standard deviations of independent errors, else rows whose products are their covariance
+        self._noise = (
+            np.sqrt(np.diag(covariance))
+            if are_independent(covariance)
+            else np.linalg.cholesky(covariance).T
+        )
         self.likelihoods = [
             Likelihood(measurements, rough_share) for rough_share in self._rough_shares
         ]
@@ -134,7 +138,11 @@ class Posterior:
         for number in shares_drawn:
             # made before the arrays of the draws, to limit the memory in use at a time
             self._matrices_of(number)
-        noise = random.standard_normal((DRAWS, self._y.size)) @ self._noise
+        noise = random.standard_normal((DRAWS, self._y.size))
+        if self._noise.ndim == 1:
+            noise *= self._noise
+        else:
+            noise = noise @ self._noise
         normals = random.standard_normal((DRAWS, grid_end), np.float32)
         pull = np.empty((DRAWS, self._y.size))
         variance = size**2 * departure

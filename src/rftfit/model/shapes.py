@@ -22,6 +22,7 @@ from rftfit.model.likelihood import Likelihood, Measurements
 from rftfit.model.observations import Angles
 from rftfit.model.prior import (
     ZERO_VARIANCE,
+    Blocks,
     Prior,
     Variation,
     rough_kernel,
@@ -161,13 +162,17 @@ class Shapes:
         by_friction = (courses - course) / np.sqrt(len(courses) - 1)
         between = np.concatenate([between, by_friction, variation.course_share * course[None]])
         # the standard deviation of K depends on the mean there, that of R is the same everywhere
-        sd = variation.floor + variation.share * np.abs(mean)
+        sd_z, sd_x = np.split(variation.floor + variation.share * np.abs(mean), 2)
         sd_on_grid = variation.floor + variation.share * np.abs(self._mean_on_grid)
-        smooth, rough = (
+        rough_variance = np.mean(sd_on_grid**2)
+        (smooth_z, smooth_x), (rough_z, rough_x) = (
             symmetric_correlation(beta, gamma, partial(kernel, variation))
             for kernel in (smooth_kernel, rough_kernel)
         )
-        return Prior(mean, between, np.outer(sd, sd) * smooth, np.mean(sd_on_grid**2) * rough)
+        z, x = np.split(np.arange(mean.size), 2)
+        smooth = np.outer(sd_z, sd_z) * smooth_z, np.outer(sd_x, sd_x) * smooth_x
+        rough = rough_variance * rough_z, rough_variance * rough_x
+        return Prior(mean, between, Blocks((z, x), smooth), Blocks((z, x), rough))
 
     @property
     def tilt(self) -> float:
