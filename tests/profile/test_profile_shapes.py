@@ -178,7 +178,7 @@ def test_media_take_energy_because_that_is_known_beforehand():
     prior, many = shapes.prior(*NODES), seeds(400_000, 160_000)
     variation = shapes.variation
     values = []
-    roots = [root_of(covariance) for covariance in (prior.smooth, prior.rough)]
+    roots = [root_of(blocks.whole()) for blocks in (prior.smooth, prior.rough)]
     for _ in range(many // 4000):
         share = random.uniform(0, variation.most_rough, (4000, 1))
         departure = 3.5 / random.gamma(2.5, size=(4000, 1))
