@@ -36,9 +36,15 @@ SIMULATED_ROBOT = "simulated robot"
 """Stamp of figures that show the simulated robot alone."""
 
 
-def _describe_simulated(results: Results) -> str:
-    """Say what is simulated in a figure that shows speeds or strides of tracks, if there are any, beside the simulated robot."""
+def _describe_simulated_in_speeds(results: Results) -> str:
+    """Say what is simulated in a figure that shows published or tracked speeds beside those of the simulated robot."""
     return "simulated robot and tracks" if _has_tracks(results) else SIMULATED_ROBOT
+
+
+def _describe_simulated_in_motion(results: Results) -> str:
+    """Say what is simulated in a figure of the robot's motion; it shows strides of tracks, too, where there are any."""
+    has_strides = len(results.table("robot/strides.csv")) > 0
+    return "simulated robot and tracks" if has_strides else SIMULATED_ROBOT
 
 
 def _has_tracks(results: Results) -> bool:
@@ -63,7 +69,7 @@ def sweep_figure(name: str, reads: Sequence[str], **fields: Any) -> Callable[[_D
                 on_demand=sweep == "robot_full",
                 section="Robot",
                 settings=("robot",),
-                stamped=_describe_simulated,
+                stamped=_describe_simulated_in_speeds,
                 **fields,
             )(draw)
         return draw_sweep
@@ -578,7 +584,7 @@ _MOTION_FIELDS: dict[str, Any] = {
     "reads": ("robot/motion.csv", "robot/strides.csv"),
     "media": when(lambda campaign: campaign.robot_medium),
     "section": "Robot",
-    "stamped": _describe_simulated,
+    "stamped": _describe_simulated_in_motion,
 }
 """Fields of the declarations of both figures over two strides."""
 
