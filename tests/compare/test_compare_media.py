@@ -203,6 +203,8 @@ def test_what_cannot_be_compared_is_refused():
         compare_run_sets(a, replace(b, runs=elsewhere))
     with pytest.raises(rftfit.RftfitError, match="opposite"):
         compare_run_sets(a, replace(b, runs=b.runs.assign(**{c: -b.runs[c] for c in ALPHA})))
+    with pytest.raises(rftfit.RftfitError, match="no force"):
+        compare_run_sets(a, replace(b, runs=b.runs.assign(**dict.fromkeys(ALPHA, 0.0))))
 
 
 def test_repeats_of_one_medium_tell_little_of_the_other():

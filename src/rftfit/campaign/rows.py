@@ -258,11 +258,9 @@ class DraftRow:
         """Add a problem of one cell; the arguments as in `Problem`. An error makes the column bad in this row."""
         if severity == "error":
             self.bad.add(column)
-        code, place = (
-            f"{self.schema.area}.{code}",
-            Place(self.schema.file, self.row or None, column),
-        )
-        self.problems.append(Problem(code, place, value_found, allowed, nearest, severity))
+        place = Place(self.schema.file, self.row or None, column)
+        code_of_area = f"{self.schema.area}.{code}"
+        self.problems.append(Problem(code_of_area, place, value_found, allowed, nearest, severity))
 
     def yes(self, column: str) -> bool:
         """Return whether a flag is set; False also where the cell is blank or bad."""

@@ -634,11 +634,14 @@ def _fit_ratio(means: tuple[_Means, _Means], scatters: tuple[RunScatter, RunScat
     from scipy.optimize import minimize_scalar
 
     a, b = means
+    size_of_a, size_of_b = (float(np.linalg.norm(side.mean)) for side in means)
+    if 0.0 in (size_of_a, size_of_b):
+        raise InputError("one of A and B has no force in the common directions")
     if not float((a.mean * b.mean).sum()) > 0:
         raise InputError(
             "the forces of A and B are opposite in their common directions: look at the axes of both"
         )
-    first = math.log(np.linalg.norm(b.mean) / np.linalg.norm(a.mean))
+    first = math.log(size_of_b / size_of_a)
     covariance_a, covariance_b = map(_covariance_of_means, means, scatters)
     contrast = _Contrast(a, b, covariance_a, covariance_b, scatters[0].dof, scatters[1].dof)
     optimum = minimize_scalar(

@@ -311,6 +311,7 @@ def _draw_models(
     """
     heads = [f"{head}\n{style.alpha_label(c)}" for c in "zx" for head in (name, residual_name)]
     page, axes_of_maps = _new_page(results, list(models), heads)
+    more_in_legend: dict[str, Any] = {}
     for (medium, model), row_of_axes in zip(models.items(), axes_of_maps, strict=True):
         surfaces, table = model(*middles()), results[medium].alpha
         for index, c in enumerate("zx"):
@@ -322,7 +323,9 @@ def _draw_models(
             add_bar(page, residual_axes, add_table(residual_axes, table, residual, signed=True))
             below = table[residual < 0]
             residual_axes.plot(below["gamma_deg"], below["beta_deg"], clip_on=False, **_BELOW)
-    add_legend(page, {"measured lies below": style.line(**_BELOW)})
+            if len(below):
+                more_in_legend["measured lies below"] = style.line(**_BELOW)
+    add_legend(page, more_in_legend)
     return page
 
 

@@ -144,7 +144,9 @@ def _velocity_of_point(point_cm: FloatArray, poses: FloatArray, rates: FloatArra
 def _describe_changes(
     moving: BodyInMotion, best: ForcesByName, others: Sequence[ForcesByName], source: str
 ) -> tuple[str, str]:
-    """Say in which poses, and by how much, largest forces differ by more than `SAME_SHARE`; empty where none does.
+    """Say in which poses, and by how much, largest forces differ by more than `SAME_SHARE`.
+
+    How much is empty where none differs.
 
     `best`: forces of the motion. `others`: forces in the same poses at other velocities. `source`: of these, in words.
     """
