@@ -167,7 +167,7 @@ def error_of_legs(media: Sequence[Medium]) -> float:
             motion = rotation(theta, leg.hip_height_cm, config.arm.leg_speed_rad_per_s)
             outline = leg_outline(leg)
             whole = outline_load(profile, outline, motion.poses, with_centre=False)
-            load = whole.between(0, theta.size)
+            load = whole.interpolate(0, theta.size)
             size = np.where(load.loaded > 0, load.size[0], np.nan)
             for c, predicted in _force_on(profile, outline, motion).items():
                 relative_errors.append((curve[FORCES[c]].to_numpy(float) - predicted) / size)

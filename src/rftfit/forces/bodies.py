@@ -22,8 +22,10 @@ def set_in_motion(
 ) -> BodyInMotion:
     """Return an outline with its `Motion` (default: the rotation of the paper's trials) or a mesh with its `Motion3D`.
 
-    The body is cut as finely as its forces and moments need (`fine_enough`). `law`, `friction`: of a mesh, as in
-    `predict`. `quantities`: those of an outline that get an interval. Raises TypeError where body and motion do not go together.
+    The body is cut as finely as its forces and moments need (`fine_enough`). `law`: for a mesh, ``measured`` (alpha in
+    all directions) or ``3d-rft`` (from alpha_z(0, 90 deg) alone). `friction`: for a mesh, most stress along a face over
+    that across it; None: as the law states it. `quantities`: columns of forces and moment of an outline that get an
+    interval; a mesh has intervals of all. Raises TypeError where body and motion do not go together.
     """
     if isinstance(body, Mesh):
         if not isinstance(motion, Motion3D):

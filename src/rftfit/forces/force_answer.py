@@ -17,7 +17,15 @@ from rftfit.forces.model_error import eps_of, has_model_error
 from rftfit.forces.motion import Motion
 from rftfit.forces.moving import BodyInMotion
 from rftfit.forces.outlines import Outline
-from rftfit.forces.peaks import STEEP, STEEP_DEG, Peak, describe_beside, pose_of, unknown_peaks
+from rftfit.forces.peaks import (
+    STEEP,
+    STEEP_DEG,
+    Peak,
+    describe_beside,
+    pose_of,
+    unit_of,
+    unknown_peaks,
+)
 from rftfit.forces.prediction import predict_with_peaks
 from rftfit.forces.rolling import RULES, Rim, describe_friction
 from rftfit.model.draws import end_names, model_end_names, next_end_names
@@ -322,7 +330,7 @@ class ForceAnswer:
             titles = ", ".join(_TITLES[name] for name in self.signs_unknown)
             lines.append(f"{titles}: the sign is not known.")
         lines += [
-            f"{_TITLES[name]}: 0, in the interval of a pose up to {_format_number(farthest)} {_unit_of(name)} either way."
+            f"{_TITLES[name]}: 0, in the interval of a pose up to {_format_number(farthest)} {unit_of(name)} either way."
             for name, farthest in self.farthest_of_zeros.items()
         ]
         if self.shares_near_pushes:
@@ -372,7 +380,7 @@ class ForceAnswer:
             [
                 _TITLES[peak.name],
                 *(_format_number(getattr(peak, column)) for column in columns),
-                _unit_of(peak.quantity),
+                unit_of(peak.quantity),
                 f"{peak.position:g}",
             ]
             for peak in self.peaks
@@ -450,11 +458,6 @@ def _widest_ends(peak: Peak) -> tuple[float, float]:
     """Return the interval of the next bed, else that with the model's error, else that of alpha."""
     intervals = ((peak.next_lo, peak.next_hi), (peak.model_lo, peak.model_hi), (peak.lo, peak.hi))
     return next((ends for ends in intervals if not math.isnan(ends[0])), (math.nan, math.nan))
-
-
-def _unit_of(quantity: str) -> str:
-    """Return the unit of a force or a moment."""
-    return "N cm" if quantity.startswith("moment") else "N"
 
 
 PEAK_TITLES = {

@@ -1,5 +1,10 @@
 """Peaks of predicted forces, and intervals of poses and of peaks from draws of a whole motion.
 
+A body moves through p poses. Its quantities are named as their columns: forces (``force_z_N``, N) and moments
+(``moment_N_cm``, N cm) that the medium exerts on the body. The best curve of a quantity, shape (p,), is that by the
+profile itself; a draw is the same curve by alpha drawn within its errors. Each quantity has up to three intervals: of
+alpha (`lo`, `hi`), with the force model's own error (`model_lo`, `model_hi`), and of the next bed (`next_lo`, `next_hi`).
+
 The value of a peak is everywhere the top of the best curve. A draw has noise in every pose, so that its largest value
 lies above the top of the best curve on average. The interval is that of the peaks of the draws, moved by this
 difference, so that value and interval are of the same quantity.
@@ -23,15 +28,18 @@ from rftfit.store.chosen import chosen
 _CHOSEN = chosen("forces", "peaks")
 
 Ends = dict[str, tuple[FloatArray, FloatArray]]
-"""Lower and upper end of an interval in each pose, by name of the quantity."""
+"""Lower and upper end of an interval in each pose, each of shape (p,), by name of the quantity."""
 
 BoundsByName = dict[str, tuple[FloatArray, FloatArray]]
 """In each pose the sum over all parts of a body whose force has a number, and the most that the other parts may add to
-it, by name of the quantity."""
+its size (0 or more); each of shape (p,), by name of the quantity."""
 
 
 class PeakTarget(NamedTuple):
-    """A peak to find: the largest value of a quantity (a force or a moment) where `sign` is 1, the least where it is -1."""
+    """A peak to find: the largest value of a quantity where `sign` is 1, the least (most negative) where it is -1.
+
+    `name`: of the peak, such as ``lift``. `quantity`: the column in which it is found, such as ``force_z_N``.
+    """
 
     name: str
     quantity: str
@@ -49,11 +57,11 @@ class Peak:
     quantity : str
         Column of `predict`, such as ``force_z_N``.
     value : float
-        Top of the best curve, N or N cm.
+        Top of the best curve, N or N cm; negative for a peak of the negative sign, such as ``drag``.
     lo, hi : float
         Interval of alpha, of the mean over beds.
     position : float
-        theta_deg or t_s of the pose.
+        theta_deg or t_s of the pose: the first column of the motion.
     model_lo, model_hi : float
         Interval with the model's own error too.
     next_lo, next_hi : float
@@ -91,28 +99,38 @@ class Peak:
 
 
 OTHER_FORM = "other-form"
-"""Code of a peak by nine terms whose interval of alpha does not contain the peak by the table of the same medium, or
-its map."""
+"""`Peak.withheld` of a peak by nine terms whose interval of alpha does not contain the peak by the table of the same
+medium, or its map: the error of nine terms is then larger than that of alpha."""
 
 STEEP = "steep"
-"""Code of a peak whose force changes with the attack angle faster than the interval of alpha between pushes allows."""
+"""`Peak.withheld` of a peak whose force changes with the attack angle faster than pushes on both sides can show."""
 
 STEEP_DEG: float = _CHOSEN.steep_deg
+"""Change of the attack angle, degrees, over which the steepness of a peak is taken."""
+
 STEEPEST: float = _CHOSEN.steepest
-"""Change of the attack angle, degrees, and the relative change of a peak with it above which its interval of alpha is
-withheld."""
+"""Relative change of a peak with `STEEP_DEG` above which its interval of alpha is withheld."""
 
 NOTICED: float = _CHOSEN.noticed
 """Share of the force on a body above which it is said that this share lies outside of what was measured."""
 
 
+def unit_of(name: str) -> str:
+    """Return the unit of a force or a moment, by the name of its column or of its peak."""
+    return "N cm" if name.startswith("moment") else "N"
+
+
 def pose_of(peak: Peak, curve: FloatArray) -> int:
-    """Return the number of the pose of a peak, from the curve of its quantity, shape (p,)."""
+    """Return the index of the pose of a peak, from the best curve of its quantity, shape (p,)."""
     return int(np.nanargmax(curve if peak.value > 0 else -curve))
 
 
 def withhold(peak: Peak, code: str) -> Peak:
-    """Remove the interval of alpha from a peak, and that of the next bed where it follows from this one alone."""
+    """Return a peak without its interval of alpha; `code`: why, `OTHER_FORM` or `STEEP`.
+
+    The interval of the next bed is made from that with the model's own error, which stays valid, or where there is none
+    from that of alpha: then it goes, too.
+    """
     withheld = replace(peak, lo=math.nan, hi=math.nan, withheld=code)
     if math.isnan(peak.model_lo):
         return replace(withheld, next_lo=math.nan, next_hi=math.nan)
@@ -122,14 +140,16 @@ def withhold(peak: Peak, code: str) -> Peak:
 def set_beside(
     peaks: Iterable[Peak], targets: Iterable[PeakTarget], beside: Mapping[str, FloatArray]
 ) -> list[Peak]:
-    """Set `Peak.beside` of peaks by nine terms, from the curves `beside` by the table or map of the same medium.
+    """Return peaks by nine terms with their `Peak.beside`, from the curves `beside` by the table or map of the same medium.
 
-    Where it lies outside of the interval of alpha, this interval is withheld.
+    `targets`: those of the peaks, which give their signs. `beside`: shape (p,), by quantity; a gap makes the peak NaN.
+    Where `Peak.beside` lies outside of the interval of alpha, this interval is withheld.
     """
     signs = {target.name: target.sign for target in targets}
     compared = []
     for peak in peaks:
         sign = signs[peak.name]
+        # a curve that never has this sign has the peak 0; + 0.0 makes 0.0 of -0.0
         top = sign * max(float((sign * beside[peak.quantity]).max()), 0.0) + 0.0
         with_beside = replace(peak, beside=top)
         if math.isfinite(peak.lo) and not peak.lo <= top <= peak.hi:
@@ -139,7 +159,10 @@ def set_beside(
 
 
 def keep_true_intervals(ends: Ends, beside: Mapping[str, FloatArray]) -> Ends:
-    """Keep intervals of alpha where they contain the force by the table or map of the same medium; else NaN."""
+    """Return intervals of alpha by nine terms, NaN in poses where they miss the force by the table or map of the same medium.
+
+    `beside`: that force, shape (p,), by quantity. Where it is missed, nine terms err by more than alpha does.
+    """
     kept = {}
     for name, (lo, hi) in ends.items():
         holds = (lo <= beside[name]) & (beside[name] <= hi)
@@ -148,10 +171,13 @@ def keep_true_intervals(ends: Ends, beside: Mapping[str, FloatArray]) -> Ends:
 
 
 def describe_beside(peak: Peak, form: str, form_beside: str) -> str:
-    """Say how far a peak by nine terms lies from the same peak by the table or the map; empty without one."""
+    """Say how far a peak by nine terms lies from the same peak by the table or the map; empty without one.
+
+    `form`, `form_beside`: names of the two forms of the profile, as they are printed.
+    """
     if math.isnan(peak.beside):
         return ""
-    unit = "N cm" if peak.quantity.endswith("cm") else "N"
+    unit = unit_of(peak.quantity)
     numbers = (
         f"{form} {peak.value:.3g} {unit}, {form_beside} of the same medium {peak.beside:.3g} {unit}"
     )
@@ -166,10 +192,11 @@ SAME_SHARE = USUAL_BED_SPREAD
 
 
 class DrawStatistics:
-    """Intervals by pose, and the peaks of every draw, collected over the poses of a motion.
+    """Intervals by pose, and the peaks of every draw, collected over the poses of a motion, some poses at a time.
 
-    `quantities`: names of those that get an interval. `targets`: peaks that are collected, where their quantity is one
-    of these, over the poses that have a best value.
+    Draws of a whole motion may be too large for memory: `add` takes those of some poses and keeps the intervals of these
+    poses and the peak of each draw so far. `quantities`: names of those that get an interval. `targets`: peaks that are
+    collected, where their quantity is one of these.
     """
 
     def __init__(
@@ -182,7 +209,10 @@ class DrawStatistics:
         self._tops: dict[str, FloatArray] = {}
 
     def add(self, draws: Mapping[str, FloatArray], is_finite: npt.NDArray[np.bool_]) -> None:
-        """Add draws of the quantities in the next p poses, shape (draws, p); `is_finite`: poses with a best value."""
+        """Add draws of the quantities in the next k poses, shape (draws, k).
+
+        `is_finite`: shape (k,), True for poses whose best forces all have a number. Only these can hold a peak.
+        """
         for name, intervals in self._intervals.items():
             intervals.append(np.stack(interval(draws[name], self.confidence)))
         if not is_finite.any():
@@ -194,7 +224,7 @@ class DrawStatistics:
 
     @property
     def ends(self) -> Ends:
-        """Intervals by pose."""
+        """Interval of each quantity in all poses that were added."""
         ends = {}
         for name, intervals in self._intervals.items():
             if intervals:
@@ -203,7 +233,10 @@ class DrawStatistics:
         return ends
 
     def peak_ends(self, target: PeakTarget, value: float) -> tuple[float, float] | None:
-        """Return the interval of a peak whose best value is `value`; None where a draw has no number in some pose."""
+        """Return the interval of a peak whose best value is `value`.
+
+        None where the quantity has no draws, or a draw has no number in some pose.
+        """
         tops = self._tops.get(target.name)
         if tops is None or not np.isfinite(tops).all():
             return None
@@ -214,7 +247,10 @@ class DrawStatistics:
 
 
 def _cut_at_zero(sign: int, ends: Iterable[Any]) -> tuple[float, float]:
-    """Cut the interval of a peak of one sign off at 0."""
+    """Cut the interval of a peak of one sign off at 0, as a peak of the other sign is another peak.
+
+    `ends`: two numbers, or arrays with one number each, in either order.
+    """
     lo, hi = sorted(sign * float(np.maximum(sign * end, 0.0)) + 0.0 for end in ends)
     return lo, hi
 
@@ -236,13 +272,16 @@ def pick_peaks(
     model_ends: Ends,
     bed_half_width: float,
 ) -> list[Peak]:
-    """Find the peaks of the best curves.
+    """Find the peaks of the best curves, with their intervals; a target whose sign no pose has gives no peak.
 
-    `positions`: theta or time of each pose. `bounds`: needed where some poses have no number: where a bound there exceeds
-    the peak, the peak may be there and none is stated. `alpha_ends`, `model_ends`: intervals by pose, for peaks without
-    draws. `bed_half_width`: half width of the interval of a bed, relative; NaN where the next bed has none.
+    `best`: shape (p,), by quantity. `positions`: theta or time of each pose, shape (p,). `bounds`: needed where some poses
+    have no number: where a bound there exceeds the peak, the peak may be there and none is stated. `alpha_draws`,
+    `model_draws`: draws of alpha, and of alpha with the model's error; None where there are none. `alpha_ends`,
+    `model_ends`: intervals by pose, for peaks without draws. `bed_half_width`: half width of the interval of a bed, over
+    the force; NaN where the next bed has none.
     """
     peaks = []
+    # forces and moments have different units, but one limit for rounding is enough
     largest = max((float(np.nanmax(np.abs(v), initial=0.0)) for v in best.values()), default=0.0)
     for target in targets:
         name, quantity, sign = target
@@ -253,7 +292,8 @@ def pick_peaks(
         pose = int(np.nanargmax(sizes))
         if not is_finite.all():
             with_number, most = bounds[quantity]
-            if not ((sign * with_number + most)[~is_finite] <= sizes[pose]).all():
+            largest_there = (sign * with_number + most)[~is_finite]
+            if not (largest_there <= sizes[pose]).all():
                 continue
         value = float(best[quantity][pose])
         intervals = []
@@ -273,7 +313,10 @@ def pick_peaks(
 def unknown_peaks(
     best: Mapping[str, FloatArray], targets: Iterable[PeakTarget], peaks: Iterable[Peak]
 ) -> list[str]:
-    """Return the names of peaks that may lie in a pose without a number, and are therefore not stated."""
+    """Return the names of peaks that may lie in a pose without a number, and are therefore not stated.
+
+    `best`: shape (p,), NaN in such poses, by quantity. `targets`: all peaks looked for. `peaks`: those that are stated.
+    """
     stated = {peak.name for peak in peaks}
     return [
         target.name

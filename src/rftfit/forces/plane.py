@@ -1,4 +1,9 @@
-"""Forces of a profile on an outline in the plane; one profile, or a stack of draws."""
+"""Forces of a profile on an outline in the plane; one profile, or a stack of draws.
+
+Poses are arrays (p, 6): x, z of the reference point (cm, z = 0 at the surface), angle (rad, from z toward x) and their
+rates (per s). A stack of draws is a profile whose parameters have a leading axis: alpha drawn within its errors. Elements
+are the short straight pieces of an outline; the load of an element is depth times wet area, cm^3, 0 above the surface.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +45,10 @@ class Forces:
 
 
 def forces_on(profile: Profile, outline: Outline, poses: FloatArray) -> Forces:
-    """Integrate the forces over an outline in each pose (Eq. 2); `poses`: those of a `Motion`, shape (p, 6)."""
+    """Integrate the forces of one profile over an outline in each pose (Eq. 2); `poses`: those of a `Motion`, shape (p, 6).
+
+    Many elements are summed by the compiled kernel, few in numpy, which is then faster: both give the same numbers.
+    """
     poses = _check_poses(poses)
     body, width_cm, solid = outline.body, outline.width_cm, outline.solid
     if is_worth_compiling(len(poses) * len(body)):
@@ -58,14 +66,15 @@ def forces_on(profile: Profile, outline: Outline, poses: FloatArray) -> Forces:
 def force_draws(
     profile: Profile, outline: Outline, poses: FloatArray, *, with_moment: bool = True
 ) -> Forces:
-    """Integrate the forces over an outline in each pose, by each of a stack of draws of alpha.
+    """Integrate the forces over an outline in each pose (p, 6), by each of a stack of draws of alpha.
 
-    `with_moment`: False saves time, and the moment is NaN. Every profile is linear in its parameters: the geometry
-    gives the weight of each parameter in each pose once, all draws are then one matrix product. Returns arrays of shape
-    (draws, ..., p).
+    `with_moment`: False saves time, and the moment is NaN. Every profile is linear in its parameters (the alpha of its
+    nodes, or its coefficients): the geometry gives the weight of each parameter in each pose once, all draws are then one
+    matrix product. Returns arrays of shape (draws, p).
     """
     poses = _check_poses(poses)
     values_z, values_x = profile.parameters
+    # weights are calculated of some poses at a time, because of memory
     per_pose = max(1, len(outline.body) * max(values_z.shape[-1], values_x.shape[-1]))
     step = max(1, MOST_AT_ONCE // per_pose)
     weights_of_parts = [
@@ -75,6 +84,7 @@ def force_draws(
     weights_z, weights_x = (
         np.concatenate(weights, axis=1) for weights in zip(*weights_of_parts, strict=True)
     )
+    # 0: weights of the force, 1: with the arm x, 2: with the arm z
     force_z, force_x = weighted_sum(values_z, weights_z[0]), weighted_sum(values_x, weights_x[0])
     if with_moment:
         moment = weighted_sum(values_x, weights_x[2]) - weighted_sum(values_z, weights_z[1])
@@ -91,7 +101,8 @@ def _weights(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the weights of the parameters of alpha_z and of alpha_x in three sums, each of shape (3, p, parameters).
 
-    The sums are over elements: of the force, of the force times the arm x, and of the force times the arm z.
+    The sums are over elements: of the force, of the force times the arm x, and of the force times the arm z. Weights are
+    in cm^3 and cm^4: a sum of parameters (N/cm^3) with them is in N and N cm.
     """
     wet = WetElements.of(outline, poses)
     arm_x, arm_z = np.moveaxis(wet.arm, -1, 0)
@@ -114,6 +125,7 @@ def _describe_gap(profile: Profile) -> str:
 
 
 QUANTITIES = ("force_z_N", "force_x_N", "moment_N_cm")
+"""Columns of the forces and the moment on an outline."""
 
 PEAKS = (
     PeakTarget("lift", "force_z_N", 1),
@@ -146,10 +158,13 @@ class OutlineInMotion(BodyInMotion):
         """Integrate the forces by one profile, with their load: in the form of a single draw."""
         forces = {name: values[None] for name, values in self.best(profile).forces.items()}
         load = outline_load(profile, self.outline, self.poses)
-        return DrawnForces(0, forces, load.between(0, len(self.poses)))
+        return DrawnForces(0, forces, load.interpolate(0, len(self.poses)))
 
     def draw(self, stack: Profile, *, with_load: bool) -> Iterator[DrawnForces]:
-        """Integrate the forces by each of a stack of draws, over `poses_at_once` poses at a time."""
+        """Integrate the forces by each of a stack of draws, over `poses_at_once` poses at a time.
+
+        The load is calculated in a few poses of the whole motion first, and interpolated to the poses of each block.
+        """
         has_moment = "moment_N_cm" in self.with_interval
         load = (
             outline_load(stack, self.outline, self.poses, with_centre=has_moment)
@@ -164,7 +179,7 @@ class OutlineInMotion(BodyInMotion):
             yield DrawnForces(
                 start,
                 {name: np.atleast_2d(drawn) for name, drawn in forces.items()},
-                None if load is None else load.between(start, stop),
+                None if load is None else load.interpolate(start, stop),
             )
 
     def poses_at_once(self, draws: int) -> int:
@@ -207,7 +222,10 @@ class OutlineInMotion(BodyInMotion):
         return [*PEAKS]
 
     def bounds(self, profile: Profile) -> BoundsByName:
-        """Sum the elements whose force has a number, and the largest alpha of the profile over the other elements."""
+        """Return for each force the sum over elements with a number, and the most that the other elements can add, (p,).
+
+        An element without a number bears at most its load times the largest alpha of the profile in any direction.
+        """
         wet = WetElements.of(self.outline, self.poses)
         load, (arm_x, arm_z) = wet.load, np.moveaxis(wet.arm, -1, 0)
         forces, most_forces = [], []
@@ -217,6 +235,7 @@ class OutlineInMotion(BodyInMotion):
             most_forces.append(np.where(np.isnan(force), load * largest_alpha, 0.0))
             forces.append(np.nan_to_num(force))
         (z, x), (most_z, most_x) = forces, most_forces
+        # the moment is the third quantity
         forces.append(arm_z * x - arm_x * z)
         most_forces.append(np.abs(arm_z) * most_x + np.abs(arm_x) * most_z)
         return {
@@ -231,7 +250,7 @@ class OutlineInMotion(BodyInMotion):
         return self.withhold_if_steep(peak, profile, best)
 
     def turned_forces(self, profile: TableProfile, quantity: str, pose: int) -> FloatArray:
-        """Integrate a force with all elements turned by `STEEP_DEG` either way, N, shape (1, 2)."""
+        """Integrate a force in one pose with all elements turned by -`STEEP_DEG` and by `STEEP_DEG`, N, shape (1, 2)."""
         wet, component = self._wet_elements_at(quantity, pose)
         beta, gamma = wet.angles
         turned = np.radians(STEEP_DEG) * np.array([[-1.0], [1.0]])
@@ -248,6 +267,6 @@ class OutlineInMotion(BodyInMotion):
         return np.asarray(sizes), np.where(profile.far_from_pushes(beta[0], gamma[0]), 0.0, 1.0)
 
     def _wet_elements_at(self, quantity: str, pose: int) -> tuple[WetElements, int]:
-        """Return the elements in one pose alone, and the number of the component of alpha that makes a force."""
+        """Return the elements in one pose alone, and the component of alpha that makes a force: 0 for z, 1 for x."""
         elements = WetElements.of(self.outline, self.motion.poses[pose : pose + 1])
         return elements, self.force_names.index(quantity)

@@ -1,4 +1,11 @@
-"""Forces on bodies with their intervals: the spread of a profile and the model's own error, carried through the integral."""
+"""Forces on bodies with their intervals: the spread of a profile and the model's own error, carried through the integral.
+
+A profile gives alpha (N/cm^3) as a function of two angles; its `spread` is what is known of the errors of alpha: a stack of
+draws, a `ScaledMedium` (one penetration test, scaled from reference media), or None. The model's own error is how far
+measured forces lie from the integral with alpha known exactly. A motion has p poses. Forces (N) and moments (N cm) by the
+name of their column are `ForcesByName`: shape (p,) of one profile, (draws, p) of a stack. `Ends` are the two ends of an
+interval by the same names, each of shape (p,).
+"""
 
 from __future__ import annotations
 
@@ -134,10 +141,11 @@ def predict_with_peaks(
     model_error: float | None = None,
     body_error: BodyError | None = None,
 ) -> tuple[pd.DataFrame, list[Peak]]:
-    """Predict the table of `predict` and the peaks of `find_peaks`, from one pass through all draws."""
+    """Return the table of `predict` and the peaks of `find_peaks`, from one pass through all draws; it warns of no limit."""
     if body_error is not None and model_error is not None:
         raise ValueError("found model_error and body_error; allowed: one of them")
     moving = set_in_motion(outline, motion, law, friction, quantities)
+    # a medium of a campaign gives its table, or where that has no number for this body its map
     profile = profile_of(medium, moving.is_covered_by)
     spread = profile.spread
     draws = len(spread.parameters[0]) if isinstance(spread, Profile) else DRAWS
@@ -185,7 +193,7 @@ def find_peaks(
 def _warn_of_limits(
     medium: KnownMedium | str | Path, outline: Outline | Mesh, motion: Motion | Motion3D | None
 ) -> None:
-    """Warn of each limit that a prediction leaves; the warning names the line that called the public function."""
+    """Warn of each limit that a prediction leaves; the warning names the line that called `predict` or `find_peaks`."""
     for limit in beyond_measured(medium, outline, motion):
         warnings.warn(limit, LimitWarning, stacklevel=3)
 
@@ -193,7 +201,9 @@ def _warn_of_limits(
 class _ErrorOfModel:
     """Draws of what the force model gets wrong on a body that moves.
 
-    `eps`: relative error on any body. `body_error`: error on a body that was measured before, which replaces it, or None.
+    `eps`: relative error on any body, over the load of the body; 0: none is known or asked for. `body_error`: error on a
+    body that was measured before, which replaces `eps`, or None. `draws`: as many as of alpha, since each draw of alpha
+    gets one draw of the error.
     """
 
     def __init__(
@@ -212,9 +222,9 @@ class _ErrorOfModel:
         return self.moving.poses_at_once(self.draws)
 
     def paths(self) -> Iterator[FloatArray]:
-        """Draw the error over eps and the load, of `poses_at_once` poses at a time: shape (draws, forces, poses).
+        """Draw the error over eps and the load, of `poses_at_once` poses at a time: shape (draws, forces, k).
 
-        On a body that was measured before: the error over the load, less its mean.
+        On a body that was measured before: the error over the load, less its mean, which `add_mean` adds.
         """
         step = self.poses_at_once
         if self.body_error is None:
@@ -233,30 +243,32 @@ class _ErrorOfModel:
         return self.body_error.paths(self.moving.states, len(self.moving.force_names), self.draws)
 
     def add_mean(self, drawn: DrawnForces) -> DrawnForces:
-        """Add the mean error to forces on a body that was measured before; others are returned as they are."""
+        """Return draws of forces with the mean error of a body that was measured before; on any other body as they are."""
         if self.body_error is None:
             return drawn
         mean = self._body_paths[0][None, :, drawn.start : drawn.stop]
-        of_mean = self.moving.body_errors(drawn, mean)
-        return drawn._replace(forces=_add_errors(drawn.forces, of_mean))
+        mean_errors = self.moving.body_errors(drawn, mean)
+        return drawn._replace(forces=_add_errors(drawn.forces, mean_errors))
 
     def add_draws(self, drawn: DrawnForces, paths: FloatArray) -> ForcesByName:
-        """Add draws of the error to forces; `paths`: those of the same poses, an item of `paths`."""
+        """Return forces with draws of the error; `paths`: those of the same poses, an item of `paths`."""
         if self.body_error is None:
             return _add_errors(drawn.forces, self.moving.model_errors(drawn, paths, self.eps))
         return _add_errors(drawn.forces, self.moving.body_errors(drawn, paths))
 
 
 def _add_errors(forces: ForcesByName, errors_by_name: ForcesByName) -> ForcesByName:
-    """Add errors to the forces of the same name; forces without one are left out."""
+    """Return the forces with the errors of the same name added; forces without an error, as a moment may be, are left out."""
     return {name: forces[name] + error for name, error in errors_by_name.items()}
 
 
 class _Prediction:
     """Forces on a body by a profile, with intervals of alpha (`alpha_ends`) and with the model's error (`model_ends`).
 
-    `alpha_draws`, `model_draws`: statistics of the draws of these intervals; None where an interval is not from draws.
-    `targets`: peaks to find.
+    Both are calculated at once, because every draw of alpha is also the base of one draw of the model's error.
+    `best`: forces by the profile itself. `has_forces`: True in poses whose best forces all have a number, shape (p,).
+    `alpha_draws`, `model_draws`: statistics of the draws of these intervals, from which peaks get theirs; None where an
+    interval is not from draws. `alpha_ends`, `model_ends`: empty where the error is not known. `targets`: peaks to find.
     """
 
     def __init__(
@@ -266,7 +278,7 @@ class _Prediction:
         self.best = moving.best(profile)
         if error.body_error is not None:
             # the mean error of a body that was measured before moves the best forces, too
-            forces = {name: values[0] for name, values in self._best_as_draw.forces.items()}
+            forces = {name: drawn[0] for name, drawn in self._best_as_draw.forces.items()}
             self.best = self.best._replace(forces=forces)
         self.has_forces = has_forces(self.best.forces)
         self.targets = moving.peak_targets(self.best.forces)
@@ -277,7 +289,12 @@ class _Prediction:
         self._find_intervals()
 
     def _find_intervals(self) -> None:
-        """Find the intervals, from one pass through all draws."""
+        """Set the intervals and statistics of draws, by one of three ways.
+
+        Draws of alpha: one pass through them gives both intervals. One penetration test: alpha's interval is that of
+        scaling, and draws of the model's error alone, about the best forces, widen it. No error of alpha: the model's
+        error alone, if there is one.
+        """
         spread = self.profile.spread
         if isinstance(spread, Profile):
             self.alpha_draws = self._statistics()
@@ -294,12 +311,13 @@ class _Prediction:
         assert self.model_draws is not None
         self.model_ends = self.model_draws.ends
         if self.alpha_ends:
-            # both errors are independent: their intervals add in squares
+            # both errors are independent: the squares of their half widths add
             self.model_ends = {
                 name: widen(best, self.alpha_ends[name], np.subtract(self.model_ends[name], best))
                 for name, best in self.best.forces.items()
                 if name in self.model_ends
             }
+            # the peaks of these draws lack the error of alpha: a peak gets the interval of its pose
             self.model_draws = None
 
     def _statistics(self) -> DrawStatistics:
@@ -309,9 +327,10 @@ class _Prediction:
     def _collect(
         self, draws: Iterable[DrawnForces], alpha_draws: DrawStatistics | None
     ) -> DrawStatistics | None:
-        """Add draws to the statistics `alpha_draws`, and return statistics of the same draws with the model's error.
+        """Add draws to the statistics `alpha_draws` (changed, if not None), and return those with the model's error.
 
-        `draws`: those of some poses after those of others. None where no error of the model is known or asked for.
+        `draws`: those of some poses after those of others, block by block as the error comes. Returns None where no error
+        of the model is known or asked for.
         """
         model_draws = self._statistics() if self.error.is_stated else None
         paths = self.error.paths()
@@ -329,31 +348,40 @@ class _Prediction:
         return self.error.add_mean(self.moving.best_with_load(self.profile))
 
     def _split_best(self) -> Iterator[DrawnForces]:
-        """Split the best forces, as the only draw of alpha, into as many poses as draws of the error come at a time."""
+        """Split the best forces, as the only draw of alpha, into blocks of as many poses as the error is drawn for at once."""
         step = self.error.poses_at_once
         for start in range(0, len(self.moving.poses), step):
             yield self._best_as_draw.between(start, start + step)
 
     def _ends_of_further_medium(self, medium: ScaledMedium) -> Ends:
-        """Find the intervals of the forces in one further medium, scaled from the reference media."""
+        """Return the intervals of the forces in one further medium, scaled from the reference media.
+
+        The same forces by each reference medium, at zeta 1, show how far media differ: by their nine terms and by their
+        tables. `medium`: one penetration test at the confidence of the intervals, whose own error comes in addition.
+        """
         reference = medium.reference
         by_m0 = self.moving.best(FourierProfile(reference.m0)).forces
         by_tables = [self.moving.best(table).forces for table in reference.tables]
-        drawn = [*self.moving.draw(FourierProfile(reference.scaled), with_load=False)]
+        drawn_blocks = [*self.moving.draw(FourierProfile(reference.scaled), with_load=False)]
         ends: Ends = {}
         for name in self.moving.with_interval:
-            by_terms = np.concatenate([of_poses.forces[name] for of_poses in drawn], axis=-1)
+            by_terms = np.concatenate([drawn.forces[name] for drawn in drawn_blocks], axis=-1)
             of_media, measured = medium.of_media(by_terms, [forces[name] for forces in by_tables])
             ends[name] = medium.with_interval(by_m0[name], of_media, measured=measured)[1:]
         return ends
 
     def table_and_peaks(self) -> tuple[pd.DataFrame, list[Peak]]:
-        """Return the table of `predict` and the peaks of `find_peaks`."""
+        """Return the table of `predict`, with the columns that it names, and the peaks of `find_peaks`.
+
+        Nine terms are compared with the table or map of the same medium (`forces_beside`): where that lies outside of the
+        interval of alpha, this interval is left empty.
+        """
         best, alpha_ends, model_ends = self.best.forces, self.alpha_ends, self.model_ends
         forces_beside: ForcesByName | None = None
         if self.profile.beside is not None:
             forces_beside = self.moving.best(self.profile.beside()).forces
             alpha_ends = keep_true_intervals(alpha_ends, forces_beside)
+        # False for nine terms and others, whose interval of the next bed would then lack the model's error
         has_model_error = errors.has_model_error(self.profile)
         # a bed is looser or denser as a whole, independently of the error of the mean over beds
         bed_half_width = half_width_of_bed(self.profile.bed_spread, self.confidence)
