@@ -2,7 +2,11 @@
 
 Measured less predicted force, over the load without cancellation, is nearly the same in every medium. This error is
 taken as c + o: c belongs to the body, o to the body in this medium. Both are Gaussian processes (Matern 3/2) over the
-states of the body: how it is turned, how deep it is and which way it moves.
+states of the body: how it is turned, how deep it is and which way it moves. What was learned is a `BodyError`.
+
+Errors are over the load of the body in the same pose (`rftfit.forces.model_error`), so they have no unit. They have
+components: one for each force, z and x of an outline, x, y, z of a mesh. A state is a row of f numbers, turn, height
+and direction of motion, each over its correlation length: the distance of two rows says how alike their errors are.
 """
 
 from __future__ import annotations
@@ -31,9 +35,9 @@ size was chosen, and o."""
 
 
 def pose_states(points_cm: FloatArray, poses: FloatArray) -> FloatArray:
-    """Return the states of an outline in its poses (p, 6), as `_states`, shape (p, f).
+    """Return the states of an outline in its poses, shape (p, 6): f is cos and sin of its angle, height, x, z, turning.
 
-    Poses hold x, z, angle and their rates.
+    `points_cm`: points that span the body, (n, 2). `poses`: x, z (cm), angle (rad) and their rates (per s), shape (p, 6).
     """
     angle = poses[:, 2]
     turn = np.stack([np.cos(angle), np.sin(angle)], axis=1)
@@ -41,9 +45,10 @@ def pose_states(points_cm: FloatArray, poses: FloatArray) -> FloatArray:
 
 
 def frame_states(points_cm: FloatArray, frames: FloatArray) -> FloatArray:
-    """Return the states of a body in space in its frames (p, 18), as `_states`, shape (p, f).
+    """Return the states of a body in space, shape (p, 16): rotation (9), height, velocity (3) and turning (3).
 
-    Frames hold position, velocity, rate and rotation matrix.
+    `points_cm`: points that span the body, (n, 3). `frames`: position (3, cm), velocity (3), rate of turning (3, rad/s)
+    and rotation matrix (9), shape (p, 18).
     """
     # a small turn changes a rotation matrix by the root of 2 times its angle
     turn = frames[:, 9:] / np.sqrt(2)
@@ -57,11 +62,14 @@ def _states(
     velocity: FloatArray,
     rate: FloatArray,
 ) -> FloatArray:
-    """Return turn, height and direction of motion in each pose, each over its correlation length, side by side.
+    """Return turn, height and direction of motion in each pose, each over its correlation length, side by side: (p, f).
 
-    The distance of two such states is their distance in the Gaussian process of the error.
+    The distance of two such states is their distance in the Gaussian process of the error. `turn`: shape (p, k), numbers
+    whose distance is the angle between two poses, rad, where it is small. `height`: cm, (p,). `velocity`: cm/s, (p, 2 or
+    3). `rate`: of turning, rad/s, (p, 1 or 3).
     """
     length = longest(points_cm)
+    # turning moves the ends of a body, which lie half its length from the middle
     moves = np.concatenate([velocity, rate * length / 2], axis=1)
     speed = np.linalg.norm(moves, axis=1, keepdims=True)
     direction = moves / np.where(speed > 0, speed, 1.0)
@@ -72,21 +80,24 @@ def _states(
 
 
 def correlation(states: FloatArray, others: FloatArray) -> FloatArray:
-    """Return the correlation of the error between states (p, f) and others (q, f), shape (p, q)."""
+    """Return the correlation of the error between states (p, f) and others (q, f), 0 to 1, shape (p, q)."""
     return matern(np.linalg.norm(states[:, None] - others, axis=-1))
 
 
 def _find_root(covariance: FloatArray) -> FloatArray:
-    """Return the Cholesky root of a covariance, whose variances are raised by 1e-8 so that it has one."""
+    """Return the Cholesky root (lower triangle) of a covariance, (m, m), whose variances are raised by 1e-8.
+
+    Two equal states make a covariance singular: it has a root only when it is raised.
+    """
     raised = covariance + 1e-8 * np.eye(len(covariance))
     return np.asarray(np.linalg.cholesky(raised), dtype=float)
 
 
 class MeasuredErrors(NamedTuple):
-    """Errors over the load that were measured of one component of the force.
+    """Errors of one component of the force that were measured on a body, in the form that predicts those in other states.
 
-    `states`: of the body, shape (m, f). `root`: Cholesky root L of the errors' covariance. `whitened`: L^-1 times the
-    errors, shape (m,).
+    `states`: of the body, shape (m, f). `root`: Cholesky root L of the errors' covariance, (m, m). `whitened`: L^-1
+    times the errors, shape (m,).
     """
 
     states: FloatArray
@@ -126,8 +137,9 @@ class BodyError:
     def evaluate(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return mean and covariance of the error over the load in some states (p, f), by component of the force.
 
-        Shapes (components, p) and (components, p, p): c given its measured errors, and o of a further medium. Without a
-        measurement of the body there are three equal components.
+        Shapes (components, p) and (components, p, p). The mean is that of c, given its measured errors (the formulas of
+        regression by a Gaussian process); the covariance is what remains unknown of c, and o of a further medium. Without
+        a measurement of the body the mean is 0, and there are three equal components, as many as any body needs.
         """
         correlations = correlation(states, states)
         of_medium = self.per_medium**2 * correlations
@@ -135,6 +147,7 @@ class BodyError:
             return np.zeros((3, len(states))), np.broadcast_to(of_medium, (3, *of_medium.shape))
         means, covariances = [], []
         for errors in self.measured:
+            # only c is alike between the media of the measurements and a further one
             across = self.common**2 * correlation(states, errors.states)
             solved = np.linalg.solve(errors.root, across.T)
             means.append(solved.T @ errors.whitened)
@@ -144,7 +157,11 @@ class BodyError:
     def paths(
         self, states: FloatArray, components: int, draws: int
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the mean of the error over the load (components, p) and draws of the error (draws, components, p)."""
+        """Return the mean of the error over the load (components, p) and draws of the error (draws, components, p).
+
+        `states`: those of the p poses of a motion, in their order. Long motions are calculated in some poses, evenly
+        spread, and are linear between them.
+        """
         count = len(states)
         calculated = choose_evenly(count, _CHOSEN.most_path)
         mean, covariance = self.evaluate(states[calculated])
@@ -164,7 +181,7 @@ class BodyError:
 
     @cached_property
     def words(self) -> str:
-        """Sentence on what was learned of the error."""
+        """Sentence for people on what was learned of the error."""
         if not self.media:
             return f"error of the model {self.per_medium:g} of the load, stated: the body was not measured before"
         how = "stated, as the body was measured in one medium" if self.stated else "learned"
@@ -176,10 +193,11 @@ class BodyError:
 
 @dataclass(frozen=True)
 class ErrorCurve:
-    """Errors of the model over the load, of one body in one medium.
+    """Measured errors of the model over the load, of one body in one medium along one motion: what a body error is learned from.
 
-    `label`: name of the medium. `states`: of the body, shape (m, f). `residuals`: the errors, shape (components, m); NaN
-    where none was measured. `noise`: covariance of the errors of measurement and alpha in them, (components, m, m).
+    `label`: name of the medium. `states`: of the body, shape (m, f). `residuals`: measured less predicted force over the
+    load, shape (components, m); NaN where none was measured. `noise`: covariance of `residuals` by errors of measurement
+    and of alpha, which are no errors of the model, (components, m, m).
     """
 
     label: str
@@ -189,9 +207,10 @@ class ErrorCurve:
 
 
 class _Component(NamedTuple):
-    """Errors of one component of the force in all media, shape (m,), and what their covariance is made of, (m, m).
+    """Measured errors of one component of the force in all media together, and what their covariance is made of, (m, m).
 
-    `alike`: correlation of c. `alike_in_medium`: correlation of o, 0 between media. `noise`: covariance of the noise.
+    `states`: shape (m, f). `residuals`: shape (m,), without NaN. `alike`: correlation of c. `alike_in_medium`:
+    correlation of o, 0 between media. `noise`: covariance of the noise, 0 between curves.
     """
 
     states: FloatArray
@@ -201,7 +220,10 @@ class _Component(NamedTuple):
     noise: FloatArray
 
     def whiten(self, common: float, per_medium: float) -> tuple[FloatArray, FloatArray]:
-        """Return the Cholesky root L of the covariance of the residuals, and L^-1 times the residuals."""
+        """Return the Cholesky root L of the covariance of the residuals (m, m), and L^-1 times the residuals (m,).
+
+        `common`, `per_medium`: standard deviations of c and of o.
+        """
         root = _find_root(
             common**2 * self.alike + per_medium**2 * self.alike_in_medium + self.noise
         )
@@ -209,7 +231,11 @@ class _Component(NamedTuple):
 
 
 def learn_from_curves(curves: Sequence[ErrorCurve]) -> BodyError:
-    """Learn what the model gets wrong on a body from its errors in some media, as `learn_body_error` returns it."""
+    """Learn what the model gets wrong on a body from its errors in some media, as `rftfit.learn_body_error` returns it.
+
+    The size of c is chosen (`common` of chosen.toml), that of o is the most likely one; from a single curve it cannot be
+    told from c, and is the chosen one. Raises ValueError without a curve.
+    """
     from scipy.linalg import block_diag
 
     if not curves:
@@ -246,10 +272,10 @@ def learn_from_curves(curves: Sequence[ErrorCurve]) -> BodyError:
 
 
 def _most_likely(components: Sequence[_Component], common: float) -> float:
-    """Find the standard deviation of o with the greatest likelihood, among sizes in equal ratios."""
+    """Return the standard deviation of o with the greatest likelihood, among sizes in equal ratios; `common`: that of c."""
 
     def loss(per_medium: float) -> float:
-        """Return twice the negative logarithm of the likelihood, but for a constant."""
+        """Return twice the negative logarithm of the Gaussian likelihood, but for a constant: log det + chi squared."""
         total = 0.0
         for component in components:
             root, whitened = component.whiten(common, per_medium)

@@ -3,6 +3,10 @@
 A pose moves as the mean of the steps before and after it. At a corner the direction of motion changes by an angle that
 does not shrink with the step, and the force may be far from that in either step. On a smooth path the mean is right, and
 either step alone is half a step early or late; there a smooth curve through the poses tells whether they are close enough.
+
+Rates are arrays (p, k) over the p poses of a path: of x, z (cm/s) and the angle (rad/s) of an outline, k = 3; velocity (3)
+and rate of turning (3) of a mesh, k = 6. `steps` are the rates over the step before each pose and over the step after it,
+shape (2, p, k). Largest forces are those of the targets of `moving.peak_targets`: greatest of a sign, or of either.
 """
 
 from __future__ import annotations
@@ -37,7 +41,7 @@ MOST_CHANGE = 0.5
 def describe_corners(
     profile: Profile, body: Outline | Mesh, motion: Motion | Motion3D
 ) -> list[str]:
-    """Say which largest forces depend on velocities that a path does not tell; no sentence where none do.
+    """List sentences on largest forces that depend on velocities that a path does not tell; none for any other motion.
 
     The forces are calculated again with the velocity of either step at each corner, and with those of a smooth curve
     through the poses between corners. A peak that differs by more than `SAME_SHARE` is named.
@@ -50,6 +54,7 @@ def describe_corners(
     is_corner = _find_corners(moving, steps)
 
     def forces_at(rates: FloatArray) -> ForcesByName:
+        """Integrate the forces in the same poses at other rates."""
         return set_in_motion(body, motion.at_rates(rates)).best(profile).forces
 
     sentences = []
@@ -74,10 +79,15 @@ def describe_corners(
 
 
 def _find_corners(moving: BodyInMotion, steps: FloatArray) -> npt.NDArray[np.bool_]:
-    """Tell which poses of a path are corners, shape (p,); `steps`: `rates_of_steps`, shape (2, p, k)."""
+    """Tell which poses of a path are corners, shape (p,); `steps`: `rates_of_steps`, shape (2, p, k).
+
+    A corner stays as sharp when every second pose is left out, a bend of a smooth path does not: the change between single
+    steps is compared with that between steps twice as long.
+    """
+    # the first column of a path is its time
     duration_s = np.diff(moving.positions)[:, None]
     ways = steps[1, :-1] * duration_s
-    # steps twice as long end at the same pose; beside the ends of the path they are the single steps
+    # rates over two steps together, beside the same pose; beside the ends of the path they are those of single steps
     of_two = (ways[:-1] + ways[1:]) / (duration_s[:-1] + duration_s[1:])
     before = np.concatenate([steps[0, :2], of_two])
     after = np.concatenate([of_two, steps[1, -2:]])
@@ -91,7 +101,8 @@ def _smooth_rates(
 ) -> FloatArray:
     """Return the rates of cubic curves through the poses between corners, shape (p, k).
 
-    Those of a motion are kept at corners, between corners of fewer than four poses, and where a curve is far from them.
+    The motion's own rates are kept at corners, between corners with fewer than four poses from one to the other, and where
+    a curve is far from them (`MOST_CHANGE`).
     """
     from scipy.interpolate import CubicSpline
 
@@ -112,10 +123,10 @@ def _smooth_rates(
 def _relative_change(
     moving: BodyInMotion, rates: FloatArray, other_rates: FloatArray
 ) -> FloatArray:
-    """Return the change of the velocities of a body between rates, over the larger velocity, shape (p,); 0 at rest.
+    """Return the change of the velocities of a body between rates (p, k), over the larger velocity, shape (p,); 0 at rest.
 
     Velocities are root mean squares over the corners of the box around the body, so that no choice of the reference point
-    matters.
+    matters, and turning and travel count in one unit.
     """
     points_cm = moving.points_cm
     change, size, other_size = np.zeros((3, len(rates)))
@@ -130,7 +141,10 @@ def _relative_change(
 
 
 def _velocity_of_point(point_cm: FloatArray, poses: FloatArray, rates: FloatArray) -> FloatArray:
-    """Return the velocity of a point of a body in each pose, cm/s, shape (p, 2 or 3)."""
+    """Return the velocity of a point of a body in each pose at given rates (p, k), cm/s, shape (p, 2 or 3).
+
+    `point_cm`: in the axes of the body, x, z or x, y, z. `poses`: as in `BodyInMotion`, whose own rates are not used.
+    """
     if point_cm.size == 3:
         arm = poses[:, 9:].reshape(-1, 3, 3) @ point_cm
         return np.asarray(rates[:, :3] + np.cross(rates[:, 3:], arm))
@@ -144,11 +158,10 @@ def _velocity_of_point(point_cm: FloatArray, poses: FloatArray, rates: FloatArra
 def _describe_changes(
     moving: BodyInMotion, best: ForcesByName, others: Sequence[ForcesByName], source: str
 ) -> tuple[str, str]:
-    """Say in which poses, and by how much, largest forces differ by more than `SAME_SHARE`.
+    """Say in which poses, and by how much, largest forces differ by more than `SAME_SHARE`: two texts.
 
-    How much is empty where none differs.
-
-    `best`: forces of the motion. `others`: forces in the same poses at other velocities. `source`: of these, in words.
+    The second is empty where none differs. `best`: forces of the motion, shape (p,) by column. `others`: forces in the
+    same poses at other velocities, of which the larger counts. `source`: of these, in words.
     """
     numbers_of_poses, changes = [], []
     for target in moving.peak_targets(best):
@@ -157,6 +170,7 @@ def _describe_changes(
         if abs(other_size - size) <= SAME_SHARE * _largest_of_kind(target, best):
             continue
         numbers_of_poses.append(pose if size > other_size else other_pose)
+        # force_z_N: name "force z", unit ""; moment_N_cm: name "moment", unit " cm", both behind N
         name, _, unit = target.quantity.replace("_", " ").partition(" N")
         changes.append(
             f"the largest {name} has {target.sign * size:.4g} N{unit} in the table and "
@@ -167,13 +181,16 @@ def _describe_changes(
 
 
 def _largest_of_kind(target: PeakTarget, forces: ForcesByName) -> float:
-    """Return the largest of all forces where the peak is a force, else of all moments; infinite where all are 0."""
+    """Return the largest of all forces where the peak is a force, else of all moments; infinite where all are 0.
+
+    Changes are judged by it, so that a force that is small beside the others gives no sentence.
+    """
     kind = target.quantity.partition("_")[0]
     sizes = [np.abs(forces[name]) for name in forces if name.startswith(kind)]
     return float(np.nanmax(sizes, initial=0.0)) or np.inf
 
 
 def _largest(target: PeakTarget, forces: ForcesByName) -> tuple[float, int]:
-    """Return the size of the largest force of the peak's sign, and the number of its pose."""
+    """Return the size of the largest force of the peak's sign, 0 where no pose has this sign, and the index of its pose."""
     sizes: FloatArray = np.nan_to_num(target.sign * forces[target.quantity])
     return float(sizes.max(initial=0.0)), int(sizes.argmax())

@@ -37,7 +37,10 @@ Moments of a wedge are then within 0.5 % of those of finer ones (`tests/space/te
 
 
 def fine_enough(body: Body, motion: Motion | Motion3D) -> Body:
-    """Halve the edges of a body until none is too long for its motion; a body that is fine enough is returned as it is."""
+    """Return a body whose edges are halved until none is too long for its motion; one that is fine enough as it is.
+
+    Edges are the elements of an outline, or the sides of the triangles of a mesh.
+    """
     rates = motion.frames[:, 6:9] if isinstance(motion, Motion3D) else motion.poses[:, 5]
     if rates.any():
         longest_cm = longest_edge_allowed_cm(body)
@@ -51,7 +54,7 @@ def fine_enough(body: Body, motion: Motion | Motion3D) -> Body:
 
 
 def longest_edge_allowed_cm(body: Outline | Mesh) -> float:
-    """Return the longest edge that a body may have where it turns, cm."""
+    """Return the longest edge that a body may have where it turns, cm: a share of its second longest extent."""
     # from the shortest: the second of two sides is the longer one, the second of three the middle one
     second_side_cm = float(np.sort(np.ptp(body.points_cm, axis=0))[1])
     return second_side_cm / (EDGES_ACROSS_MESH if isinstance(body, Mesh) else EDGES_ACROSS_OUTLINE)

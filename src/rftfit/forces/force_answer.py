@@ -33,13 +33,40 @@ from rftfit.model.profiles import FAR_DEG, Profile, TableProfile
 from rftfit.store.text import count
 from rftfit.store.text import table as format_table
 
+PEAK_TITLES = {
+    "lift": "peak lift (up)",
+    "suction": "peak suction (down)",
+    "thrust": "peak thrust (toward +x)",
+    "drag": "peak drag (toward -x)",
+    "moment": "peak moment (z toward x)",
+    "moment_negative": "peak moment (x toward z)",
+}
+"""Titles of the peaks of an outline, by name."""
+
+PEAK_TITLES_IN_SPACE = {
+    f"{quantity}_{axis}": f"largest {quantity} {axis}"
+    for quantity in ("force", "moment")
+    for axis in "xyz"
+}
+"""Titles of the peaks of a mesh, by name."""
+
+_TITLES = PEAK_TITLES | PEAK_TITLES_IN_SPACE
+
+_FACTS_OF_PEAK = ("lo", "hi", "model_lo", "model_hi", "next_lo", "next_hi", "beside", "withheld")
+"""Fields of a peak that `ForceAnswer.as_dict` returns."""
+
+_LONGEST_REASON = 300
+"""Most characters of a reason that are printed."""
+
 
 @dataclass(frozen=True, eq=False)
 class ForceAnswer:
-    """Forces on a body along its motion, with what they are predicted from.
+    """Forces on a body along its motion, with what they are predicted from: the answer of ``rftfit predict``.
 
-    `confidence`, `friction`, `model_error`, `body_error`: arguments of `predict`. `origin`: name of the profile and its
-    folder, as it is printed; empty: the name alone. `left_out`: errors that the intervals of this form of alpha leave out.
+    It is calculated when it is first asked for. `confidence`, `friction`, `model_error`, `body_error`: arguments of
+    `rftfit.predict`; None: as the law, the profile, or nothing learned of this body, states it. `origin`: name of the
+    profile and its folder, as it is printed; empty: the name alone. `left_out`: words on errors that the intervals of this
+    form of alpha leave out; empty: none.
     """
 
     profile: Profile
@@ -54,7 +81,7 @@ class ForceAnswer:
 
     @cached_property
     def _table_and_peaks(self) -> tuple[pd.DataFrame, list[Peak]]:
-        """Table of `predict`, and peaks of `find_peaks`."""
+        """`forces` and `peaks`, from one pass through all draws."""
         return predict_with_peaks(
             self.profile,
             self.body,
@@ -67,27 +94,32 @@ class ForceAnswer:
 
     @property
     def forces(self) -> pd.DataFrame:
-        """Table of `predict`."""
+        """Table of `rftfit.predict`, one row a pose.
+
+        Columns of the motion (``theta_deg`` or ``t_s`` first), of each force (N) and moment (N cm) such as ``force_z_N`` with
+        the ends of its intervals (of alpha ``force_z_lo_N``, with the model's error ``force_z_model_lo_N``, of the next bed
+        ``force_z_next_lo_N``), and ``reason`` why there is no number.
+        """
         return self._table_and_peaks[0]
 
     @property
     def peaks(self) -> list[Peak]:
-        """Peaks of `find_peaks`."""
+        """Greatest force and moment of each sign, those of `rftfit.find_peaks`; in space the largest of either sign."""
         return self._table_and_peaks[1]
 
     @cached_property
     def _moving(self) -> BodyInMotion:
-        """The body in its motion."""
+        """The body in its motion, for questions that neither `forces` nor `peaks` answer."""
         return set_in_motion(self.body, self.motion, friction=self.friction)
 
     @property
     def in_space(self) -> bool:
-        """True for a mesh."""
+        """True for a mesh, False for an outline."""
         return isinstance(self.body, Mesh)
 
     @property
     def quantities(self) -> tuple[str, ...]:
-        """Columns of forces and moments."""
+        """Columns of forces and moments, such as ``force_z_N``."""
         return self._moving.with_interval
 
     @cached_property
@@ -118,13 +150,13 @@ class ForceAnswer:
 
     @property
     def peaks_not_stated(self) -> list[str]:
-        """Names of peaks that may lie in a pose without a number."""
+        """Names of peaks that may lie in a pose without a number: what is largest elsewhere is then not their value."""
         curves = {name: self.forces[name].to_numpy(float) for name in self.quantities}
         return unknown_peaks(curves, self._moving.peak_targets(curves), self.peaks)
 
     @property
     def interval_of_alpha(self) -> str:
-        """Name of the interval of alpha; empty where no error of alpha is known."""
+        """Name of the interval of alpha, as it is printed; empty where no error of alpha is known."""
         return f"{self._percent} of alpha" if self.profile.spread is not None else ""
 
     @property
@@ -147,20 +179,24 @@ class ForceAnswer:
 
     @property
     def _percent(self) -> str:
-        """Name of an interval of this confidence."""
+        """Words on the confidence, such as ``95 % interval``."""
         return f"{100 * self.confidence:g} % interval"
 
     @property
     def sources(self) -> dict[str, str]:
-        """Body, motion, profile and options of the prediction, in words, by name."""
+        """Body, motion, profile and options of the prediction, each as words for people.
+
+        Keys: ``mesh`` or ``outline``, ``motion``, ``profile``, and where they apply ``beside`` (profile to compare with),
+        ``rim``, ``rule`` and ``friction`` (of a wheel or mesh) and ``body`` (error learned of this body).
+        """
         body = self.body
         if isinstance(body, Mesh):
             triangles = describe_triangles(len(body.faces), body.triangles_given)
-            name, parts = "mesh", f"{triangles}, {body.describe_size()}"
+            form, pieces = "mesh", f"{triangles}, {body.describe_size()}"
         else:
-            name, parts = "outline", f"{len(body.body)} elements"
+            form, pieces = "outline", f"{len(body.body)} elements"
         sources = {
-            name: f"{body.name}, {body.area_cm2:.4g} cm^2, {parts}",
+            form: f"{body.name}, {body.area_cm2:.4g} cm^2, {pieces}",
             "motion": self.motion.name + self._deepest,
             "profile": self.origin or self.profile.name,
         }
@@ -201,15 +237,15 @@ class ForceAnswer:
     @property
     def notes(self) -> list[str]:
         """Lines for the head of a table of the forces; the last one is empty where every pose has a number."""
-        ends = {
+        intervals_by_suffix = {
             "": self.interval_of_alpha,
             "_model": self.interval_of_model,
             "_next": self.interval_of_bed,
         }
         notes = [*self.sources.values()]
         notes += [
-            f"{end}_lo and {end}_hi: {interval}, row by row"
-            for end, interval in ends.items()
+            f"{suffix}_lo and {suffix}_hi: {interval}, row by row"
+            for suffix, interval in intervals_by_suffix.items()
             if interval
         ]
         if self.beside is not None:
@@ -226,7 +262,10 @@ class ForceAnswer:
 
     @property
     def mean_of_turn(self) -> dict[str, float]:
-        """Mean forces of a wheel over its turn."""
+        """Mean over the poses of a wheel's turn: ``drawbar_N`` (toward +x), ``load_N`` (up) and ``torque_N_cm`` of the drive.
+
+        NaN where a pose has no number.
+        """
         drawbar, load, moment = (
             float(self.forces[name].mean(skipna=False))
             for name in ("force_x_N", "force_z_N", "moment_y_N_cm")
@@ -235,7 +274,11 @@ class ForceAnswer:
         return {"drawbar_N": drawbar, "load_N": load, "torque_N_cm": -moment}
 
     def as_dict(self) -> dict[str, Any]:
-        """Return everything but the curves, as ``rftfit predict --json`` prints it; None for a peak that is missing."""
+        """Return everything but the curves, as ``rftfit predict --json`` prints it; None for a peak that is missing.
+
+        ``peaks``: by name (a key of `PEAK_TITLES` or of `PEAK_TITLES_IN_SPACE`) the fields of a `Peak`, with the value under
+        the column of its quantity and the position under that of the motion. ``rows``: poses.
+        """
         peaks: dict[str, dict[str, float | str] | None] = dict.fromkeys(
             PEAK_TITLES_IN_SPACE if self.in_space else PEAK_TITLES
         )
@@ -285,7 +328,10 @@ class ForceAnswer:
 
     @property
     def shares_near_pushes(self) -> dict[str, float]:
-        """Share of each peak force in directions near a push, by name of the peak; of a map alone."""
+        """Share of each peak force in directions within `FAR_DEG` of a push, 0 to 1, by name of the peak; of a map alone.
+
+        The rest of a map is by the shape of known media: it is no measurement of this medium.
+        """
         if self.profile.form != "map" or not isinstance(self.profile, TableProfile):
             return {}
         moving = self._moving
@@ -300,30 +346,34 @@ class ForceAnswer:
 
     @property
     def farthest_of_zeros(self) -> dict[str, float]:
-        """Farthest end of the intervals of all poses, for each force and moment in space that symmetry makes 0."""
+        """Largest |end| of the intervals of all poses, for each force and moment in space that symmetry makes 0.
+
+        Such a force has no peak, but the force model may err on it. Keys: as ``force_y``; N or N cm.
+        """
         if not self.in_space or self.poses_unknown:
             return {}
         has_peak = {peak.quantity for peak in self.peaks}
-        ends = {name: self._columns_of_widest(name) for name in self.quantities}
-        farthest = {
-            name.partition("_N")[0]: float(np.nanmax(np.abs(self.forces[columns].to_numpy(float))))
-            for name, columns in ends.items()
-            if columns and name not in has_peak
-        }
-        return {name: size for name, size in farthest.items() if size > 0}
+        farthest = {}
+        for quantity in self.quantities:
+            columns = self._columns_of_widest(quantity)
+            if columns and quantity not in has_peak:
+                size = float(np.nanmax(np.abs(self.forces[columns].to_numpy(float))))
+                if size > 0:
+                    farthest[quantity.partition("_N")[0]] = size
+        return farthest
 
     def _columns_of_widest(self, quantity: str) -> list[str]:
-        """Columns of the widest interval of a force by pose; empty where there is none."""
+        """Both columns of the widest interval of a force that the table has; empty where it has none."""
         widest_first = (names(quantity) for names in (next_end_names, model_end_names, end_names))
         return next((list(ends) for ends in widest_first if ends[0] in self.forces), [])
 
     @property
     def _position_column(self) -> str:
-        """Column that tells the poses apart, such as ``theta_deg``."""
+        """Column of `forces` that tells the poses apart, such as ``theta_deg``: that of `Peak.position`."""
         return next(iter(self.motion.columns))
 
     def summary(self) -> str:
-        """Format sources, peaks and intervals for people."""
+        """Format sources, peaks, intervals and what they leave out as lines for people."""
         lines = [f"{word.capitalize()}: {source}" for word, source in self.sources.items()]
         lines += ["", self._format_peaks(), *self._list_missing_intervals()]
         if self.signs_unknown:
@@ -367,13 +417,14 @@ class ForceAnswer:
         return "\n".join(lines)
 
     def _format_peaks(self) -> str:
-        """Format the table of the peaks, and sentences on its intervals."""
+        """Format the table of the peaks, and below it sentences on what its intervals are of."""
         of_mean = ", of the mean over beds"
         intervals = {
             ("lo", "hi"): self.interval_of_alpha and self.interval_of_alpha + of_mean,
             ("model_lo", "model_hi"): self.interval_of_model and self.interval_of_model + of_mean,
             ("next_lo", "next_hi"): self.interval_of_bed,
         }
+        # fields of `Peak` that are shown, in pairs, with the meaning of the interval
         ends_shown = {ends: meaning for ends, meaning in intervals.items() if meaning}
         columns = ["value", *(end for ends in ends_shown for end in ends)]
         rows = [
@@ -439,6 +490,7 @@ class ForceAnswer:
             doubts.append(
                 "no force in any pose: the body stays above the surface, or does not move"
             )
+        # poses in which some force has a number, but an end of its interval of alpha has none
         lacks_interval = np.zeros(poses, dtype=bool)
         for name in self.quantities:
             for end in end_names(name):
@@ -455,35 +507,9 @@ class ForceAnswer:
 
 
 def _widest_ends(peak: Peak) -> tuple[float, float]:
-    """Return the interval of the next bed, else that with the model's error, else that of alpha."""
+    """Return the interval of the next bed, else that with the model's error, else that of alpha, else NaN."""
     intervals = ((peak.next_lo, peak.next_hi), (peak.model_lo, peak.model_hi), (peak.lo, peak.hi))
     return next((ends for ends in intervals if not math.isnan(ends[0])), (math.nan, math.nan))
-
-
-PEAK_TITLES = {
-    "lift": "peak lift (up)",
-    "suction": "peak suction (down)",
-    "thrust": "peak thrust (toward +x)",
-    "drag": "peak drag (toward -x)",
-    "moment": "peak moment (z toward x)",
-    "moment_negative": "peak moment (x toward z)",
-}
-"""Titles of the peaks of an outline, by name."""
-
-PEAK_TITLES_IN_SPACE = {
-    f"{quantity}_{axis}": f"largest {quantity} {axis}"
-    for quantity in ("force", "moment")
-    for axis in "xyz"
-}
-"""Titles of the peaks of a mesh, by name."""
-
-_TITLES = PEAK_TITLES | PEAK_TITLES_IN_SPACE
-
-_FACTS_OF_PEAK = ("lo", "hi", "model_lo", "model_hi", "next_lo", "next_hi", "beside", "withheld")
-"""Fields of a peak that `ForceAnswer.as_dict` returns."""
-
-_LONGEST_REASON = 300
-"""Most characters of a reason that are printed."""
 
 
 def _format_number(number: float) -> str:

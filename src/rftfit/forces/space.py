@@ -1,4 +1,12 @@
-"""Forces on a mesh in space, and the error of the law in space, which no measurement in the plane contains."""
+"""Forces on a mesh in space, and the error of the law in space, which no measurement in the plane contains.
+
+The faces of a mesh are its triangles, m of them. Frames are the poses of a motion, shape (p, 18): position (3, cm),
+velocity (3, cm/s), rate of turning (3, rad/s), rotation matrix (9, row by row). The compiled kernel returns 19 sums over
+the faces for each pose: columns 0 to 5 force and moment (`MESH_QUANTITIES`), 6 depth times area (cm^3) of the faces that
+move out of the plane of their normal and the vertical, 7 to 9 the sizes of vertical parts, horizontal parts and whole
+forces (N), 10 to 12 whole sizes times the arm (N cm), 13 to 18 the sum of f f^T / |f| over forces f (xx, yy, zz, xy, xz,
+yz, N). A stack of draws is a profile whose parameters have a leading axis: alpha drawn within its errors.
+"""
 
 from __future__ import annotations
 
@@ -52,7 +60,10 @@ NO_ELASTICITY = (0.0, 0.0, 0.0)
 
 
 def face_rows(mesh: Mesh) -> FloatArray:
-    """Describe the faces to the compiled kernel: corners, centroid, unit normal, area, 1 for a sheet; shape (m, 17)."""
+    """Describe the faces to the compiled kernel, in the axes of the mesh, shape (m, 17).
+
+    Columns: three corners (9, cm), centroid (3, cm), outward unit normal (3), area (cm^2), 1 for a sheet or 0 for a solid.
+    """
     triangles = mesh.triangles
     normals = area_vectors(triangles)
     area = np.linalg.norm(normals, axis=-1)[:, None]
@@ -64,7 +75,8 @@ def face_rows(mesh: Mesh) -> FloatArray:
 def law_of(profile: Profile, law: str) -> tuple[Pack, float, FloatArray]:
     """Return the first arguments of `face_kernel.face_forces`: map, alpha_x(0, 0), and the coefficients of 3D-RFT.
 
-    Those of the other law are empty or 0.
+    `law`: ``measured`` or ``3d-rft``. The arguments of the other law are empty or 0: by the shape of the coefficients,
+    (3, 20) or (0, 0), the kernel knows which law to use.
     """
     choose("law", law, LAWS)
     if law == "measured":
@@ -80,17 +92,16 @@ def compiled_mesh_forces(
     law: str = "measured",
     friction: float | None = None,
 ) -> FloatArray:
-    """Sum over the faces in each pose, shape (p, 19), the columns of `face_kernel.face_forces`.
+    """Return the sums over the faces in each pose by one profile, shape (p, 19), with the columns of the head of this module.
 
-    Force x, y, z (N), moment x, y, z about the reference point (N cm), depth times area of the faces that move out of the
-    plane of their normal and the vertical (cm^3), then 12 sums of what faces bear without cancellation.
+    `law`, `friction`: as in `rftfit.predict`; friction None: as the law states it.
     """
     faces = face_rows(mesh)
     return _sum_compiled(law_of(profile, law), faces, _all_faces(faces, motion), motion, friction)
 
 
 def _all_faces(faces: FloatArray, motion: Motion3D) -> IntArray:
-    """Return the range of all faces for each pose, shape (p, 2)."""
+    """Return first row and the row behind the last of all faces for each pose, shape (p, 2): every pose sums every face."""
     return np.tile(np.array([0, len(faces)]), (len(motion.frames), 1))
 
 
@@ -101,19 +112,20 @@ def _sum_compiled(
     motion: Motion3D,
     friction: float | None,
 ) -> FloatArray:
-    """Call the compiled kernel for the poses of a motion.
+    """Call the compiled kernel for the poses of a motion, and return its sums, shape (p, 19).
 
     `law`: from `law_of`. `faces`: rows of `face_rows`. `ranges`: first row of each pose and the row behind its last, (p, 2).
     """
     from rftfit.forces.face_kernel import face_forces
 
     frames = motion.frames
-    forces = np.empty((len(frames), 19))
+    sums = np.empty((len(frames), 19))
     limit = -1.0 if friction is None else float(friction)
+    # the kernel writes into its last argument
     face_forces(
-        *law, limit, faces, ranges, frames, motion.rolling, NO_ELASTICITY, np.zeros((0, 3)), forces
+        *law, limit, faces, ranges, frames, motion.rolling, NO_ELASTICITY, np.zeros((0, 3)), sums
     )
-    return forces
+    return sums
 
 
 def mesh_draws(
@@ -124,6 +136,7 @@ def mesh_draws(
     faces, ranges = _wet_faces(mesh, motion)
     shape = (-1, *stack.alpha_z.shape[-2:])
     sums = []
+    # the kernel takes one table at a time
     for alpha in zip(stack.alpha_z.reshape(shape), stack.alpha_x.reshape(shape), strict=True):
         law_of_draw = law_of(TableProfile.of_nodes(stack.beta, stack.gamma, alpha), law)
         sums.append(_sum_compiled(law_of_draw, faces, ranges, motion, friction))
@@ -131,9 +144,10 @@ def mesh_draws(
 
 
 def _wet_faces(mesh: Mesh, motion: Motion3D) -> tuple[FloatArray, IntArray]:
-    """Return `face_rows` of the faces that reach below the surface, pose after pose, and the range of each pose.
+    """Return `face_rows` of the faces that reach below the surface, pose after pose, and the range of each pose, (p, 2).
 
-    Most of a rolling wheel is dry, and need not be tested again for each draw.
+    Most of a rolling wheel is dry, and need not be tested again for each draw. A face that is wet in several poses has a
+    row for each. Where the rows would be too many for memory, or a frame lacks a number, all faces of all poses are summed.
     """
     faces, frames = face_rows(mesh), motion.frames
     if len(faces) * len(frames) > errors.MOST_AT_ONCE or not np.isfinite(frames).all():
@@ -146,13 +160,16 @@ def _wet_faces(mesh: Mesh, motion: Motion3D) -> tuple[FloatArray, IntArray]:
 
 
 def ranges_of(counts: npt.ArrayLike) -> IntArray:
-    """Return first row and the row behind the last of groups of rows that follow one another, shape (groups, 2)."""
+    """Return first row and the row behind the last of groups of rows that follow one another, shape (groups, 2).
+
+    `counts`: rows of each group.
+    """
     ends = np.cumsum(counts)
     return np.stack([ends - np.asarray(counts), ends], axis=-1)
 
 
 class MeshInMotion(BodyInMotion):
-    """A mesh that moves in space; `law` and `friction` as in `predict`."""
+    """A mesh that moves in space; `law` and `friction` as in `rftfit.predict`. Methods: see `BodyInMotion`."""
 
     with_interval = MESH_QUANTITIES
     force_names = MESH_QUANTITIES[:3]
@@ -164,7 +181,7 @@ class MeshInMotion(BodyInMotion):
         self.poses, self.columns = motion.frames, motion.columns
 
     def _sum_faces(self, profile: Profile) -> FloatArray:
-        """Sum over the faces by one profile, shape (p, 19)."""
+        """Return the sums over the faces by one profile, shape (p, 19), with the columns of the head of this module."""
         return compiled_mesh_forces(profile, self.mesh, self.motion, self.law, self.friction)
 
     def best(self, profile: Profile) -> BestForces:
@@ -179,12 +196,12 @@ class MeshInMotion(BodyInMotion):
         return self._with_load(self._sum_faces(profile)[None])
 
     def draw(self, stack: Profile, *, with_load: bool) -> Iterator[DrawnForces]:
-        """Integrate the forces by each of a stack of draws, over all poses at once."""
+        """Integrate the forces by each of a stack of draws, over all poses at once: one item."""
         sums = mesh_draws(stack, self.mesh, self.motion, self.law, self.friction)
         yield self._with_load(sums) if with_load else DrawnForces(0, _by_name(sums))
 
     def _with_load(self, sums: FloatArray) -> DrawnForces:
-        """Split sums over faces, shape (draws, p, 19), into forces and load."""
+        """Split sums over faces, shape (draws, p, 19), into forces and load; of a solid also the load by direction."""
         by_direction = None if self.mesh.sheet else _loads_by_direction(sums)
         return DrawnForces(0, _by_name(sums), _load_of(sums), by_direction)
 
@@ -195,6 +212,7 @@ class MeshInMotion(BodyInMotion):
 
     def wet_parts(self) -> WetParts:
         """Return the load, depth, speed and position of the faces of all poses."""
+        # of each pose an array (5, faces that bear a load): load, depth, speed, x, y
         columns_of_poses = []
         for frame, rolling in zip(self.poses, self.motion.rolling, strict=True):
             faces = moving_faces(self.mesh, frame, rolling)
@@ -222,7 +240,8 @@ class MeshInMotion(BodyInMotion):
     def model_errors(self, drawn: DrawnForces, paths: FloatArray, eps: float) -> ForcesByName:
         """Calculate errors of the force model by draw; `paths`: errors over eps and the load, shape (draws, 3, p)."""
         assert drawn.load is not None
-        if self.mesh.sheet:  # as an outline, on which the error was found
+        # a sheet errs as an outline does, on which the error was found
+        if self.mesh.sheet:
             return _by_name(errors.space_errors(drawn.load, paths, eps))
         assert drawn.by_direction is not None
         return _by_name(errors.directed_errors(drawn.load, drawn.by_direction, paths, eps))
@@ -240,7 +259,11 @@ class MeshInMotion(BodyInMotion):
         ]
 
     def bounds(self, profile: Profile) -> BoundsByName:
-        """Return 0, and by pose the most that a force may be: every face with the largest alpha of the profile."""
+        """Return for each quantity 0, and the most that it may be in each pose, (p,): no face counts as known.
+
+        Every face bears at most its load (depth times area) times the largest alpha of the profile. NaN in poses whose
+        frame lacks a number.
+        """
         load, moment = np.full((2, len(self.poses)), np.nan)
         for pose in np.flatnonzero(np.isfinite(self.poses).all(axis=1)):
             faces = moving_faces(self.mesh, self.poses[pose], self.motion.rolling[pose])
@@ -255,7 +278,11 @@ class MeshInMotion(BodyInMotion):
     def finish_columns(
         self, columns: dict[str, FloatArray], profile: Profile, best: BestForces
     ) -> dict[str, FloatArray]:
-        """Set forces that symmetry cancels, and that are rounding of the sum, to 0, and add ``closure_N``."""
+        """Return the columns of a prediction, each (p,), with rounding set to 0 and with ``closure_N``.
+
+        Forces that symmetry cancels are not exactly 0 as sums over faces. ``closure_N``: error of a force if the measured
+        law errs alike on all faces that leave the plane of their normal and the vertical; NaN by 3D-RFT.
+        """
         finished = {
             name: np.where(np.abs(values) < self._least_size(name, best.forces), 0.0, values)
             for name, values in columns.items()
@@ -269,12 +296,14 @@ class MeshInMotion(BodyInMotion):
     def finish_peak(
         self, peak: Peak, profile: Profile, best: ForcesByName, columns: Mapping[str, FloatArray]
     ) -> Peak:
-        """Set numbers of a peak that are rounding of the sum over faces to 0.
+        """Return a peak without numbers that are rounding of the sum over faces, and withheld where it is steep.
 
-        Then an end of an interval that is 0 is moved to the farthest end of this interval in any pose.
+        Rounding becomes 0. An end of an interval that is 0, or is cut off there because a peak has one sign, is moved to
+        the farthest end of this interval in any pose: the largest force of a mesh may have either sign.
         """
         quantity = peak.quantity
         least = self._least_size(quantity, best)
+        # column of the table for each end, by the field of `Peak`: lo, hi, model_lo, model_hi, next_lo, next_hi
         columns_of_ends = {
             kind + end: column
             for kind in ("", "model_", "next_")
@@ -293,7 +322,10 @@ class MeshInMotion(BodyInMotion):
         return self.withhold_if_steep(peak, profile, best) if self.law == "measured" else peak
 
     def turned_forces(self, profile: TableProfile, quantity: str, pose: int) -> FloatArray:
-        """Integrate a force with all faces turned by `STEEP_DEG` either way about x and about y, N, shape (2, 2)."""
+        """Integrate a force in one pose with all faces turned by -`STEEP_DEG` and by `STEEP_DEG`, N, shape (2, 2).
+
+        Rows: turned about the axis x, about the axis y.
+        """
         faces = moving_faces(self.mesh, self.poses[pose], self.motion.rolling[pose])
         either_way = [turn_normals(faces.area_vectors, sign * STEEP_DEG) for sign in (-1, 1)]
         forces = self._forces_along(quantity, profile, faces, np.stack(either_way, axis=1))
@@ -311,7 +343,10 @@ class MeshInMotion(BodyInMotion):
     def _forces_along(
         self, quantity: str, profile: TableProfile, faces: LoadedFaces, normals: FloatArray
     ) -> FloatArray:
-        """Return the force on each face along one axis, N, shape (..., faces); `normals`: by which the map is read."""
+        """Return the force of one column on each face, N, shape (..., faces).
+
+        `normals`: those by which the map is read, shape (..., faces, 3), which may be turned; area and motion are not.
+        """
         stress = face_alpha(
             profile,
             faces.area_vectors,
@@ -322,7 +357,11 @@ class MeshInMotion(BodyInMotion):
         return np.asarray(faces.load_cm3 * stress[..., self.force_names.index(quantity)])
 
     def _least_size(self, name: str, best: ForcesByName) -> float:
-        """Return the size below which a force or a moment is rounding; 0 for another column."""
+        """Return the size below which a force (N) or a moment (N cm) is rounding; 0 for another column.
+
+        `name`: a column of the table. `best`: all forces and moments, shape (p,).
+        """
+        # the largest force and the largest moment of the motion
         force, moment = (
             float(np.fmax.reduce(np.abs([best[each] for each in names]), axis=None, initial=0.0))
             for names in (MESH_QUANTITIES[:3], MESH_QUANTITIES[3:])
@@ -335,7 +374,7 @@ class MeshInMotion(BodyInMotion):
 
 
 def _largest_alpha(profile: Profile) -> float:
-    """Largest size of alpha over all directions, N/cm^3."""
+    """Largest hypot(alpha_z, alpha_x) of a profile over all directions, N/cm^3, those without a number left out."""
     table = as_table(profile)
     return float(np.fmax.reduce(np.hypot(table.alpha_z, table.alpha_x), axis=None))
 
@@ -346,18 +385,19 @@ def _by_name(forces: FloatArray) -> dict[str, FloatArray]:
 
 
 def _sign_of_largest(values: FloatArray) -> int:
-    """Return the sign of the value that is largest in size."""
+    """Return 1 or -1, the sign of the value that is largest in size; NaN do not count."""
     sizes = np.nan_to_num(np.abs(values))
     return -1 if sizes.size and values[sizes.argmax()] < 0 else 1
 
 
 def _load_of(draws: FloatArray) -> errors.Load:
-    """Read the load without cancellation from sums over faces, shape (draws, p, 19)."""
-    bare = np.nan_to_num(draws[..., 7:13])
-    total_load = bare[..., 2]
-    centre = bare[..., 3:] / np.where(total_load > 0, total_load, 1.0)[..., None]
+    """Read the load without cancellation, and its centre, from sums over faces, shape (draws, p, 19)."""
+    # sizes of vertical parts, of horizontal parts, of whole forces; then whole sizes times the arm x, y, z
+    sizes = np.nan_to_num(draws[..., 7:13])
+    total_load = sizes[..., 2]
+    centre = sizes[..., 3:] / np.where(total_load > 0, total_load, 1.0)[..., None]
     loaded = (total_load > 0).any(axis=0).astype(float)
-    size = errors.size_of(np.hypot(bare[..., 0], bare[..., 1])) * loaded
+    size = errors.size_of(np.hypot(sizes[..., 0], sizes[..., 1])) * loaded
     return errors.Load(np.arange(draws.shape[1]), size, centre, loaded)
 
 
