@@ -7,7 +7,9 @@ The map was measured in a vertical plane, which has one horizontal direction. A 
 its normal, and r, that of its motion. Read in the plane of e, the map is exact where v lies in that plane. Read in
 the plane of r, with the part that is odd in beta turned by the angle between e and r, the map does not depend on e
 where a face is level and has none. The measured law blends both by the tilt of a face: a level face has the
-second reading, an upright one the first.
+second reading, an upright one the first (docs/theory/space.md).
+
+Attack angles beta and intrusion angles gamma are in rad. Stress over depth is alpha as a vector x, y, z, N/cm^3.
 """
 
 from __future__ import annotations
@@ -32,7 +34,10 @@ STEP_DEG = 5.0
 
 
 def as_table(profile: Profile) -> TableProfile:
-    """Return a profile as a table over all directions: a table as it is, another form read every `STEP_DEG` degrees."""
+    """Return a profile as a table over all directions: a table as it is, another form read every `STEP_DEG` degrees.
+
+    The law in space reads tables alone. A stack of draws gives a stack.
+    """
     if isinstance(profile, TableProfile):
         return profile
     beta = np.radians(np.arange(-90, 91, STEP_DEG))
@@ -49,11 +54,12 @@ def face_alpha(
     friction: float | None = None,
     normal_of_map: FloatArray | None = None,
 ) -> FloatArray:
-    """Return the stress over depth on faces, x, y, z in N/cm^3, shape (draws, ..., 3).
+    """Return the stress over depth on faces, x, y, z in N/cm^3, shape (..., 3), with leading draws of a stack.
 
-    `normal`, `velocity`: shape (..., 3), of any length above 0. `law`: one of `LAWS`. `friction`: where given, pulling
-    and driving parts are turned, and the tangential part is at most this times the normal one. `normal_of_map`: normal by
-    which the map is read, where it is another one, shape (..., 3).
+    `normal`: outward, `velocity`: shape (..., 3), of any length above 0. `law`: one of `LAWS`. `friction`: where given, a
+    normal part that pulls and a part along the face that drives it change their signs, and the part along the face is at
+    most this times the normal one; None: the stress as the law gives it. `normal_of_map`: normal by which the measured
+    map is read, where it is another one, shape (..., 3): so it is seen how steep the map is.
     """
     normal, velocity = (_unit(vectors) for vectors in np.broadcast_arrays(normal, velocity))
     if law == "measured":
@@ -67,7 +73,12 @@ def face_alpha(
 
 
 def _measured_stress(profile: Profile, normal: FloatArray, velocity: FloatArray) -> FloatArray:
-    """Stress over depth by the measured law, with e and r as in the head of this module; unit vectors (..., 3)."""
+    """Stress over depth by the measured law, with e and r as in the head of this module; unit vectors (..., 3).
+
+    `by_normal` is the reading in the plane of e, `by_motion` that in the plane of r. Turned vectors are turned by 90
+    degrees from x toward y.
+    """
+    # tilt: sine of the angle between the face and the level; speed: level part of the unit velocity
     tilt, e = _split_horizontal(normal)
     speed, r = _split_horizontal(velocity)
     e_turned, r_turned = (np.stack([-h[..., 1], h[..., 0]], axis=-1) for h in (e, r))
@@ -103,7 +114,8 @@ def share_read_near_pushes(
 ) -> FloatArray:
     """Return the share of alpha of faces that the measured law reads in directions near a push (`FAR_DEG`), shape (n,).
 
-    Each reading counts by its weight in `_measured_stress`. `normal`, `velocity`: shape (n, 3), of any length above 0.
+    From 0 to 1. Each of the four readings of `_measured_stress` (in the plane of e, across it, and in the plane of r at
+    beta and at -beta) counts by its weight there. `normal`, `velocity`: shape (n, 3), of any length above 0.
     """
     tilt, e = _split_horizontal(_unit(normal))
     speed, r = _split_horizontal(_unit(velocity))
@@ -112,6 +124,7 @@ def share_read_near_pushes(
     gamma_of_motion = np.arctan2(down, -speed)
     same_way = (1 + _dot(e, r)) / 2
     upright, in_plane = tilt**2, along_e**2 + down**2
+    # beta, gamma and weight of each reading; the weights of a face sum to 1
     readings = [
         (beta, np.arctan2(down, -along_e), upright * in_plane),
         (0 * beta, 0 * beta, upright * (1 - in_plane)),
@@ -124,7 +137,7 @@ def share_read_near_pushes(
 
 
 def turn_normals(normals: FloatArray, degrees: float) -> FloatArray:
-    """Turn normals (..., 3) about the axis x and about the axis y, shape (2, ..., 3)."""
+    """Return normals (..., 3) turned about the axis x and about the axis y, shape (2, ..., 3)."""
     cos, sin = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     x, y, z = np.moveaxis(normals, -1, 0)
     about_x = np.stack([x, cos * y - sin * z, cos * z + sin * y], axis=-1)
@@ -133,12 +146,15 @@ def turn_normals(normals: FloatArray, degrees: float) -> FloatArray:
 
 
 def _unit(vectors: FloatArray) -> FloatArray:
-    """Return the directions of vectors (..., 3)."""
+    """Return vectors (..., 3) divided by their lengths."""
     return np.asarray(vectors / np.linalg.norm(vectors, axis=-1, keepdims=True))
 
 
 def _split_horizontal(vector: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Length of the horizontal part of a vector, and its direction, shape (..., 2): (1, 0) where the length is 0."""
+    """Return the length of the horizontal part of vectors (..., 3), and its direction, shape (..., 2).
+
+    The direction is (1, 0) where the length is 0: what is read by it then has no weight, or does not depend on it.
+    """
     length = np.hypot(vector[..., 0], vector[..., 1])
     has_length = length[..., None] > 0
     flat = np.where(has_length, vector[..., :2], [1.0, 0.0])
@@ -161,7 +177,11 @@ def _dot(vectors: FloatArray, others: FloatArray) -> FloatArray:
 
 
 def submerged_parts(triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Share of the area of triangles (..., 3, 3) below the surface, and the centroid of that part (..., 3)."""
+    """Return the share of the area of triangles below the surface z = 0, shape (...), and the centroid of that part (..., 3).
+
+    `triangles`: corners by rows, shape (..., 3, 3), cm. A triangle that the surface cuts counts with its wet part, so that
+    forces are continuous in height; that part is a triangle, or the whole triangle less one.
+    """
     below = triangles[..., 2] < 0
     count = below.sum(axis=-1)
     # the surface cuts a small triangle off at the corner that is alone on its side: `tip`
@@ -183,10 +203,11 @@ def submerged_parts(triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 class LoadedFaces(NamedTuple):
-    """Faces of a mesh that bear a load in a pose: rows of `Mesh.faces`, and arrays with an entry for each of them.
+    """Faces of a mesh that bear a load in a pose, n of them, in the axes of the world.
 
-    `load_cm3`: depth times wet area. `area_vectors`: outward normal times area, cm^2; of a sheet on the side that leads.
-    `velocity`: of the centre of the wet part, cm/s. `arm_cm`: from the reference point to this centre.
+    `numbers`: their rows in `Mesh.faces`, (n,). `load_cm3`: depth times wet area that leads, (n,). `area_vectors`: outward
+    normal times area, cm^2, (n, 3); of a sheet on the side that leads. `velocity`: of the centre of the wet part, cm/s,
+    (n, 3). `arm_cm`: from the reference point to this centre, (n, 3).
     """
 
     numbers: IntArray
@@ -197,10 +218,11 @@ class LoadedFaces(NamedTuple):
 
 
 def moving_faces(mesh: Mesh, frame: FloatArray, rolling: FloatArray = NO_WHEEL) -> LoadedFaces:
-    """Find the faces that bear a load in a pose.
+    """Return the faces that bear a load in a pose: below the surface, in motion, and not behind another part of the body.
 
-    `frame`: a row of `Motion3D.frames`: position, velocity, rate of the reference point, and rotation. `rolling`: a row
-    of `rftfit.forces.rolling.rolling_rows`.
+    `frame`: a row of `Motion3D.frames`, (18,): position (cm), velocity (cm/s) and rate of turning (rad/s) of the reference
+    point, and rotation matrix. `rolling`: a row of `rftfit.forces.rolling.rolling_rows`, (4,), by which some faces of a
+    rolling wheel do not count; default: no wheel.
     """
     position, velocity, rate = frame[:9].reshape(3, 3)
     corners = mesh.triangles @ frame[9:].reshape(3, 3).T

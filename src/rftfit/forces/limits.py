@@ -1,4 +1,8 @@
-"""Limits of a prediction: what was measured, and what the force model is for."""
+"""Limits of a prediction: what was measured, and what the force model is for.
+
+The measured force on a part of a body (an element of an outline, a face of a mesh) is alpha times its depth times its area.
+Shares are of depth times area, summed over all parts and poses: nearly shares of the force.
+"""
 
 from __future__ import annotations
 
@@ -23,9 +27,9 @@ from rftfit.model.profiles import EPS, PAPER_WINDOW, KnownMedium, Profile
 
 
 class Reach(NamedTuple):
-    """How deep a body moves, and how far below the depths over which alpha was measured.
+    """How deep a body moves, and how far below the depths over which alpha was measured; depths are positive.
 
-    `deepest_cm`: depth of the body's deepest element or face. `measured_to_cm`: depth to which alpha was measured.
+    `deepest_cm`: depth of the middle of the body's deepest part. `measured_to_cm`: depth to which alpha was measured.
     `share_below`: share of depth times area, summed over all poses, that lies below `measured_to_cm`.
     """
 
@@ -37,7 +41,7 @@ class Reach(NamedTuple):
 def reach_below_measured(
     medium: KnownMedium | str | Path, outline: Outline | Mesh, motion: Motion | Motion3D
 ) -> Reach | None:
-    """Compare the depths of a body with those over which alpha was measured; None where it stays above the medium."""
+    """Compare the depths of a body with those over which alpha was measured; None where it stays above the surface."""
     moving = set_in_motion(outline, motion)
     wet = moving.wet_parts()
     if not np.nansum(wet.load_cm3) > 0:
@@ -70,13 +74,13 @@ def describe_speed(fastest_cm_per_s: float) -> str:
 
 
 def _reach(wet: WetParts, measured_to_cm: float) -> Reach:
-    """Compare the depths of what lies in the medium with the depth to which alpha was measured."""
+    """Compare the depths of all parts of a body with the depth to which alpha was measured."""
     share_below = _share(wet, wet.depth_cm > measured_to_cm)
     return Reach(float(wet.depth_cm[wet.load_cm3 > 0].max()), measured_to_cm, share_below)
 
 
 def _share(wet: WetParts, chosen: npt.NDArray[np.bool_]) -> float:
-    """Return the share of depth times area, summed over all poses, of the chosen elements or faces."""
+    """Return the share of depth times area, summed over all poses, of the parts for which `chosen` is True, 0 to 1."""
     return float(np.nansum(wet.load_cm3[chosen]) / np.nansum(wet.load_cm3))
 
 
@@ -144,6 +148,7 @@ def beyond_measured(
         )
     if config is not None:
         box, clear = config.container, config.fit.wall_clearance_cm
+        # parts near the bottom, then those near a wall, with the middle of the motion in the middle of the box
         near = wet.depth_cm > box.depth_cm - clear
         # an outline has x alone
         for position, size_cm in zip(

@@ -1,4 +1,8 @@
-"""Poses of an outline: a leg that turns about its axle, a body moved along any path."""
+"""Poses of an outline: a leg that turns about its axle, a body moved along any path.
+
+A pose is a row of six numbers: x, z of the reference point (cm, z = 0 at the free surface), angle (rad, from z toward x),
+and the rates of these three (cm/s, rad/s). The angle is beta of a plate along x, theta of a leg.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +33,8 @@ class Motion:
     columns : dict of str to numpy.ndarray, shape (p,)
         ``theta_deg``, or ``t_s, x_cm, z_cm, angle_deg``; the first one tells the poses apart.
     rates_of_steps : numpy.ndarray, shape (2, p, 3), optional
-        Rates of a path over the step before each pose and over the one after it: `rates_of_steps`.
+        Rates of a path over the step before each pose and over the one after it, by which its corners are found
+        (`rftfit.forces.corners`). None: the rates in `poses` are certain, as for a turning leg.
 
     Examples
     --------
@@ -44,12 +49,12 @@ class Motion:
     rates_of_steps: FloatArray | None = None
 
     def at_poses(self, numbers: Sequence[int]) -> Motion:
-        """Return some poses alone, by their numbers."""
+        """Return some poses alone, by their indices, with their rates: not those of a path through these poses."""
         columns = {name: column[numbers] for name, column in self.columns.items()}
         return Motion(self.name, self.poses[numbers], columns)
 
     def at_rates(self, rates: FloatArray) -> Motion:
-        """Return the same poses at other rates, shape (p, 3)."""
+        """Return the same poses at other rates of x, z (cm/s) and angle (rad/s), shape (p, 3)."""
         return replace(self, poses=np.concatenate([self.poses[:, :3], rates], axis=-1))
 
 
@@ -57,7 +62,7 @@ class Motion:
 
 
 THETA_DEG = np.arange(-135.0, 136.0)
-"""The sweep of the paper: from the front (+x) down and backward."""
+"""Leg angles of the sweep of the paper, deg: from the front (+x) down and backward."""
 
 HIP_HEIGHT_CM = 2.0
 """Height of the axle above the surface in the paper's rotation trials (Fig. 3)."""
@@ -119,6 +124,8 @@ _COLUMNS = (
     TableColumn("angle_deg", meaning="angle from z toward x", unit="degrees"),
 )
 SCHEMA = Schema("path", _COLUMNS, comments=True, others="ignored", most_rows=2_000_000)
+"""Columns of a file with a path, by which it is read, checked and described."""
+
 MOST_SHOWN = 20
 """Most problems of a file that are reported."""
 
@@ -164,8 +171,8 @@ def path(
 def rates_of_steps(coordinates: FloatArray, time_s: FloatArray) -> FloatArray:
     """Return the rates of a path over the step before each pose and over the step after it, shape (2, p, k).
 
-    `coordinates`: positions and angles, shape (p, k). The first and the last pose have one step alone, which counts as
-    both.
+    `coordinates`: positions (cm) and angles (rad), shape (p, k). `time_s`: shape (p,). Index 0 is the step before, 1 the
+    step after; the first and the last pose have one step alone, which counts as both.
     """
     rates = np.diff(coordinates, axis=0) / np.diff(time_s)[:, None]
     before = np.concatenate([rates[:1], rates])
@@ -174,7 +181,7 @@ def rates_of_steps(coordinates: FloatArray, time_s: FloatArray) -> FloatArray:
 
 
 def as_increasing(time_s: npt.ArrayLike) -> FloatArray:
-    """Return the times of a path, s; raises ValueError where there are fewer than two or they do not increase."""
+    """Return the times of a path as an array (p,), s; raises ValueError where they are fewer than two or do not increase."""
     time = np.asarray(time_s, dtype=float)
     if time.size < 2 or not (np.diff(time) > 0).all():
         raise ValueError("a path needs at least two times, and time must increase")
@@ -182,14 +189,18 @@ def as_increasing(time_s: npt.ArrayLike) -> FloatArray:
 
 
 def read_path(file: Path) -> Motion:
-    """Read a path from a table with the columns ``t_s``, ``x_cm``, ``z_cm``, ``angle_deg``."""
+    """Read the motion of an outline from a table with the columns ``t_s``, ``x_cm``, ``z_cm``, ``angle_deg``.
+
+    Raises CampaignError with the problems of the file.
+    """
     return replace(path(*read_path_columns(file, SCHEMA)), name=f"along {file}")
 
 
 def read_path_columns(file: Path, schema: Schema) -> FloatArray:
-    """Read the columns of a table of at least two rows whose first column is an increasing time, shape (columns, rows).
+    """Read the columns of `schema` from a table of at least two rows, in their order and units: shape (columns, rows).
 
-    Raises CampaignError with every cell that is wrong, and every time that does not increase.
+    The first of them is ``t_s``, which must increase. Raises CampaignError with every cell that is wrong, and every time
+    that does not increase.
     """
     rows, problems = read_rows(file, schema)
     if not problems and len(rows) < 2:

@@ -1,4 +1,7 @@
-"""Thin outlines in the plane: arcs, the model legs, polylines, and outlines from a file."""
+"""Thin outlines in the plane: arcs, the model legs, polylines, and outlines from a file.
+
+x is forward, z up, in cm. An outline is a row of straight elements: their centre, tangent and half-length.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +35,7 @@ media. The nine terms have no bends and are within 0.1 % at 30.
 """
 
 CURVATURES = {"c_leg": 1.0, "flat_leg": 0.0, "reversed_c_leg": -1.0}
-"""R/r of the three model legs."""
+"""R/r of the three model legs: half of the distance from axle to tip, over the radius of the arc."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +99,7 @@ class Outline:
         return np.concatenate([centre - half * tangent, centre + half * tangent])
 
     def refined(self, longest_cm: float) -> Outline:
-        """Halve elements until none is longer: the same outline, whose elements move more nearly as their middles.
+        """Return the same outline with elements halved until none is longer: they then move more nearly as their middles.
 
         Parameters
         ----------
@@ -108,6 +111,7 @@ class Outline:
         Outline
         """
         halvings = np.log2(np.maximum(self.edges_cm / longest_cm, 1.0))
+        # pieces of each old element; 1e-9: one that is just long enough is not halved by rounding
         count = 2 ** np.ceil(halvings - 1e-9).astype(int)
         element, within = _number_pieces(count)
         # from the middle of the old element to that of the new one, in half-lengths of the old one: between -1 and 1
@@ -118,7 +122,10 @@ class Outline:
 
 
 def _number_pieces(counts: IntArray) -> tuple[IntArray, IntArray]:
-    """Return for each piece, where line i is cut into `counts[i]` of them, the number i and its number on the line."""
+    """Return for each piece, where line i is cut into `counts[i]` of them, the index i and its index on this line from 0.
+
+    For counts 2, 1: lines 0, 0, 1 and indices 0, 1, 0.
+    """
     line = np.repeat(np.arange(len(counts)), counts)
     return line, np.arange(len(line)) - np.repeat(np.cumsum(counts) - counts, counts)
 
@@ -167,9 +174,10 @@ def arc(
 
 
 def _bent(phi: float, max_length_cm: float, width_cm: float, elements: int, name: str) -> Outline:
-    """Make an arc that spans 2 `phi` (rad, positive for a c-leg).
+    """Make an arc that spans 2 `phi` (rad, positive for a c-leg) from the axle (0, 0) to the tip straight below.
 
-    `max_length_cm`: from axle to tip, or the diameter of the circle where the arc is more than half of it.
+    `max_length_cm`: from axle to tip, or the diameter of the circle where the arc is more than half of it. For an arc
+    of radius r, sin(phi) = R / r with 2R from axle to tip.
     """
     bend = float(np.sin(phi))
     chord = max_length_cm * (abs(bend) if abs(phi) > np.pi / 2 else 1)
@@ -281,7 +289,7 @@ def polyline(
 
 
 def _turns_clockwise(points: FloatArray) -> bool:
-    """Tell whether a closed line of points x, z runs clockwise: its signed area is negative."""
+    """Tell whether a closed line of points x, z, shape (m, 2), runs clockwise: its signed area is negative."""
     return bool(_cross(points[:-1], points[1:]).sum() < 0)
 
 
@@ -293,14 +301,18 @@ _COLUMNS = (
     TableColumn("z_cm", meaning="z of a point, upward", unit="cm"),
 )
 SCHEMA = Schema("outline", _COLUMNS, rows="points", comments=True, others="ignored")
+"""Columns of an outline file, by which it is read, checked and described."""
+
 MAX_POINTS = 5000
+"""Most points of a file: the check for crossing lines compares every pair of pieces."""
 
 
 def read_outline(path: Path, width_cm: float, elements: int = ELEMENTS) -> Outline:
     """Read an outline from a table with the columns ``x_cm``, ``z_cm``, points in order.
 
     The reference point, about which the outline turns, is (0, 0) of the file. Where the last row
-    repeats the first, the outline is the skin of a solid body. The outline is named after the file.
+    repeats the first, the outline is the skin of a solid body. The outline is named after the file. `elements`: as in
+    `polyline`. Raises CampaignError with the problems of the file.
     """
     rows, problems = read_rows(path, SCHEMA)
     if not problems:
@@ -313,9 +325,10 @@ def read_outline(path: Path, width_cm: float, elements: int = ELEMENTS) -> Outli
 
 
 def _find_problems(points: FloatArray, rows: list[int], file: str) -> list[Problem]:
-    """List problems of the shape: too few or many points, repeated points, crossing lines.
+    """List problems of the shape, each with its place in the file: too few or many points, repeated points, crossing lines.
 
-    `points`: x, z, cm, shape (m, 2). `rows`: row of the file of each point.
+    `points`: x, z, cm, shape (m, 2). `rows`: row of the file of each point, (m,). `file`: its name for messages. The first
+    sort of problem that is there hides the later ones, which may follow from it.
     """
     count = len(points)
     if count < 2:
@@ -345,7 +358,10 @@ def _find_problems(points: FloatArray, rows: list[int], file: str) -> list[Probl
 
 
 def crossing_pieces(points: FloatArray) -> list[tuple[int, int]]:
-    """Find pairs i < j of straight pieces that meet where they should not; piece i runs from point i to i + 1."""
+    """Return pairs i < j of straight pieces that meet where they should not; piece i runs from point i to i + 1.
+
+    `points`: x, z, shape (m, 2); closed where the last repeats the first. Neighbours may meet in the point they share.
+    """
     start, end = points[:-1], points[1:]
     closed = bool((points[0] == points[-1]).all())
     last = len(start) - 1
@@ -366,14 +382,14 @@ def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _turns_back(a: FloatArray, b: FloatArray, c: FloatArray) -> bool:
-    """Tell whether the line from a to b goes back on itself to c."""
+    """Tell whether the line from a to b goes back on itself to c; points x, z, each of shape (2,)."""
     into, out = b - a, c - b
     size = float(np.hypot(*into) * np.hypot(*out))
     return bool(abs(_cross(into, out)) <= 1e-12 * size and into @ out < 0)
 
 
 def _meet(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> np.ndarray:
-    """Tell which of the lines c to d, shape (k, 2), have a point in common with the line a to b, shape (2,)."""
+    """Tell which of the lines c to d, each (k, 2), have a point in common with the line a to b, each (2,): shape (k,)."""
     along = b - a
     # the sign says on which side of the other line a point lies
     side_c, side_d = _cross(along, c - a), _cross(along, d - a)

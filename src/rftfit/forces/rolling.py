@@ -7,6 +7,9 @@ doi:10.1016/0022-4898(67)90105-X). On a convex wheel no point of the surface beh
 Rotation alone moves one half of a flat facet outward, but no part of the round rim that the facet stands for. Where the
 travel is slow beside the rim, that half would lead and bear a load. Whether a face leads is therefore decided with a
 travel of at least `least_travel` of the rim speed; below a slip of 0.5 nothing changes.
+
+The axle lies along y through (0, 0, 0) of the mesh. The rim is the radius to which slip and sinkage belong: of a wheel
+with lugs that between the lugs, if the user states it, else that of the farthest point.
 """
 
 from __future__ import annotations
@@ -35,24 +38,25 @@ RULES = {
 
 
 def describe_friction(friction: float | None) -> str:
-    """Say which friction the surface of a body has."""
+    """Say which friction the surface of a body has; None: the law states it, by the plates of the measured map."""
     if friction is None:
         return "none stated: as that of the measured plates"
     return f"{friction:g}, of the stress along a face over that across it"
 
 
 NO_WHEEL = np.zeros(4)
-"""Row of `rolling_rows` for a body that is no wheel."""
+"""Row of `rolling_rows` for a body that is no wheel: no direction of travel, no least travel, no track."""
 
 LEVEL = 1e-9
 """Most that rounding makes a face face back, lie behind the axle (cm), or a travel fall short of the least one."""
 
 
 def measure_radius(vertices_cm: FloatArray) -> float:
-    """Radius of a wheel whose axle lies along y through (0, 0, 0), to its farthest point, cm.
+    """Return the radius of a wheel whose axle lies along y through (0, 0, 0), to its farthest point, cm.
 
-    Raises ValueError where its axle lies elsewhere.
+    `vertices_cm`: x, y, z, shape (n, 3). Raises ValueError where the extents in x and z show that its axle lies elsewhere.
     """
+    # a wheel reaches as far forward as backward, up and down
     x, _, z = vertices_cm.T
     radius = float(np.hypot(x, z).max())
     ends = np.array([x.min(), x.max(), z.min(), z.max()]) / radius
@@ -84,7 +88,7 @@ class Rim(NamedTuple):
         return bool(self.lowest_cm < (1 - _CHOSEN.round_within) * self.radius_cm)
 
     def list_doubts(self) -> list[str]:
-        """Say that slip and sinkage were taken to the tips of lugs, and what to give instead."""
+        """List one sentence, that slip and sinkage were taken to the tips of lugs and what to give instead, or none."""
         if not self.is_doubtful:
             return []
         cure = f"--rim {self.lowest_cm:.4g} (in Python rim_cm={self.lowest_cm:.4g}) takes them to the rim between lugs"
@@ -99,11 +103,12 @@ class Rim(NamedTuple):
 
 
 def lowest_radius(corners_cm: FloatArray) -> float:
-    """Find the least radius of the outline about the axle, cm.
+    """Return the least radius of the outline of a wheel about its axle, cm: between lugs it is less than at their tips.
 
-    The outline has in each direction of x and z the farthest point of the triangles (m, 3, 3); where a direction meets
-    no triangle, the radius is 0.
+    `corners_cm`: triangles, shape (m, 3, 3). The outline has in each of `rays` directions of x and z (chosen.toml) the
+    farthest point of the triangles; where a direction meets no triangle, the radius is 0.
     """
+    # both ends of every edge of every triangle, x and z, shape (3 m, 2)
     starts = corners_cm[..., ::2].reshape(-1, 2)
     ends = np.roll(corners_cm, -1, axis=1)[..., ::2].reshape(-1, 2)
     # every edge in the sense in which its angle grows; one in line with the axle has no angle and does not count
@@ -114,6 +119,7 @@ def lowest_radius(corners_cm: FloatArray) -> float:
         np.where(is_reversed, ends, starts)[counts],
         np.where(is_reversed, starts, ends)[counts],
     )
+    # rays that each edge meets: all from its first to its last one
     step = 2 * np.pi / _CHOSEN.rays
     first = np.arctan2(starts[:, 1], starts[:, 0])
     span = np.mod(np.arctan2(ends[:, 1], ends[:, 0]) - first, 2 * np.pi)
@@ -136,13 +142,14 @@ RIM_SOURCES = {
     "given": "as given",
     "farthest-point": "to the farthest point of the mesh, over any lugs: no rim was given",
 }
-"""Sources of the radius of a rim in words, by name."""
+"""Sources of the radius of a rim in words, by `Rim.taken_from`."""
 
 
 def find_rim(vertices_cm: FloatArray, rim_cm: float | None, lowest_cm: float) -> Rim:
     """Return the rim that is given, or a rim through the farthest point of the wheel where none is given.
 
-    `lowest_cm`: `lowest_radius` of the wheel. Raises ValueError where the wheel has no such rim, or its axle lies elsewhere.
+    `vertices_cm`: shape (n, 3). `rim_cm`: radius, or None. `lowest_cm`: `lowest_radius` of the wheel, from which is seen
+    whether a rim should have been given. Raises ValueError where the wheel has no such rim, or its axle lies elsewhere.
     """
     radius = measure_radius(vertices_cm)
     if rim_cm is None:
@@ -155,7 +162,10 @@ def find_rim(vertices_cm: FloatArray, rim_cm: float | None, lowest_cm: float) ->
 
 
 def fills_hull(vertices_cm: FloatArray, volume_cm3: float) -> bool:
-    """Tell whether a solid body of this volume fills the convex hull of its vertices."""
+    """Tell whether a solid body of this volume nearly fills the convex hull of its vertices (n, 3): it is convex.
+
+    A wheel with lugs is not, and has the rule of its own track by default.
+    """
     from scipy.spatial import ConvexHull
 
     return bool(volume_cm3 > _CHOSEN.filled * ConvexHull(vertices_cm).volume)
@@ -171,9 +181,9 @@ def rolling_rows(
     """Describe rolling wheels to the kernel, a row for each pose, shape (p, 4).
 
     Columns: unit direction of travel x, y (for a wheel that turns in place its heading); the speed by which the travel
-    falls short of `least_travel` of the rim speed (cm/s); and the share to which the track's rule holds: 1 or 0,
-    between them for a wheel that has just begun to move. `begun`: from 0 to 1 for such a wheel, whose direction of
-    travel is not yet certain. `velocity`, `rate`: (p, 3).
+    falls short of `least_travel` of the rim speed (cm/s); and the share to which the track's rule holds, `track`: 1 or
+    0, between them for a wheel that has just begun to move. `begun`: from 0 to 1 for such a wheel, whose direction of
+    travel is not yet certain; 1: moving. `velocity` (cm/s), `rate` of turning (rad/s): x, y, z, shape (p, 3).
     """
     travel = np.linalg.norm(velocity[:, :2], axis=1)
     heading = np.stack([rate[:, 1], -rate[:, 0]], axis=1)
@@ -191,8 +201,8 @@ def rolling_rows(
 def leading_speed(outward: FloatArray, normal: FloatArray, rolling: FloatArray) -> FloatArray:
     """Return the speed along the normal that decides whether a face leads: with a travel of at least `least_travel`.
 
-    `outward`: speed along the normal as the face moves, (m,). `normal`, of any length: (m, 3). `rolling`: a row of
-    `rolling_rows`.
+    `outward`: speed along the normal as the face moves, times the length of `normal`, (m,). `normal`, of any length:
+    (m, 3). `rolling`: a row of `rolling_rows`; of a body that is no wheel nothing changes.
     """
     return np.asarray(outward + rolling[2] * (normal[:, :2] @ rolling[:2]))
 
@@ -200,7 +210,11 @@ def leading_speed(outward: FloatArray, normal: FloatArray, rolling: FloatArray) 
 def lies_in_track(
     normal: FloatArray, arm: FloatArray, rolling: FloatArray
 ) -> npt.NDArray[np.bool_]:
-    """Tell which faces push into the wheel's own track; `normal`, of any length, and `arm` from the axle: (m, 3)."""
+    """Tell which faces push into the wheel's own track: they lie behind the axle and face back.
+
+    `normal`, of any length, and `arm` from the axle: (m, 3). `rolling`: a row of `rolling_rows`; False where its rule does
+    not hold in full.
+    """
     ahead = normal[:, :2] @ rolling[:2]
     faces_back = ahead < -LEVEL * np.linalg.norm(normal, axis=-1)
     return np.asarray((rolling[3] >= 1) & faces_back & (arm[:, :2] @ rolling[:2] < -LEVEL))
