@@ -1,4 +1,8 @@
-"""Tables of measured forces on a leg or a body by pose: one contact or several."""
+"""Tables of measured forces on a leg or a body by pose: one contact or several.
+
+A contact is one turn or one path of a body with the forces measured along it. Forces are those of the medium on the body,
+N, up and toward +x positive.
+"""
 
 from __future__ import annotations
 
@@ -26,9 +30,13 @@ _TURNS_BACK_DEG = 2.0
 """Turn of theta against its way, degrees, that is more than the noise of an encoder."""
 
 _TURN = ("theta_deg",)
+"""Columns of the poses of a leg that turns on its axle."""
+
 _PATH = tuple(column.name for column in PATH_IN_PLANE.columns)
+"""Columns of the poses of an outline on a path: ``t_s, x_cm, z_cm, angle_deg``."""
+
 _SPACE = tuple(column.name for column in PATH_IN_SPACE.columns)
-"""Columns of the poses of a leg on its axle, of a body on a path, of a mesh."""
+"""Columns of the poses of a mesh: ``t_s, x_cm, y_cm, z_cm, turn_x_deg, turn_y_deg, turn_z_deg``."""
 
 _NUMBERS = (
     TableColumn(
@@ -57,6 +65,7 @@ SCHEMA = Schema(
     comments=True,
     others="warned",
 )
+"""Columns of a file of contacts, none of which each file needs: which poses it needs depends on the body."""
 
 
 def read_contacts(
@@ -65,7 +74,7 @@ def read_contacts(
     hip_cm: float | None = None,
     body_error: BodyError | None = None,
 ) -> tuple[list[Contact], list[str]]:
-    """Read measured forces on a body by pose; returned with sentences to warn of.
+    """Read measured forces on a body by pose, as contacts, and sentences to warn of.
 
     Parameters
     ----------
@@ -81,6 +90,7 @@ def read_contacts(
     Returns
     -------
     contacts : list of Contact
+        One for each name in the column ``contact``, in their order; a single one without that column.
     warnings : list of str
 
     Raises
@@ -102,6 +112,7 @@ def read_contacts(
         raise InputError(f"{file}: no column {' or '.join(forces)}; no force was measured")
     if missing := [name for name in pose_columns if columns[name].isna().any()]:
         raise InputError(f"{file}: {missing[0]} is blank in some rows; each row needs its pose")
+    # NaN in all rows where the file has no such column
     errors = columns.reindex(columns=["error_N"]).to_numpy(float)[:, 0]
     if np.isnan(errors).any():
         usual = USUAL_PERCENT / 100 * float(np.nanmax(measured.abs().to_numpy(float)))
@@ -131,7 +142,10 @@ def read_contacts(
 def _choose_pose_columns(
     columns: pd.DataFrame, body: Outline | Mesh, file: Path
 ) -> tuple[str, ...]:
-    """Choose the columns of the poses: `_TURN`, `_PATH` or `_SPACE`."""
+    """Return the columns of the poses: `_SPACE` for a mesh; `_TURN` if the file has it, else `_PATH` for an outline.
+
+    Raises InputError where the file has not all of them. `file`: for the message.
+    """
     choices = (_SPACE,) if isinstance(body, Mesh) else (_TURN, _PATH)
     for names in choices:
         if set(names) <= set(columns):
@@ -143,9 +157,10 @@ def _choose_pose_columns(
 def _motion_of_contact(
     columns: pd.DataFrame, pose_columns: tuple[str, ...], hip_cm: float | None
 ) -> Motion | Motion3D:
-    """Make the motion of a contact from its columns; raises ValueError where theta turns back.
+    """Make the motion of a contact from its columns, one row a pose; raises ValueError where theta turns back.
 
-    `hip_cm`: height of the axle where the file has none.
+    `pose_columns`: `_TURN`, `_PATH` or `_SPACE`. `hip_cm`: height of the axle where the file has none; None: that of the
+    paper. All poses of a leg get one direction of turning: that of a leg that turns back would be wrong.
     """
     if pose_columns == _SPACE:
         return Motion3D.path(columns["t_s"], columns[[*_SPACE[1:4]]], columns[[*_SPACE[4:]]])

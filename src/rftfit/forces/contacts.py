@@ -3,6 +3,10 @@
 The forces are observations of a map (`rftfit.model.observations` has their rows in its linear system), or show the
 errors of the model on a body. These are smooth over the states of the body: a state that comes again has the same
 error.
+
+Arrays of forces have shape (components, p): z and x of an outline, x, y, z of a mesh, in p poses; N, of the medium on the
+body, up and toward +x positive. Relative errors are over the load: the sum of the sizes of the forces on all parts of the
+body, N, which does not cancel.
 """
 
 from __future__ import annotations
@@ -113,12 +117,12 @@ class Contact:
 
     @cached_property
     def moving(self) -> BodyInMotion:
-        """The body in its motion."""
+        """The body in its motion, by which its forces are integrated; a moment is not an observation."""
         return set_in_motion(self.body, self.motion, quantities=QUANTITIES[:2])
 
     @property
     def components(self) -> tuple[str, ...]:
-        """Names of the forces that may be measured on the body."""
+        """Columns of the forces that may be measured on the body, in the order of the arrays' first axis."""
         return self.moving.force_names
 
     @property
@@ -133,7 +137,7 @@ class Contact:
 
     @cached_property
     def reading_errors(self) -> FloatArray:
-        """Standard errors of the readings, N, shape (components, p)."""
+        """Standard errors of the readings, N, shape (components, p), the same for all where one number was given."""
         if isinstance(self.errors, Mapping):
             return self._by_component(self.errors, "errors")
         return np.full(self.measured.shape, float(self.errors))
@@ -141,7 +145,10 @@ class Contact:
     def _by_component(
         self, given: Mapping[str, npt.ArrayLike] | pd.DataFrame, what: str
     ) -> FloatArray:
-        """Arrange forces or errors by component and pose, shape (components, p); NaN where none is given."""
+        """Return forces or errors by component and pose, shape (components, p); NaN where none is given.
+
+        `given`: by the column of the force; one number stands for all poses. `what`: name of the argument, for messages.
+        """
         rows = np.full((len(self.components), len(self.frames)), np.nan)
         for component, name in enumerate(self.components):
             if name not in given:
@@ -157,7 +164,7 @@ class Contact:
 
     @cached_property
     def states(self) -> FloatArray:
-        """State of the body in each pose, as `BodyError.evaluate` takes it, shape (p, f)."""
+        """Turn, height and direction of motion in each pose, as `BodyError.evaluate` takes them, shape (p, f)."""
         return self.moving.states
 
     @cached_property
@@ -168,7 +175,7 @@ class Contact:
         return self.load(profile) > 0
 
     def load(self, profile: Profile) -> FloatArray:
-        """Return the load without cancellation, H of `rftfit.forces.model_error`, in each pose, N, shape (p,)."""
+        """Return the load without cancellation, H of `rftfit.forces.model_error`, by one profile, N, shape (p,)."""
         return np.asarray(self.moving.load_size(profile)[0])
 
     def force_draws(self, profile: Profile) -> FloatArray:
@@ -178,10 +185,12 @@ class Contact:
     def weights(self, beta: FloatArray, gamma: FloatArray) -> FloatArray:
         """Return the weights of alpha at the n nodes of a map in each force, alpha_z then alpha_x: (components, p, 2 n).
 
-        Eq. 2 is linear in alpha: the weight of a node is the force where alpha is 1 there and 0 at all others.
+        `beta`, `gamma`: directions of the nodes, rad, (n,). Eq. 2 is linear in alpha: the weight of a node, cm^3, is the
+        force where alpha is 1 there and 0 at all others.
         """
         unit = np.eye(beta.size)
         nothing = np.zeros_like(unit)
+        # two stacks of n "draws", each with alpha 1 at one node: of alpha_z, then of alpha_x
         tables = (TableProfile(*alpha, beta, gamma) for alpha in ((unit, nothing), (nothing, unit)))
         forces = np.concatenate([self.force_draws(table) for table in tables])
         return np.moveaxis(forces, 0, -1)
@@ -221,9 +230,10 @@ def learn_body_error(measurements: Sequence[tuple[Contact, KnownMedium | str | P
 
 
 def error_curve(contact: Contact, profile: Profile) -> ErrorCurve:
-    """Return measured less predicted forces over the load, in at most `most_states` poses, and their covariance.
+    """Return measured less predicted forces over the load, in at most `most_states` poses (chosen.toml), and their covariance.
 
-    The covariance holds the errors of the readings and of alpha. Raises ValueError where a pose has no number.
+    Poses in the air and without a measured force are left out, since their load is 0. The covariance holds the errors of
+    the readings and of alpha, which are no errors of the model. Raises ValueError where a pose has no number.
     """
     poses = np.flatnonzero(contact.touches & np.isfinite(contact.measured).any(axis=0))
     poses = poses[choose_evenly(poses.size, chosen("forces", "body_error").most_states)]
@@ -233,6 +243,7 @@ def error_curve(contact: Contact, profile: Profile) -> ErrorCurve:
         raise ValueError(f"{contact.label}: {profile.reason or 'no number'}")
     residuals = (contact.measured[:, poses] - best) / load
     reading_errors = np.nan_to_num(contact.reading_errors[:, poses] / load)
+    # readings err independently of one another; alpha errs in all poses together
     noise = np.stack([np.diag(variances) for variances in reading_errors**2])
     if isinstance(profile.spread, Profile):
         drawn = contact.force_draws(profile.spread)[..., poses] / load

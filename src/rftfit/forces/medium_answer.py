@@ -23,15 +23,17 @@ if TYPE_CHECKING:
     from rftfit.forces.contacts import Contact
 
 _SHOWN_BETA, _SHOWN_GAMMA = (-60, -30, 0, 30, 60, 90), (-90, -45, 0, 45, 90)
+"""Attack and intrusion angles, deg, at which alpha of a map is printed."""
 
 
 @dataclass(frozen=True)
 class MediumAnswer:
-    """Answer on one medium.
+    """Answer of ``rftfit scale`` on one medium: alpha by direction with intervals, zeta, and whether to trust them.
 
-    `text`: for people. `facts`: for scripts. `columns`: alpha by direction. `description`: from what it was estimated.
-    `level`: of the intervals, in words. `where`: in which directions alpha is known. `doubt`: sentence on why the
-    medium may not be like the known ones, or empty.
+    `text`: for people. `facts`: for scripts, printed as JSON. `columns`: alpha by direction, each (n,): ``beta_deg``,
+    ``gamma_deg``, then ``alpha_z_N_per_cm3``, its ends, the same of x, and others. `description`: from what alpha was
+    estimated. `level`: of the intervals, in words. `where`: in which directions alpha is known. `doubt`: sentence on why
+    the medium may not be like the known ones; empty where nothing speaks against it.
     """
 
     text: str
@@ -63,7 +65,10 @@ class MediumAnswer:
 
 
 def answer_of_test(scaled: ScaledMedium) -> MediumAnswer:
-    """Answer from one penetration test, scaled by the paper's routine."""
+    """Answer from one penetration test, alpha_z(0, 90 deg), scaled by the paper's routine from reference media.
+
+    Facts: ``zeta``, ``chi`` and each of the nine coefficients with ``value``, ``lo``, ``hi``.
+    """
     alpha, se, confidence = scaled.alpha_z, scaled.alpha_z_se, scaled.confidence
     reference = scaled.reference
     terms = dict(zip(TERMS, zip(*scaled.coefficients_with_interval(), strict=True), strict=True))
@@ -102,7 +107,11 @@ def answer_of_test(scaled: ScaledMedium) -> MediumAnswer:
 def answer_of_pushes(
     name: str, medium_map: Map, pushes: Columns | None, reference: Reference
 ) -> MediumAnswer:
-    """Answer from the map of any number of pushes; zeta by the paper's routine too where a push goes straight down."""
+    """Answer from the map of any number of pushes; zeta by the paper's routine too where a push goes straight down.
+
+    `name`: of the file of the pushes, as it is printed. `pushes`: columns of the alpha table from which the map was
+    estimated; None: from contacts alone. `reference`: media from which the paper's routine scales.
+    """
     confidence = medium_map.confidence
     # alpha_z(0, 90 deg) of the pushes and its standard error
     down = None if pushes is None else push_straight_down(pushes, confidence)
@@ -139,9 +148,11 @@ def answer_of_pushes(
 def answer_of_contacts(
     answer: MediumAnswer, alone: Map, contacts: Sequence[Contact], pushes: Columns | None
 ) -> MediumAnswer:
-    """Put alpha_z(0, 90 deg) by the contacts alone in front of an answer, with that of a plate where one was pushed.
+    """Return an answer with alpha_z(0, 90 deg) by the contacts alone in front, compared with that of a plate.
 
-    `alone`: map of the contacts without a push.
+    So two measurements of one number show whether forces on the body and pushes of plates agree. `answer`: that of
+    pushes, contacts or both. `alone`: map of the contacts without a push. `pushes`: as in `answer_of_pushes`; None or
+    without a push straight down: nothing is compared.
     """
     vertical = vertical_alpha(alone)
     level = f"{100 * alone.confidence:g} % interval"
@@ -150,9 +161,12 @@ def answer_of_contacts(
     comparison = ""
     facts: dict[str, Any] = {"contacts": len(contacts), "alpha_z_of_contacts": _name_ends(vertical)}
     if plate is not None:
-        of_plate, _ = plate
-        facts |= {"alpha_z_of_plate": of_plate, "contacts_over_plate": value / of_plate}
-        comparison = f"; a plate says {of_plate:.3g}: ratio {value / of_plate:.2f} ({lo / of_plate:.2f} to {hi / of_plate:.2f})"
+        plate_alpha, _ = plate
+        facts |= {"alpha_z_of_plate": plate_alpha, "contacts_over_plate": value / plate_alpha}
+        comparison = (
+            f"; a plate says {plate_alpha:.3g}: ratio {value / plate_alpha:.2f} "
+            f"({lo / plate_alpha:.2f} to {hi / plate_alpha:.2f})"
+        )
     bodies = "; ".join(dict.fromkeys(contact.body_error.words for contact in contacts))
     poses = sum(int(contact.touches.sum()) for contact in contacts)
     head = (
@@ -172,7 +186,7 @@ def vertical_alpha(medium_map: Map) -> tuple[float, float, float]:
 
 
 def _value_and_ends(medium: ScaledMedium, name: str) -> tuple[float, ...]:
-    """Read a number of a scaled medium, such as ``zeta``, and the ends of its interval."""
+    """Return a number of a scaled medium, such as ``zeta``, and the lower and upper end of its interval."""
     return tuple(float(getattr(medium, name + end)) for end in ("", "_lo", "_hi"))
 
 
@@ -182,7 +196,11 @@ def _name_ends(numbers: Iterable[float]) -> dict[str, float]:
 
 
 def _describe_doubt(medium_map: Map) -> str:
-    """Say why a medium does not belong to the known ones; empty where it does."""
+    """Say why a medium does not belong to the known ones; empty where it may belong.
+
+    `Map.belongs` is the share of media that belong and lie as far from the shape; `Map.farthest` the push that lies
+    farthest from what the others let expect, None where there was no push.
+    """
     worst = medium_map.farthest
     if not medium_map.belongs < NOT_ALIKE:
         return ""
@@ -206,7 +224,10 @@ def _describe_doubt(medium_map: Map) -> str:
 
 
 def _format_map(medium_map: Map, routine: ScaledMedium | None, description: str, level: str) -> str:
-    """Format a map for people: tables of alpha at some angles, zeta, and its agreement with the known media."""
+    """Format a map for people: tables of alpha at some angles, zeta, and its agreement with the known media.
+
+    `routine`: zeta by the paper's routine, None without a push straight down. `description`, `level`: as in `MediumAnswer`.
+    """
     columns = medium_map.columns()
     beta_deg, gamma_deg = columns["beta_deg"], columns["gamma_deg"]
     tables = []
@@ -215,6 +236,7 @@ def _format_map(medium_map: Map, routine: ScaledMedium | None, description: str,
         for beta in _SHOWN_BETA:
             cells = []
             for gamma in _SHOWN_GAMMA:
+                # the direction of the map that is nearest to the angles that are shown
                 nearest = int((np.abs(beta_deg - beta) + np.abs(gamma_deg - gamma)).argmin())
                 value, lo, hi = (
                     float(columns[column(component, end)][nearest]) for end in ("", "_lo", "_hi")
@@ -257,12 +279,15 @@ def _format_map(medium_map: Map, routine: ScaledMedium | None, description: str,
 
 
 def has_no_alpha_x(medium_map: Map) -> bool:
-    """Tell whether no push measured how strong alpha_x is beside alpha_z."""
+    """Tell whether no push measured how strong alpha_x is beside alpha_z, so that known media alone say it."""
     return math.isnan(medium_map.horizontal)
 
 
 def _describe_horizontal(medium_map: Map, compared_with: str = "") -> str:
-    """Say how strong alpha_x is beside alpha_z, or that no push measured it; `compared_with`: words at the end."""
+    """Say how strong alpha_x is beside alpha_z, compared with known media, or that no push measured it.
+
+    `compared_with`: words at the end, such as " as in the known media".
+    """
     if has_no_alpha_x(medium_map):
         return "alpha_x was not measured"
     return f"alpha_x is {medium_map.horizontal:.2g} times as strong beside alpha_z{compared_with}"

@@ -1,4 +1,10 @@
-"""Triangle meshes of bodies in space, checked before use, and their poses."""
+"""Triangle meshes of bodies in space, checked before use, and their poses.
+
+x, y level, z up, in cm; a mesh has its own axes, and the axes of the world have z = 0 at the free surface. A mesh of n
+vertices and m triangles is `vertices_cm` (n, 3) and `faces` (m, 3), the indices of the corners of each triangle,
+counterclockwise seen from outside. A frame is a pose as a row of 18 numbers: position (3, cm), velocity (3, cm/s), rate
+of turning about the axes of the world (3, rad/s), and rotation from mesh to world (9, row by row).
+"""
 
 from __future__ import annotations
 
@@ -59,11 +65,10 @@ PATH = replace(
         ),
     ),
 )
-
-"""Columns of a path in space."""
+"""Columns of a file with a path in space: time, position, vector of rotation."""
 
 _RIM_FACETS, _FLANK_CM, _SECTION_CM = 96, 0.4, 0.8
-"""Facets around the rim of a wheel with lugs, and longest edges of a lug's flank and across its width."""
+"""Facets around the rim of a wheel with lugs, longest edge on the flank of a lug and longest edge across the wheel, cm."""
 
 _SAME = 1e-7
 """Distance over the mesh's size below which two vertices are one: an STL file repeats them in each triangle."""
@@ -118,6 +123,7 @@ class Mesh:
             )
         vertices, corners = _merge_vertices(vertices, corners)
         notes = []
+        # a face with one vertex twice has no area
         distinct_corners = corners[(corners != np.roll(corners, 1, axis=1)).all(axis=1)]
         if lost := len(corners) - len(distinct_corners):
             notes.append(f"left out {lost} faces without area")
@@ -167,7 +173,7 @@ class Mesh:
 
     @property
     def points_cm(self) -> FloatArray:
-        """Points that span the body, shape (n, 3)."""
+        """Points that span the body: its vertices, shape (n, 3). An outline has a property of this name, too."""
         return self.vertices_cm
 
     @property
@@ -177,7 +183,7 @@ class Mesh:
 
     @cached_property
     def is_convex(self) -> bool:
-        """True for a solid body that fills its convex hull."""
+        """True for a solid body that fills its convex hull: no wheel with lugs does."""
         return fills_hull(self.vertices_cm, self.volume_cm3)
 
     @cached_property
@@ -187,11 +193,11 @@ class Mesh:
 
     @property
     def volume_cm3(self) -> float:
-        """Volume that the faces enclose; of a sheet it means nothing."""
+        """Volume that the faces enclose, as the sum of signed tetrahedra below them; of a sheet it means nothing."""
         return float(np.linalg.det(self.triangles - self.vertices_cm.mean(axis=0)).sum()) / 6
 
     def moved(self, rotation: FloatArray, by_cm: FloatArray) -> Mesh:
-        """Turn the mesh by a matrix, then move it.
+        """Return the mesh turned by a matrix about its reference point, then moved.
 
         Parameters
         ----------
@@ -205,7 +211,7 @@ class Mesh:
         return self._with_faces(self.vertices_cm @ np.transpose(rotation) + by_cm, self.faces)
 
     def refined(self, longest_cm: float) -> Mesh:
-        """Halve triangles until no edge is longer: the same body, whose forces are nearer to those of the law.
+        """Return the same body with triangles halved until no edge is longer: its forces are nearer to those of the law.
 
         `predict` and `wheel` do so by themselves where a mesh is coarse (`rftfit.forces.fineness`); `Ground` by
         its `triangle_cm`.
@@ -314,6 +320,7 @@ class Mesh:
         # four corners of each element: both ends on one side, both on the other
         corners = np.concatenate([ends - side, ends + side], axis=1).reshape(-1, 3)
         first_corner = 4 * np.arange(len(x))[:, None]
+        # both halves of each rectangle, by the number of its corner
         faces = np.concatenate([first_corner + np.array(half) for half in ([0, 1, 3], [0, 3, 2])])
         return cls(corners, faces, outline.name, sheet=True)
 
@@ -332,6 +339,7 @@ class Mesh:
         """
         polar = np.linspace(-np.pi / 2, np.pi / 2, facets + 1)
         profile = radius_cm * np.stack([np.cos(polar), np.sin(polar)], axis=-1)
+        # the poles lie exactly on the axis
         profile[[0, -1], 0] = 0.0
         return cls(*_revolve(profile, 2 * facets), "sphere")
 
@@ -349,6 +357,7 @@ class Mesh:
         -------
         Mesh
         """
+        # points r, y from the centre of one end out to the rim, across the width, and in to the centre of the other end
         radii = radius_cm * np.linspace(0, 1, facets // 6 + 1)
         rows = max(1, round(facets * width_cm / (2 * np.pi * radius_cm)))
         r = np.concatenate([radii[:-1], np.full(rows + 1, radius_cm), radii[-2::-1]])
@@ -404,11 +413,12 @@ class Mesh:
         pitch = 2 * np.pi / lugs
         if not thickness_cm < pitch * radius_cm:
             raise ValueError(f"{lugs} lugs of {thickness_cm:g} cm do not fit on the rim")
+        # angles are those about the axle, rad: of a lug half of what it takes at its root and at its tip
         root = np.arcsin(thickness_cm / 2 / radius_cm)
         tip = np.arcsin(thickness_cm / 2 / (radius_cm + lug_cm))
         height = np.linspace(0, 1, max(1, int(np.ceil(lug_cm / _FLANK_CM))) + 1)
         steps = max(2, int(np.ceil((pitch - 2 * root) / (2 * np.pi / _RIM_FACETS))))
-        # half angle of a lug as seen from the axle, from its root to its tip
+        # the same at all heights of the flank, from root to tip
         flank = root + (tip - root) * height
         rim = np.linspace(root, pitch - root, steps + 1)[1:-1]
         # one lug and the rim behind it: up a flank, over the tip, down, along the rim
@@ -445,12 +455,16 @@ def _edge_lengths(triangles: FloatArray) -> FloatArray:
 
 
 def describe_triangles(count: int, given: int) -> str:
-    """Say how many triangles a mesh has, and from how many they were made by refining."""
+    """Say how many triangles a mesh has, and from how many, `given`, they were made by refining."""
     return f"{count} triangles" + (f", made of {given}" if count > given else "")
 
 
 def _revolve(profile: FloatArray, longitudes: int) -> tuple[FloatArray, IntArray]:
-    """Revolve points (r, z), from the lower end of the z axis to the upper one, about it: vertices and faces."""
+    """Return vertices (n, 3) and faces (m, 3) of the solid that a line describes when it turns about the z axis.
+
+    `profile`: points r, z of the line, shape (k, 2), from the lower end of the axis to the upper one. `longitudes`: number
+    of points around the axis.
+    """
     angle = 2 * np.pi * np.arange(longitudes) / longitudes
     r, z = profile.T[..., None]
     vertices = np.stack([r * np.cos(angle), r * np.sin(angle), z + 0 * angle], axis=-1)
@@ -466,7 +480,11 @@ def _revolve(profile: FloatArray, longitudes: int) -> tuple[FloatArray, IntArray
 
 
 def _merge_vertices(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
-    """Merge vertices nearer to each other than `_SAME`, and leave out those of no face: other vertices and faces."""
+    """Return vertices and faces with vertices nearer to each other than `_SAME` merged, and those of no face left out.
+
+    Only then a face shares its edges with its neighbours, which `_check_closed` looks for. Raises ValueError where all
+    vertices are one point.
+    """
     used = np.unique(faces)
     size = np.ptp(vertices[used], axis=0).max()
     if not size > 0:
@@ -479,7 +497,7 @@ def _merge_vertices(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, 
 
 
 def area_vectors(triangles: FloatArray) -> FloatArray:
-    """Return the normal times the area of triangles (..., 3, 3), cm^2, shape (..., 3)."""
+    """Return the normal times the area of triangles (..., 3, 3), cm^2, shape (..., 3): outward where they are wound so."""
     a, b, c = np.moveaxis(triangles, -2, 0)
     return np.cross(b - a, c - a) / 2
 
@@ -488,10 +506,15 @@ _OPEN = (
     "belong to one face only: the mesh is open, as where a corner lies on the edge of another face (a thin sheet: --sheet, in "
     "Python sheet=True)"
 )
+"""Fault of an edge with one face, as the end of a sentence."""
 
 
 def _check_closed(vertices: FloatArray, faces: IntArray) -> None:
-    """Raise ValueError unless each edge belongs to two faces that run through it in opposite directions."""
+    """Raise ValueError unless each edge belongs to two faces that run through it in opposite directions.
+
+    Only such a mesh has an inside and an outside, and so a side of each face that the medium touches.
+    """
+    # the three sides of every face, each from a corner to the next one, (3 m, 2)
     sides = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
     forward = np.where(sides[:, 0] < sides[:, 1], 1, -1)
     edges, edge_of_side, count = np.unique(
@@ -514,7 +537,7 @@ def _check_closed(vertices: FloatArray, faces: IntArray) -> None:
 
 
 def _number_parts(n_vertices: int, faces: IntArray) -> IntArray:
-    """Number the parts of a mesh that do not touch, from 0; returns the number of each face's part, shape (m,)."""
+    """Return the number of the part of each face, from 0, shape (m,): parts of a mesh have no vertex in common."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -525,7 +548,11 @@ def _number_parts(n_vertices: int, faces: IntArray) -> IntArray:
 
 
 def _count_crossing_parts(vertices: FloatArray, faces: IntArray, part_of_face: IntArray) -> int:
-    """Count closed parts with an edge inside another part, tried at eight points of each edge; shapes as in `Mesh`."""
+    """Return the number of closed parts with an edge inside another part, tried at eight points of each edge.
+
+    Faces that lie inside another part touch no medium, but would count. `part_of_face`: from `_number_parts`.
+    """
+    # triangles of each part, (faces of the part, 3, 3), and the box around each
     order = np.argsort(part_of_face, kind="stable")
     ends = np.cumsum(np.bincount(part_of_face))
     triangles = np.split(vertices[faces[order]], ends[:-1])
@@ -552,7 +579,7 @@ def _count_crossing_parts(vertices: FloatArray, faces: IntArray, part_of_face: I
 
 
 def _winding(point: FloatArray, triangles: FloatArray) -> float:
-    """Return the winding number of a closed surface around a point: 1 inside, 0 outside.
+    """Return the winding number of a closed surface around a point (3,): 1 inside, 0 outside.
 
     By the solid angles w of its triangles (m, 3, 3), van Oosterom and Strackee (1983): tan(w / 2) = a (b x c) /
     (|a||b||c| + (a b) |c| + (b c) |a| + (c a) |b|).
@@ -566,7 +593,10 @@ def _winding(point: FloatArray, triangles: FloatArray) -> float:
 
 
 def _turned_inside_out(vertices: FloatArray, faces: IntArray, part_of_face: IntArray) -> bool:
-    """Tell whether all parts have a negative volume. Raises ValueError where only some have, or a part has none."""
+    """Tell whether all parts have a negative volume: their faces are wound clockwise seen from outside.
+
+    Raises ValueError where only some have, or a part has none. `part_of_face`: from `_number_parts`.
+    """
     signed = np.linalg.det(vertices[faces] - vertices.mean(axis=0)) / 6
     volumes = np.bincount(part_of_face, signed)
     if (np.abs(volumes) < _SAME * np.ptp(vertices, axis=0).max() ** 3).any():
@@ -605,6 +635,9 @@ class Motion3D:
         ``own-track`` where faces of a rolling wheel behind its axle that face back do not count, else ``none``.
     rim : Rim or None
         Radius to which slip and sinkage of a rolling wheel belong, and where it was taken from; None of another motion.
+    rolling : numpy.ndarray, shape (p, 4)
+        Rows of `rftfit.forces.rolling.rolling_rows`, by which some faces of a rolling wheel do not count; zeros of
+        another motion.
     rates_of_steps : numpy.ndarray, shape (2, p, 6), or None
         Velocities and rates of a path over the step before each pose and over the one after it; None of another motion.
 
@@ -662,7 +695,7 @@ class Motion3D:
         return f"<Motion3D {self.name}: {len(self.frames)} poses>"
 
     def at_poses(self, numbers: Sequence[int]) -> Motion3D:
-        """Return some poses alone, by their numbers."""
+        """Return some poses alone, by their indices, with their rates: not those of a path through these poses."""
         motion = copy(self)
         motion.frames, motion.rolling = self.frames[numbers], self.rolling[numbers]
         motion.columns = {name: column[numbers] for name, column in self.columns.items()}
@@ -670,12 +703,13 @@ class Motion3D:
         return motion
 
     def depth_of(self, mesh: Mesh) -> float:
-        """Return the depth of the lowest point of a mesh in its deepest pose, cm; below 0 above the surface."""
+        """Return the depth of the lowest point of a mesh in its deepest pose, cm; negative above the surface."""
+        # the last row of a rotation, frame[15:], gives the height of a vertex above the reference point, frame[2]
         lowest_cm = [frame[2] + (mesh.vertices_cm @ frame[15:]).min() for frame in self.frames]
         return -float(np.nanmin(lowest_cm))
 
     def at_rates(self, rates: FloatArray) -> Motion3D:
-        """Return the same poses of a path at other velocities and rates, shape (p, 6)."""
+        """Return the same poses of a path at other velocities (cm/s) and rates of turning (rad/s), shape (p, 6)."""
         motion = copy(self)
         motion.frames = np.hstack([self.frames[:, :3], rates, self.frames[:, 9:]])
         return motion
@@ -776,6 +810,7 @@ class Motion3D:
         )
         motion.columns = {"wheel_turn_deg": np.degrees(turn)} | motion.columns
         motion.rim = rim
+        # a sheet has no outside, and neither rule
         if not mesh.sheet:
             has_track = track and not mesh.is_convex
             velocity, rate = motion.frames[:, 3:6], motion.frames[:, 6:9]
@@ -818,6 +853,7 @@ class Motion3D:
         time = as_increasing(time_s)
         position, turn = (np.asarray(series, dtype=float) for series in (position_cm, turn_deg))
         turned = Rotation.from_rotvec(np.radians(turn))
+        # small turns from pose to pose, in the axes of the world, add up to angles whose rate is that of turning
         steps = np.cumsum((turned[1:] * turned[:-1].inv()).as_rotvec(), axis=0)
         angle = np.concatenate([np.zeros((1, 3)), steps])
         velocity, rate = (np.gradient(series, time, axis=0) for series in (position, angle))
