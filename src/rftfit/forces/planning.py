@@ -2,6 +2,10 @@
 
 Forces are weights times alpha, so how far a push narrows them is known before it is made: the joint
 covariance of target and alpha at all nodes, conditioned on one push after the other.
+
+A map has n nodes, directions in which it estimates alpha; alpha is an array (2, n) of alpha_z and alpha_x, N/cm^3. The
+first `Map.lines` nodes lie on the lines of angles that a rig pushes. Beta is the angle of the plate, gamma that of its
+path; both in degrees unless rad is said.
 """
 
 from __future__ import annotations
@@ -9,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -36,7 +41,7 @@ from rftfit.model.shapes import Shapes, published_shapes
 from rftfit.store.text import table as format_table
 
 Numbers = Callable[[FloatArray, Map], FloatArray]
-"""Function that returns the t numbers of a target (..., t), from alpha (..., 2, n) at the nodes of a map and this map.
+"""Function that returns the t numbers of a target, shape (..., t), from alpha (..., 2, n) at the nodes of a map and this map.
 
 It is also called with errors of alpha: of a linear target it returns the errors of the numbers.
 """
@@ -44,12 +49,12 @@ It is also called with errors of alpha: of a linear target it returns the errors
 
 @dataclass(frozen=True)
 class Target:
-    """Numbers that are to be known well, which follow from alpha at the nodes of a map.
+    """The t numbers that are to be known well, which follow from alpha at the nodes of a map.
 
     `parts`: names of the numbers. `numbers`: function that returns them for some alpha and a map. `divisor`: function that
-    takes the numbers by the map's own alpha, and returns what the half width of each is divided by; `divisor_name` says
-    it. `linear`: whether the numbers are linear in alpha. `of_model`: whether the numbers are those of the force model, whose
-    own error no push makes smaller.
+    takes the numbers by the map's own alpha, (t,), and returns what the half width of each is divided by, (t,);
+    `divisor_name` says it. `linear`: True where the numbers are linear in alpha. `of_model`: True where the numbers are
+    those of the force model, whose own error no push makes smaller.
     """
 
     name: str
@@ -62,7 +67,10 @@ class Target:
 
 
 def largest_size(numbers: FloatArray) -> FloatArray:
-    """Return the largest absolute value along the last axis for each number: one that is near 0 weighs no more than the others."""
+    """Return, in the shape of `numbers`, the largest absolute value along the last axis: a divisor of `Target`.
+
+    So a number that is near 0 weighs no more than the others.
+    """
     return np.broadcast_to(np.abs(numbers).max(axis=-1, keepdims=True), numbers.shape)
 
 
@@ -73,7 +81,8 @@ class Rig:
     Parameters
     ----------
     directions : tuple of (float, float), optional
-        (beta, gamma) that the rig can push, degrees; default: the published grid.
+        (beta, gamma) that the rig can push, degrees; default: those on the lines of the map, by default the published
+        grid.
     pairs : bool, optional
         True where the plate is pulled back along its path and measured on this way, too: (beta, gamma)
         and (-beta, -gamma) come together.
@@ -96,13 +105,16 @@ class Rig:
 
 
 def prior_map(shapes: Shapes | None = None, nodes: Nodes | None = None) -> Map:
-    """Return the map of a medium that belongs to the known ones and was not pushed: size 1, error 100 %."""
+    """Return the map of a medium that belongs to the known ones and was not pushed: size 1, error 100 %.
+
+    `shapes`: what known media share; default: the published five. `nodes`: directions of the map; default: those of
+    every map. Its draws of alpha are made such that their mean and covariance are exact.
+    """
     shapes, nodes = shapes or published_shapes(), nodes or map_nodes()
     mean, covariance = shapes.moments(nodes.beta, nodes.gamma)
     rows = np.vstack([mean, root(covariance)])
     normals = np.random.default_rng(SEED_OF_MAPS).standard_normal((DRAWS, len(rows)))
-    # draws with a mean of exactly 0 and a covariance of exactly 1, so that a plan does not depend
-    # on chance
+    # normal numbers with a mean of exactly 0 and a covariance of exactly 1, so that a plan does not depend on chance
     even = np.linalg.qr(normals - normals.mean(axis=0))[0] * np.sqrt(DRAWS - 1)
     draws = mean + even @ rows
     return Map(
@@ -122,14 +134,19 @@ def prior_map(shapes: Shapes | None = None, nodes: Nodes | None = None) -> Map:
 
 
 def _alpha_on_lines(alpha: FloatArray, medium_map: Map) -> FloatArray:
-    """Return the numbers of the target `map`: alpha of both components at the nodes on the lines of the map."""
-    # only on the lines on which a push can be planned: alpha between them follows from these
+    """Return the numbers of the target `map`, (..., 2 `lines`): alpha of both components at the nodes on its lines.
+
+    Only on these a push can be planned, and alpha between them follows from theirs. `alpha`: shape (..., 2, n).
+    """
     on_lines = alpha[..., : medium_map.lines]
     return on_lines.reshape(*alpha.shape[:-2], -1)
 
 
 def _zeta(alpha: FloatArray, medium_map: Map) -> FloatArray:
-    """Return the number of the target `zeta`, shape (..., 1)."""
+    """Return the number of the target `zeta`, shape (..., 1), by the nine terms of `alpha` (..., 2, n).
+
+    Zeta is alpha_z(0, 90 deg) of nine terms fitted to the map, a linear function of alpha.
+    """
     return vertical_penetration(medium_map.coefficients(alpha))[..., None]
 
 
@@ -141,7 +158,10 @@ WHOLE_MAP = Target(
     "the largest alpha",
     of_model=False,
 )
+"""Target of alpha in every direction."""
+
 ZETA = Target("zeta", ("zeta",), _zeta, np.abs, "zeta", of_model=False)
+"""Target of the one number that says how strong a medium is."""
 
 
 def peaks(
@@ -149,22 +169,22 @@ def peaks(
     motion: Motion | Motion3D | None = None,
     friction: float | None = None,
 ) -> Target:
-    """Make a target of the largest lift and the largest horizontal force on each body along a motion.
+    """Make a target of the largest lift and the largest horizontal force on each body along a motion, N.
 
-    `motion`: Default the rotation of the paper's trials, for outlines. `friction`: Of meshes, as in `predict`; with it
-    forces are not linear in alpha.
+    `motion`: default: the rotation of the paper's trials, for outlines. `friction`: of meshes, as in `rftfit.predict`;
+    with it forces are not linear in alpha.
     """
     motion = rotation() if motion is None else motion
 
     def numbers(alpha: FloatArray, medium_map: Map) -> FloatArray:
-        """Forces by `alpha` in the poses where those by the map's own alpha are largest."""
+        """Forces by `alpha` (..., 2, n) in the poses where those by the map's own alpha are largest, (..., 2 bodies)."""
         best = _profile_at_nodes(medium_map.alpha, medium_map)
         stack = _profile_at_nodes(alpha.reshape(-1, *medium_map.alpha.shape), medium_map)
         peak_forces = [_peak_forces(body, motion, friction, stack, best) for body in bodies]
         return np.concatenate(peak_forces, axis=-1).reshape(*alpha.shape[:-2], -1)
 
     def largest_of_body(peak_forces: FloatArray) -> FloatArray:
-        """Largest of both forces on each body."""
+        """Largest of both forces on each body, twice: for its lift and its horizontal force."""
         return largest_size(peak_forces.reshape(-1, 2)).reshape(-1)
 
     names = [body.name for body in bodies]
@@ -190,15 +210,17 @@ def _peak_forces(
     stack: TableProfile,
     best: TableProfile,
 ) -> FloatArray:
-    """Return lift and horizontal force by each of k profiles, N, shape (k, 2), where those by `best` are largest.
+    """Return lift and horizontal force by each of k profiles, N, shape (k, 2), in the poses where those by `best` are largest.
 
-    The horizontal force of a mesh is taken along its direction by `best`.
+    `stack`: the k profiles. The poses are chosen once, so that forces are linear in alpha. The horizontal force of a mesh
+    is taken along its direction by `best`.
     """
     moving = set_in_motion(body, motion, friction=friction, quantities=QUANTITIES[:2])
     forces = moving.best(best).forces
     horizontal_names = [name for name in moving.force_names if name != "force_z_N"]
     horizontal = np.stack([forces[name] for name in horizontal_names])
     size = np.linalg.norm(horizontal, axis=0)
+    # the pose of the lift, and that of the horizontal force
     poses = [int(np.argmax(np.abs(forces["force_z_N"]))), int(np.argmax(size))]
     along = np.eye(len(horizontal))[0]
     if size.any():
@@ -216,11 +238,11 @@ def _peak_forces(
 
 @dataclass(frozen=True)
 class Step:
-    """One more push of a plan, with the `runs` that it takes.
+    """One more push of a plan, or one turn of a body, with the `runs` that it takes.
 
-    `directions`: (beta, gamma) in degrees, one, or two where the way back is measured too. `half_width`: half width of
-    the interval of each part of the target after this step, over the target's divisor. `turn`: name of a body that is turned instead of a
-    push.
+    `directions`: (beta, gamma) in degrees, one, or two where the way back is measured too; empty for a turn, and for the
+    state before the first push. `half_width`: half width of the interval of each number of the target after this step,
+    over the target's divisor, (t,). `turn`: name of the body that is turned; empty for a push.
     """
 
     directions: tuple[tuple[float, float], ...]
@@ -230,7 +252,7 @@ class Step:
 
     @property
     def typical(self) -> float:
-        """Root mean square of the half widths."""
+        """Root mean square of the half widths: one number for all of the target."""
         return float(np.sqrt(np.mean(self.half_width**2)))
 
 
@@ -295,13 +317,14 @@ class Plan:
         """Format the pushes in their order, the half width after each, and how many are enough for a round one."""
         rows = []
         for push in self.table().to_dict("records"):
-            where = ["now", "", ""]
+            # direction, way back and runs
+            cells = ["now", "", ""]
             if push.get("turn"):
-                where = [f"turn of {push['turn']}", "", f"{push['runs']}"]
+                cells = [f"turn of {push['turn']}", "", f"{push['runs']}"]
             elif push["push"]:
                 way = "down and back" if push["way_back"] else ""
-                where = [f"({push['beta_deg']:g}, {push['gamma_deg']:.4g})", way, f"{push['runs']}"]
-            rows.append([str(push["push"]), *where, f"{push['half_width_percent']:.1f} %"])
+                cells = [f"({push['beta_deg']:g}, {push['gamma_deg']:.4g})", way, f"{push['runs']}"]
+            rows.append([str(push["push"]), *cells, f"{push['half_width_percent']:.1f} %"])
         head = ["push", "(beta, gamma), deg", "", "new runs so far", "half width"]
         widths = [100 * step.typical for step in self.steps]
         by_alpha, remainder = "", ""
@@ -312,6 +335,7 @@ class Plan:
                 "them smaller: the interval of the next bed, which a prediction prints, has both."
             )
         enough_for = ""
+        # the narrowest of these half widths, percent, that the plan reaches
         for limit in (30, 20, 15, 10, 5):
             if widths[0] > limit and min(widths) <= limit:
                 enough = next(i for i, half_width in enumerate(widths) if half_width <= limit)
@@ -335,7 +359,11 @@ class Plan:
 
 
 def push_rows(step: Step, depths_cm: Sequence[float]) -> list[dict[str, str]]:
-    """Return the cells of the run sheet for the runs of a push: direction, angles and, if horizontal, depths."""
+    """Return the cells of the run sheet for the runs of a push, one dict a run.
+
+    Keys: ``direction``, ``beta_deg``, ``gamma_deg`` and ``depth_cm``, which only a horizontal run has: of `depths_cm` the
+    first ones, or empty where they are too few. A run with gamma below 0 is filed as an extraction.
+    """
     beta, gamma = step.directions[0]
     ways = [("intrusion", "")] if gamma > 0 else [("extraction", "")]
     if gamma == 0:
@@ -399,14 +427,7 @@ def plan(
     )
     alpha = current_map.alpha
     divisor = target.divisor(np.atleast_1d(target.numbers(alpha, current_map)))
-    # errors of alpha (k, 2, n) whose products add up to its covariance, and the errors of the target that they cause
-    errors = current_map.factor
-    if target.linear:
-        target_errors = target.numbers(errors, current_map)
-    else:  # half its change when alpha moves either way along the largest axes of its error
-        errors = _largest_axes(errors)
-        above, below = (target.numbers(alpha + sign * errors, current_map) for sign in (1, -1))
-        target_errors = (above - below) / 2
+    errors, target_errors = _errors_of_target(target, current_map)
     joint = np.hstack([errors.reshape(len(errors), -1), target_errors / divisor])
     # of alpha at all nodes, in the first `size` rows, and of the target behind them
     covariance, size = joint.T @ joint, alpha.size
@@ -416,31 +437,24 @@ def plan(
     noise = usual_error(alpha.ravel(), rig.error_percent, rig.least_percent) ** 2
     # a push without an error that is repeated would make a matrix without an inverse
     noise = np.maximum(noise, _EXACT * max(float(np.diag(covariance)[:size].max()), _NONE))
-    pushes = _list_pushes(current_map, rig)
-    turns_left = {body.name: turn_rows(current_map, body, motion) for body, motion in turns}
+    # a body that is named twice is offered once
+    turns_by_body = {body.name: _make_turn(current_map, body, motion) for body, motion in turns}
+    candidates = [*_list_pushes(current_map, rig, noise), *turns_by_body.values()]
     steps = [Step((), 0, quantile * np.sqrt(np.diag(covariance)[size:]))]
     for _ in range(count):
+        variance = np.diag(covariance)[size:].sum()
         gains = []
-        for nodes, runs, _ in pushes:
-            measured = covariance[np.ix_(nodes, nodes)] + np.diag(noise[nodes])
-            gains.append(_log_gain(covariance[size:, nodes], measured, covariance, size) / runs)
+        for candidate in candidates:
+            across, measured = candidate.observe(covariance)
+            gains.append(_log_gain(across[size:], measured, variance) / candidate.runs)
+        # rounded, so that of equal candidates the first is chosen on any computer
         best = int(np.argmax(np.round(gains, 9)))
-        nodes, runs, directions = pushes[best]
-        # covariance of everything with the measurement, and of the measurement
-        across = covariance[:, nodes]
-        measured = covariance[np.ix_(nodes, nodes)] + np.diag(noise[nodes])
-        turn, gain = "", float(np.round(gains[best], 9))
-        for name, (weights, force_errors) in turns_left.items():
-            across_turn = covariance[:, :size] @ weights.T
-            measured_turn = weights @ across_turn[:size] + np.diag(force_errors**2)
-            gain_of_turn = _log_gain(across_turn[size:], measured_turn, covariance, size)
-            if gain_of_turn > gain:
-                turn, gain, across, measured = name, gain_of_turn, across_turn, measured_turn
-        if turn:
-            turns_left.pop(turn)
-            runs, directions = 1, ()
-        # conditioned on the chosen push or turn
+        _, runs, directions, turn = candidates[best]
+        # the covariance of everything, conditioned on what the best candidate measures
+        across, measured = candidates[best].observe(covariance)
         covariance = covariance - across @ np.linalg.solve(measured, across.T)
+        if turn:
+            candidates.pop(best)
         variance_left = np.maximum(np.diag(covariance)[size:], 0.0)
         steps.append(Step(directions, runs, quantile * np.sqrt(variance_left), turn))
     return Plan(
@@ -454,21 +468,52 @@ def plan(
     )
 
 
-def _log_gain(across: FloatArray, measured: FloatArray, covariance: FloatArray, size: int) -> float:
-    """Return the logarithm of the factor by which a measurement narrows the variance of the target.
+def _errors_of_target(target: Target, medium_map: Map) -> tuple[FloatArray, FloatArray]:
+    """Return errors of alpha, (k, 2, n), whose products add up to its covariance, and the errors of the target by them, (k, t).
 
-    `across`: covariance of target and measurement. `measured`: covariance of the measurement. The target has the rows of
-    `covariance` from `size` on.
+    Where the target is not linear in alpha, they are along the largest axes of the error of alpha, and those of the target
+    half its change when alpha moves either way.
+    """
+    errors = medium_map.factor
+    if target.linear:
+        return errors, target.numbers(errors, medium_map)
+    errors = _largest_axes(errors)
+    above, below = (
+        target.numbers(medium_map.alpha + sign * errors, medium_map) for sign in (1, -1)
+    )
+    return errors, (above - below) / 2
+
+
+def _log_gain(across: FloatArray, measured: FloatArray, variance: float) -> float:
+    """Return the logarithm of the factor by which a measurement of k numbers narrows the variance of the target.
+
+    `across`: covariance of the target's t numbers with them, (t, k). `measured`: their covariance, (k, k). `variance`: of
+    the target before, summed over its numbers.
     """
     less = float(np.sum(across * np.linalg.solve(measured, across.T).T))
-    before = max(np.diag(covariance)[size:].sum(), _NONE)
-    return -math.log(max(1 - less / before, 1e-12))
+    return -math.log(max(1 - less / max(variance, _NONE), 1e-12))
 
 
-def turn_rows(medium_map: Map, body: Outline, motion: Motion) -> tuple[FloatArray, FloatArray]:
-    """Return the weights of alpha at the n nodes in k combinations of forces on a body, (k, 2 n), and their errors (k,).
+class _Candidate(NamedTuple):
+    """A measurement that may come next: a push, with its way back where that is measured too, or one turn of a body.
 
-    The forces are those of a turn of the body along its motion, predicted by the map.
+    `observe`: function of the covariance of alpha at the nodes and of the target, (2 n + t, 2 n + t), that returns the
+    covariance of these with the k numbers that are measured, (2 n + t, k), and that of the measured numbers, (k, k), with
+    the errors of their readings. `runs`: that it takes. `directions`: of a push, (beta, gamma), degrees; empty for a turn.
+    `turn`: name of the body; empty for a push.
+    """
+
+    observe: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+    runs: int
+    directions: tuple[tuple[float, float], ...] = ()
+    turn: str = ""
+
+
+def _make_turn(medium_map: Map, body: Outline, motion: Motion) -> _Candidate:
+    """Make the candidate of one turn of a body along a motion, for one run.
+
+    The forces that will be measured are taken to be those by the map. Hundreds of them are combined to k numbers, weighted
+    sums of alpha, that say as much of alpha.
     """
     best = medium_map.alpha
     nodes = medium_map.beta, medium_map.gamma
@@ -479,18 +524,31 @@ def turn_rows(medium_map: Map, body: Outline, motion: Motion) -> tuple[FloatArra
     contact = Contact(body, motion, forces, max(USUAL_PERCENT / 100 * largest, _NONE))
     alpha_errors = _largest_axes(medium_map.factor).reshape(-1, best.size)
     rows = ObservedSystem.of([contact], nodes, best.ravel(), alpha_errors).rows(1.0)
-    return rows.weights, rows.errors
+    weights, errors = rows.weights, rows.errors
+
+    def observe(covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Read off the covariance of sums of alpha: the first rows and columns are alpha."""
+        across = covariance[:, : best.size] @ weights.T
+        return across, weights @ across[: best.size] + np.diag(errors**2)
+
+    return _Candidate(observe, 1, turn=body.name)
 
 
-_EXACT, _NONE = 1e-10, 1e-30
-"""Least variance of a push, relative to the largest of the map; a positive number that stands for 0."""
+_EXACT = 1e-10
+"""Least variance of a push, over the largest variance of alpha in the map."""
+
+_NONE = 1e-30
+"""A positive number that stands for 0, where one is divided by."""
 
 _PARTS = 16
 """Number of principal axes of the error of alpha along which a target that is not linear is tried."""
 
 
 def _largest_axes(factor: FloatArray) -> FloatArray:
-    """Replace errors (k, 2, n), whose products add up to a covariance, by its `_PARTS` largest principal axes."""
+    """Return the `_PARTS` largest principal axes of a covariance, (`_PARTS`, 2, n), from errors whose products add up to it.
+
+    `factor`: these errors, (k, 2, n), hundreds of them: a target that is not linear would be calculated for each.
+    """
     flat = factor.reshape(len(factor), -1)
     _, sizes, axes = np.linalg.svd(flat, full_matrices=False)
     largest: FloatArray = sizes[:_PARTS, None] * axes[:_PARTS]
@@ -501,7 +559,10 @@ def _find_target(
     target: Target | Outline | Mesh | Sequence[Outline | Mesh] | str,
     motion: Motion | Motion3D | None,
 ) -> Target:
-    """Return the target of a name, the peak forces on bodies, or the target that is given."""
+    """Return the target of a name, the peak forces on bodies along `motion`, or the target that is given.
+
+    Raises InputError where there is no target of this name.
+    """
     if isinstance(target, Target):
         return target
     if isinstance(target, str):
@@ -510,20 +571,11 @@ def _find_target(
     return peaks([target] if isinstance(target, Outline | Mesh) else target, motion)
 
 
-class _Push(NamedTuple):
-    """A push that a rig can make, with its way back where that is measured too.
+def _list_pushes(medium_map: Map, rig: Rig, noise: FloatArray) -> list[_Candidate]:
+    """List the pushes that the rig can make; raises ValueError where a direction is no node of the map.
 
-    `nodes`: indices of alpha_z and alpha_x of its directions in the map's alpha, as one vector (2 n,). `runs`: that it
-    takes. `directions`: (beta, gamma), degrees.
+    `noise`: variance of alpha of a push in each node, alpha_z of all nodes, then alpha_x, (2 n,).
     """
-
-    nodes: list[int]
-    runs: int
-    directions: tuple[tuple[float, float], ...]
-
-
-def _list_pushes(medium_map: Map, rig: Rig) -> list[_Push]:
-    """List the pushes that the rig can make; raises ValueError where a direction is no node of the map."""
     count = medium_map.beta.size
     nodes_deg = np.column_stack([np.degrees(medium_map.beta), np.degrees(medium_map.gamma)])
     directions = rig.directions or tuple(
@@ -532,6 +584,7 @@ def _list_pushes(medium_map: Map, rig: Rig) -> list[_Push]:
     pushes = []
     for beta, gamma in directions:
         ways = [(beta, gamma)]
+        # a pair is listed once, by its way down
         if rig.pairs and gamma < 0:
             continue
         if rig.pairs and gamma > 0:
@@ -549,14 +602,25 @@ def _list_pushes(medium_map: Map, rig: Rig) -> list[_Push]:
         runs = len(ways) * (rig.depths if gamma == 0 else 1)
         # alpha_z of all nodes comes first, then alpha_x
         nodes = np.stack([nearest, nearest + count], axis=1).ravel().tolist()
-        pushes.append(_Push(nodes, runs, tuple(ways)))
+        pushes.append(_Candidate(partial(_observe_nodes, nodes, noise), runs, tuple(ways)))
     return pushes
+
+
+def _observe_nodes(
+    nodes: list[int], noise: FloatArray, covariance: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return what `_Candidate.observe` does for pushes that measure alpha itself at some nodes, by their indices."""
+    measured = covariance[np.ix_(nodes, nodes)] + np.diag(noise[nodes])
+    return covariance[:, nodes], measured
 
 
 def reachable(
     medium_map: Map, beta_deg: Sequence[float], gamma_deg: Sequence[float]
 ) -> tuple[tuple[float, float], ...]:
-    """Return the directions on the lines of a map (degrees) with these angles; an empty list allows any."""
+    """Return the directions on the lines of a map, (beta, gamma) in degrees, with these angles; an empty list allows any.
+
+    `beta_deg`, `gamma_deg`: angles that a rig can hold: `Rig.directions` follow from them.
+    """
     angles = np.degrees([medium_map.beta, medium_map.gamma])[:, : medium_map.lines].round(4)
     near = np.ones(angles.shape[1], dtype=bool)
     for angles_of_map, allowed in zip(angles, (beta_deg, gamma_deg), strict=True):
@@ -569,11 +633,14 @@ def reachable(
 SHEET_COLUMNS = (
     "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,depth_cm,force_log,motion_log"
 )
+"""First line of the rows for a run sheet, by which a file of them is known."""
+
 _DEPTHS_CM = Fit().horizontal_depths_cm
+"""Depths of horizontal runs by default, cm."""
 
 
 def run_sheet_rows(plan: Plan) -> str:
-    """Format a plan as rows of a run sheet; medium, intruder and logs are left to be filled in."""
+    """Format a plan as rows of a run sheet, as csv with `SHEET_COLUMNS`; medium, intruder and logs are left to be filled in."""
     lines = [SHEET_COLUMNS]
     for number, step in enumerate(plan.steps[1:], start=1):
         if step.turn:

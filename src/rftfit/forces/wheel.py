@@ -1,4 +1,11 @@
-"""A rolling wheel at a given load or sinkage: drawbar, torque, sinkage and their intervals, from one function."""
+"""A rolling wheel at a given load or sinkage: drawbar, torque, sinkage and their intervals, from one function.
+
+A wheel rolls toward +x about an axle along y. Slip: 1 less travel over rim speed where it drives, 0 to 1; negative where
+it brakes. Drawbar is the force of the medium toward +x (N), load that upward (N), torque that of the drive (N cm), all
+means over one turn; sinkage is the depth of the lowest point of the rim (cm). The rim is the radius to which slip and
+sinkage belong, between lugs or over them. Slip sinkage: a wheel that slips digs, as if alpha were larger or smaller by a
+factor, whose range was found on measured rigs (wheels.toml of the room reference).
+"""
 
 from __future__ import annotations
 
@@ -63,14 +70,19 @@ _FACTS = (
 
 
 def wheel_numbers() -> Mapping[str, Any]:
-    """Read the model's errors on wheels, and the range of slip sinkage, found on measured rigs (``wheels.toml``)."""
+    """Read the model's errors on wheels, and the range of slip sinkage, found on measured rigs (``wheels.toml``).
+
+    ``rig``: a list of rigs, each with ``laboratory``, ``shape`` (smooth or lugged), ``runs``, ``radius_cm``, ``load_N`` and
+    the errors of ``drawbar`` and ``torque`` below ``plain`` and ``friction``. ``slip_sinkage``: ``least`` and ``most``.
+    """
     return read_toml("reference", "wheels.toml")
 
 
 def _average_turn(forces: FloatArray) -> FloatArray:
     """Return drawbar (N), load (N) and torque of the drive (N cm), the means over a turn, shape (3, ...).
 
-    `forces`: from `compiled_mesh_forces` in the p poses of the turn, shape (..., p, 19).
+    `forces`: from `compiled_mesh_forces` in the p poses of the turn, shape (..., p, 19); columns 0 and 2 are force x and
+    z, column 4 is the moment about y.
     """
     mean = forces.mean(axis=-2)
     # the medium turns the wheel back: the drive gives the opposite moment
@@ -347,7 +359,10 @@ def wheel(
 
 
 class _Case(NamedTuple):
-    """Slip of a row of the answer, and the sinkage and load that are given with it; None where one is not."""
+    """Slip of a row of the answer, and the sinkage and load that are given with it.
+
+    Without a sinkage it is solved from the load; without a load it is predicted; with both the medium is scaled.
+    """
 
     slip: float
     sinkage_cm: float | None
@@ -361,7 +376,7 @@ def _check_numbers(
     friction: float | None,
     confidence: float,
 ) -> list[_Case]:
-    """Return the case of each row of the answer; raises ValueError where a number is impossible."""
+    """Return the case of each row of the answer; raises ValueError where a number is impossible. Arguments of `wheel`."""
     if sinkage_cm is None and load_N is None:
         raise ValueError("found neither sinkage nor load; allowed: one of them or both")
     slips = np.atleast_1d(np.asarray(slip, dtype=float))
@@ -377,7 +392,10 @@ def _check_numbers(
 
 
 def _one_a_slip(name: str, numbers: npt.ArrayLike | None, slips: FloatArray) -> list[Any]:
-    """Return a positive number for each slip, where one is given for all or one for each; else None for each."""
+    """Return a positive number for each of the slips (s,): the one given for all, or one given for each; else None for each.
+
+    `name`: of the argument, for messages.
+    """
     if numbers is None:
         return [None] * slips.size
     of_slips = np.asarray(numbers, dtype=float)
@@ -391,7 +409,10 @@ def _one_a_slip(name: str, numbers: npt.ArrayLike | None, slips: FloatArray) -> 
 
 
 def has_number(table: Profile, mesh: Mesh, friction: float | None) -> bool:
-    """Tell whether a table has a number in every direction of a wheel that is sunk to its axle, at any slip."""
+    """Tell whether a table has a number in every direction of a wheel that is sunk to its axle, at any slip.
+
+    While the sinkage is solved a wheel may get there; else the map of the medium is taken instead of the table.
+    """
     radius = measure_radius(mesh.vertices_cm)
     motions = [
         Motion3D.roll(mesh, radius, slip, _CHOSEN.poses, track=False)
@@ -405,8 +426,9 @@ def has_number(table: Profile, mesh: Mesh, friction: float | None) -> bool:
 class _Wheel:
     """A wheel in a medium: means over a turn (`_average_turn`) at a slip and a sinkage, by the medium itself and by its draws.
 
-    `roll`: function of sinkage (cm), slip and number of poses that makes the motion of a turn. `draws`: some draws of the
-    profile, or None. `alpha`: alpha_z(0, 90 deg), N/cm^3.
+    `roll`: function of sinkage (cm), slip and number of poses that makes the motion of a turn. `friction`: None: off.
+    `rim_cm`: radius. `draws`: some draws of alpha as a stack, or None where its errors are not known. `alpha`:
+    alpha_z(0, 90 deg), N/cm^3.
     """
 
     def __init__(
@@ -418,14 +440,14 @@ class _Wheel:
         self.alpha = float(profile.alpha(0.0, np.pi / 2)[0])
 
     def turn(self, slip: float, sinkage_cm: float) -> FloatArray:
-        """Return the means by the medium itself, shape (3,)."""
+        """Return drawbar, load and torque by the medium itself, shape (3,)."""
         return _average_turn(self._forces(self.roll(sinkage_cm, slip, _CHOSEN.poses)))
 
     def turns_of_draws(self, slip: float, sinkages_cm: Sequence[float]) -> FloatArray:
-        """Return the means by each draw at each sinkage, shape (3, draws, sinkages); a medium without draws counts as one.
+        """Return drawbar, load and torque by each draw at each sinkage, shape (3, draws, sinkages).
 
-        The difference of a draw from the medium itself is calculated in a few poses, and added to the mean over all
-        poses.
+        A medium without draws counts as one draw. The difference of a draw from the medium itself is calculated in a few
+        poses, and added to the mean over all poses: hundreds of draws in all poses would take minutes.
         """
         turns = [self.turn(slip, sinkage) for sinkage in sinkages_cm]
         in_all_poses = np.stack(turns, axis=-1)[:, None]
@@ -441,12 +463,12 @@ class _Wheel:
         return of_draws + (in_all_poses - in_few_poses)
 
     def _forces(self, motion: Motion3D) -> FloatArray:
-        """Sum over the faces by the medium itself, shape (p, 19)."""
+        """Return the sums over the faces by the medium itself, shape (p, 19), as `compiled_mesh_forces` has them."""
         return compiled_mesh_forces(self.profile, self.mesh, motion, "measured", self.friction)
 
 
 def _join(motions: Sequence[Motion3D]) -> Motion3D:
-    """Join the poses of motions, one after another, so that one pass through the draws serves all motions."""
+    """Return one motion with the poses of all, one after another, so that one pass through the draws serves all motions."""
     joined = copy(motions[0])
     joined.frames = np.concatenate([motion.frames for motion in motions])
     joined.rolling = np.concatenate([motion.rolling for motion in motions])
@@ -454,7 +476,7 @@ def _join(motions: Sequence[Motion3D]) -> Motion3D:
 
 
 def _some_draws(profile: Profile) -> TableProfile | None:
-    """Choose at most `_CHOSEN.draws` draws of a profile, evenly; None where it has none."""
+    """Return a stack of at most `draws` (chosen.toml) of a profile's draws, evenly chosen; None where it has none."""
     if not isinstance(profile.spread, Profile):
         return None
     stack = as_table(profile.spread)
@@ -464,11 +486,11 @@ def _some_draws(profile: Profile) -> TableProfile | None:
 
 
 class _Solved(NamedTuple):
-    """Numbers at one slip.
+    """Numbers at one slip, from which a row of the answer is made.
 
     `best`: by the medium itself, for each of `QUANTITIES`. `draws`: by its draws, shape (draws,), for those that were
-    not given. `factor`: factor of alpha with which the medium carries the given load. `reason`: why a number is missing,
-    else empty.
+    not given. `factor`: factor of alpha with which the medium carries the given load at the given sinkage; 1 where not
+    both are given, NaN where no factor does. `reason`: why a number is missing, else empty.
     """
 
     best: dict[str, float]
@@ -478,7 +500,7 @@ class _Solved(NamedTuple):
 
 
 def _name_columns(turn: FloatArray, sinkage_cm: float) -> dict[str, Any]:
-    """Name the means over a turn, shape (3, ...), and the sinkage by their columns."""
+    """Return the means over a turn, drawbar, load, torque, shape (3, ...), and the sinkage by their columns, `QUANTITIES`."""
     drawbar, load, torque = turn
     numbers = load, np.asarray(sinkage_cm), drawbar, torque
     return dict(zip(QUANTITIES, numbers, strict=True))
@@ -499,6 +521,7 @@ def _predict_at_sinkage(rolling: _Wheel, case: _Case, sinkage_cm: float) -> _Sol
     draws: dict[str, FloatArray] = {}
     if rolling.draws is not None:
         of_draws = rolling.turns_of_draws(case.slip, [sinkage_cm])[..., 0]
+        # what is given has no draws; with both given each draw is scaled to the load
         given = ["sinkage_cm"]
         if load_N is not None:
             _, loads, _ = of_draws
@@ -511,14 +534,21 @@ def _predict_at_sinkage(rolling: _Wheel, case: _Case, sinkage_cm: float) -> _Sol
 
 
 def _not_carried(load_N: float, sinkage_cm: float, reason: str) -> _Solved:
-    """Make the numbers of a slip at which the wheel does not carry its load: forces are NaN, with a reason."""
+    """Return the numbers of a slip at which the wheel does not carry its load: drawbar and torque are NaN, with a reason.
+
+    `sinkage_cm`: as given, or NaN.
+    """
     best = {"load_N": load_N, "sinkage_cm": sinkage_cm}
     best |= dict.fromkeys(("drawbar_N", "torque_N_cm"), np.nan)
     return _Solved(best, {}, np.nan, reason)
 
 
 def _solve_sinkage(rolling: _Wheel, case: _Case) -> _Solved:
-    """Find the sinkage at which the wheel carries its load, with the spread of the medium and of slip sinkage."""
+    """Find the sinkage at which the wheel carries its load, with the spread of the medium and of slip sinkage.
+
+    The load grows with depth, so that the sinkage is bisected, between nearly 0 and the axle. For the draws the forces are
+    calculated at a few sinkages around it, and interpolated by `_carry_load`.
+    """
     slip, load_N = case.slip, case.load_N
     assert load_N is not None
     shallowest, deepest = float(_CHOSEN.shallowest) * rolling.rim_cm, rolling.rim_cm
@@ -562,16 +592,17 @@ def _solve_sinkage(rolling: _Wheel, case: _Case) -> _Solved:
 
 
 def _slip_range() -> tuple[float, float]:
-    """Least and greatest factor of alpha by slip sinkage."""
+    """Return the least and the greatest factor of alpha by slip sinkage, as measured rigs show them."""
     slip_sinkage = wheel_numbers()["slip_sinkage"]
     return float(slip_sinkage["least"]), float(slip_sinkage["most"])
 
 
 def _carry_load(turns: FloatArray, depths: FloatArray, load_N: float) -> dict[str, FloatArray]:
-    """Find sinkage, drawbar and torque of each draw under a load, each draw with another factor of slip sinkage.
+    """Return sinkage, drawbar and torque of each draw under a load, by column, (draws,), each with another slip sinkage.
 
-    `turns`: means of each draw at each of `depths` (cm), shape (3, draws, depths). The logarithms of the factors are spread
-    evenly over their range. A draw that does not carry the load has the deepest of `depths`.
+    `turns`: drawbar, load and torque of each draw at each of `depths` (cm), shape (3, draws, depths). The logarithms of
+    the factors of slip sinkage are spread evenly over their range and assigned at random. A draw that does not carry the
+    load has the deepest of `depths`.
     """
     # a medium without draws is repeated, so that the factors are spread all the same
     drawbar_at_depths, load_at_depths, torque_at_depths = turns
@@ -584,10 +615,12 @@ def _carry_load(turns: FloatArray, depths: FloatArray, load_N: float) -> dict[st
     sinkage, drawbar, torque = np.empty((3, count))
     for draw, number in enumerate(number_of_draw):
         load = np.maximum(load_at_depths[number], 1e-12)
+        # never less at a greater depth, which interpolation needs
         lift = np.maximum.accumulate(factors[draw] * load)
         # depth and lift grow as powers of one another
         log_depth = np.interp(np.log(load_N), np.log(lift), np.log(depths))
         sinkage[draw] = np.exp(log_depth)
+        # drawbar and torque over the load change slowly with depth, and a factor of alpha cancels
         for numbers, force in ((drawbar, drawbar_at_depths), (torque, torque_at_depths)):
             over_load = force[number] / load
             numbers[draw] = load_N * np.interp(log_depth, np.log(depths), over_load)
@@ -595,7 +628,10 @@ def _carry_load(turns: FloatArray, depths: FloatArray, load_N: float) -> dict[st
 
 
 class _ModelErrors(NamedTuple):
-    """Errors of the model on wheels: of the drawbar over the load, of the torque over load times radius; NaN: unknown."""
+    """Errors of the model on wheels: of the drawbar over the load, of the torque over load times radius.
+
+    One standard deviation, on measured rigs; NaN: not known.
+    """
 
     drawbar: float
     torque: float
@@ -608,7 +644,10 @@ def _model_errors(
     model_error: float | None,
     left_out: str | None,
 ) -> _ModelErrors:
-    """Return the errors of the model: `model_error`, else those on rigs with wheels of this shape; see `wheel`."""
+    """Return the errors of the model: `model_error`, else those on rigs with wheels of this shape; arguments as in `wheel`.
+
+    NaN for a profile on which no error was measured, as of nine terms; ValueError where one is asked for all the same.
+    """
     if not has_model_error(profile):
         if model_error:
             raise ValueError(
@@ -630,9 +669,9 @@ def _list_limits(
     rim: Rim,
     radius_cm: float,
 ) -> list[str]:
-    """List where a wheel leaves the depths of measured alpha, or the rigs on which the model's error was found.
+    """List sentences on where a wheel leaves the depths of measured alpha, or the rigs on which the model's error was found.
 
-    `answer`: table of the answer. `radius_cm`: of the farthest point of the mesh.
+    `answer`: table of the answer, as `WheelAnswer.table`. `radius_cm`: of the farthest point of the mesh.
     """
     limits = []
     lug_cm = radius_cm - rim.radius_cm
@@ -661,18 +700,21 @@ def _list_limits(
 
 
 def _rigs_of_shape(mesh: Mesh) -> list[Mapping[str, Any]]:
-    """Return the measured rigs whose wheel was smooth as this one, or lugged as this one."""
+    """Return the measured rigs whose wheel was smooth as this one, or lugged as this one: entries of `wheel_numbers`."""
     shape = "smooth" if mesh.is_convex else "lugged"
     return [rig for rig in wheel_numbers()["rig"] if rig["shape"] == shape]
 
 
 def laboratories() -> tuple[str, ...]:
-    """Name the laboratories on whose rigs the model's own error on wheels was found."""
+    """Return the names of the laboratories on whose rigs the model's own error on wheels was found, each once."""
     return tuple(dict.fromkeys(str(rig["laboratory"]) for rig in wheel_numbers()["rig"]))
 
 
 def _joined_error(rigs: Sequence[Mapping[str, Any]], case: str, quantity: str) -> float:
-    """Take the root mean square over the runs of all rigs that measured a quantity; NaN where none did."""
+    """Return the root mean square error over the runs of all rigs that measured a quantity; NaN where none did.
+
+    `case`: ``plain`` or ``friction``, a key of a rig. `quantity`: ``drawbar`` or ``torque``.
+    """
     weighted = [(rig["runs"], rig[case][quantity] ** 2) for rig in rigs if quantity in rig[case]]
     if not weighted:
         return np.nan
@@ -688,7 +730,10 @@ def _make_row(
     errors: _ModelErrors,
     radius_cm: float,
 ) -> dict[str, Any]:
-    """Make one row of the answer's table; `radius_cm`: of the farthest point of the mesh."""
+    """Return one row of the answer's table, as `WheelAnswer.table` has it; `radius_cm`: of the farthest point of the mesh.
+
+    The interval with the model's own error is that of alpha, widened in squares.
+    """
     row: dict[str, Any] = {"slip": slip}
     load = solved.best["load_N"]
     sizes = {"drawbar_N": errors.drawbar * load, "torque_N_cm": errors.torque * load * radius_cm}
@@ -712,7 +757,10 @@ def _make_row(
 def _list_notes(
     answer: pd.DataFrame, given: str, profile: Profile, errors: _ModelErrors, rim: Rim
 ) -> list[str]:
-    """List sentences on rim, medium and load that a user needs with the numbers; `answer`: table of the answer."""
+    """List sentences on rim, medium and load that a user needs with the numbers.
+
+    `answer`: table of the answer. `given`: ``sinkage``, ``load`` or ``sinkage and load``.
+    """
     notes = [f"{doubt[0].upper()}{doubt[1:]}." for doubt in rim.list_doubts()]
     if given == "sinkage and load":
         alpha = float(answer["alpha_N_per_cm3"].iloc[0])
@@ -776,12 +824,14 @@ _MEASURED = Schema(
     comments=True,
     others="ignored",
 )
+"""Columns of a file of measured runs of a wheel."""
 
 
 def read_measured_runs(file: Path) -> pd.DataFrame:
     """Read measured runs of a wheel: ``slip`` and any of ``drawbar_N``, ``torque_N_cm``, ``sinkage_cm``, ``load_N``.
 
-    Raises CampaignError with every cell that is wrong.
+    One row a run; a column that is empty in all rows is left out. Raises CampaignError with every cell that is wrong, or
+    where there is no other column than the slip.
     """
     rows, problems = read_rows(file, _MEASURED)
     columns = [column.name for column in _MEASURED.columns]
