@@ -1,4 +1,4 @@
-"""Predicted forces as an answer: what they were predicted from, peaks and intervals, for people and for scripts."""
+"""Answers of ``rftfit predict``: forces on a body, what they are from, peaks, intervals and doubts, in words and facts."""
 
 from __future__ import annotations
 

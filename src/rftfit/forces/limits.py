@@ -1,4 +1,4 @@
-"""Limits of a prediction: what was measured, and what the force model is for.
+"""Warnings where a prediction leaves what was measured or what the force model is for: depth, speed, walls, size.
 
 The measured force on a part of a body (an element of an outline, a face of a mesh) is alpha times its depth times its area.
 Shares are of depth times area, summed over all parts and poses: nearly shares of the force.

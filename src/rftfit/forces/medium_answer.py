@@ -1,4 +1,4 @@
-"""Answers on a medium from one penetration test, a few pushes or measured contacts: as text, as facts and as a table."""
+"""Answers of ``rftfit scale`` on a medium, from one test, a few pushes or contacts: as text, facts and a table."""
 
 from __future__ import annotations
 

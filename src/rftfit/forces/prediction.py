@@ -1,4 +1,4 @@
-"""Forces on bodies with their intervals: the spread of a profile and the model's own error, carried through the integral.
+"""Predictions of forces on bodies, `predict` and `find_peaks`: errors of alpha and of the model become intervals.
 
 A profile gives alpha (N/cm^3) as a function of two angles; its `spread` is what is known of the errors of alpha: a stack of
 draws, a `ScaledMedium` (one penetration test, scaled from reference media), or None. The model's own error is how far

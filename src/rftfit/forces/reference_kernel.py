@@ -1,4 +1,4 @@
-"""Elements of an outline in its poses and the forces on them, in plain numpy; `rftfit.model.kernel` is the compiled twin.
+"""Elements of an outline in its poses and forces on them, in numpy; `rftfit.model.kernel` is the compiled twin.
 
 Tests compare both. Draws and pictures use this module, where speed does not matter. Elements are arrays (..., 8): centre
 x, z (cm), unit tangent x, z, half-length (cm), area (cm^2), velocity x, z (cm/s); of p poses of an outline of n elements
