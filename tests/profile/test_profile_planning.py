@@ -160,3 +160,15 @@ def test_a_mesh_is_planned_for_as_the_outline_that_it_is_made_of():
     assert abs(smooth.steps[1].typical / mesh_plan.steps[1].typical - 1) > 0.1
     with pytest.raises(TypeError, match="a mesh moves in space"):
         rftfit.plan(mesh, count=1)
+
+
+def test_a_force_that_symmetry_makes_zero_is_no_part_of_the_target():
+    """A box pressed down has no force sideways: the half width is that of its lift, as `predict` has it."""
+    pushed = rftfit.estimate_map(PUSH)
+    box = rftfit.Mesh.cylinder(radius_cm=2, width_cm=4, facets=24)
+    press = rftfit.Motion3D.press(box, 3)
+    plan = rftfit.plan(box, pushed, count=1, motion=press)
+    assert plan.parts == ("cylinder, lift",)
+    lift = rftfit.predict(pushed, box, press).peaks().set_index("quantity").loc["force_z_N"]
+    half_width = (lift["hi"] - lift["lo"]) / 2 / lift["best"]
+    assert plan.steps[0].half_width == pytest.approx([half_width], rel=0.05)

@@ -112,6 +112,10 @@ def plan(
         write_picture(figure, draw_plan(plan_made, before), _DRAWN)
     if not as_json:
         print_line(f"Rows for a run sheet: {output}" + (f"; figure: {figure}" if figure else ""))
+        if any(gamma == 0 for step in plan_made.steps for _, gamma in step.directions):
+            print_line(
+                "Their level runs lie at the paper's depths: take others where your pushes or your body go less deep."
+            )
 
 
 def find_target(

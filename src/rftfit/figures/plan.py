@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,19 +36,24 @@ def draw_plan(plan: Plan, medium_map: Map) -> Figure:
     # a line without points that is not clipped has no box, and the layout fails
     if medium_map.measured.any():
         pushed_deg = np.degrees([medium_map.gamma, medium_map.beta])[:, medium_map.measured]
-        right_axes.plot(*pushed_deg, "s", color="#888888", markersize=4, clip_on=False)
+        # larger than the circle of a planned push in the same direction
+        right_axes.plot(*pushed_deg, "s", color="#bbbbbb", markersize=12, clip_on=False)
+    numbers_by_direction = defaultdict(list)
     for number, step in enumerate(plan.steps[1:], start=1):
-        for is_way_back, (beta, gamma) in enumerate(step.directions):
-            right_axes.plot(
-                gamma,
-                beta,
-                "o",
-                markersize=9,
-                fillstyle="none" if is_way_back else "full",
-                color=style.OKABE_ITO["sky blue"],
-                clip_on=False,
-            )
-            right_axes.text(gamma, beta, str(number), ha="center", va="center", fontsize=6)
+        for is_way_back, direction in enumerate(step.directions):
+            numbers_by_direction[direction, is_way_back].append(str(number))
+    for ((beta, gamma), is_way_back), numbers in numbers_by_direction.items():
+        right_axes.plot(
+            gamma,
+            beta,
+            "o",
+            markersize=9,
+            fillstyle="none" if is_way_back else "full",
+            color=style.OKABE_ITO["sky blue"],
+            clip_on=False,
+        )
+        # a direction that is repeated has its numbers below one another
+        right_axes.text(gamma, beta, "\n".join(numbers), ha="center", va="center", fontsize=6)
     markers = {
         "open: on the way back": any(len(step.directions) > 1 for step in plan.steps),
         "square: pushed already": medium_map.measured.any(),

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit.measure.alpha import Columns, column
+from rftfit.measure.errors import USUAL_BED_SPREAD
 from rftfit.model.draws import interval
 from rftfit.model.fourier import TERMS
 from rftfit.model.maps import NOT_ALIKE, Map
@@ -268,11 +269,12 @@ def _format_map(medium_map: Map, routine: ScaledMedium | None, description: str,
         )
     else:
         agree = "One number tells how strong the medium is, not whether it has the shape of the known media."
+    of_repeats = ", by the repeats" if medium_map.bed_spread > USUAL_BED_SPREAD else ""
     return (
         f"From {description}\n\n"
         + "\n\n".join(tables)
         + f"\n\nN/cm^3; beta and gamma in degrees; {level}, of the mean over beds (a further bed differs by "
-        f"{100 * medium_map.bed_spread:.3g} %, one standard deviation); * measured.\n{zeta}\n{agree}\n"
+        f"{100 * medium_map.bed_spread:.3g} %, one standard deviation{of_repeats}); * measured.\n{zeta}\n{agree}\n"
         "Intervals are of draws that take energy in every direction, as any medium does; "
         f"{100 * medium_map.not_passive:.0f} % of all gave energy back somewhere and were left out, as usual: the fewer pushes, the more."
     )

@@ -136,7 +136,9 @@ class Mesh:
             part_of_face = _number_parts(len(vertices), corners)
             if _turned_inside_out(vertices, corners, part_of_face):
                 corners = corners[:, ::-1]
-                notes.append("turned inside out: faces were wound clockwise seen from outside")
+                notes.append(
+                    "mended, was turned inside out: faces were wound clockwise seen from outside"
+                )
             if crossing := _count_crossing_parts(vertices, corners, part_of_face):
                 notes.append(
                     f"{crossing} of {part_of_face.max() + 1} closed parts reach into another one: faces that lie inside count "

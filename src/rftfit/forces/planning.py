@@ -14,6 +14,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import compress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -339,8 +340,11 @@ class Plan:
         for limit in (30, 20, 15, 10, 5):
             if widths[0] > limit and min(widths) <= limit:
                 enough = next(i for i, half_width in enumerate(widths) if half_width <= limit)
-                pushes = "1 more push is" if enough == 1 else f"{enough} more pushes are"
-                enough_for = f"\n{pushes} enough for {self.target} within {limit} %{by_alpha}."
+                pushes = "1 more push" if enough == 1 else f"{enough} more pushes"
+                runs = sum(step.runs for step in self.steps[: enough + 1])
+                in_runs = f" in {runs} runs" if runs > enough else ""
+                are = "is" if enough == 1 else "are"
+                enough_for = f"\n{pushes}{in_runs} {are} enough for {self.target} within {limit} %{by_alpha}."
         before = f"{self.made_already} made already" if self.made_already else "none made yet"
         return (
             f"Pushes for {self.target}, {before}\n\n{format_table(head, rows)}\n\n"
@@ -428,6 +432,12 @@ def plan(
     alpha = current_map.alpha
     divisor = target.divisor(np.atleast_1d(target.numbers(alpha, current_map)))
     errors, target_errors = _errors_of_target(target, current_map)
+    parts = target.parts
+    if len(parts) == divisor.size:
+        # a force that is 0 by symmetry whatever alpha is, as sideways on a foot pressed down, is known already
+        is_open = np.abs(target_errors).max(axis=0) > _CERTAIN * divisor
+        parts = tuple(compress(parts, is_open))
+        divisor, target_errors = divisor[is_open], target_errors[:, is_open]
     joint = np.hstack([errors.reshape(len(errors), -1), target_errors / divisor])
     # of alpha at all nodes, in the first `size` rows, and of the target behind them
     covariance, size = joint.T @ joint, alpha.size
@@ -459,7 +469,7 @@ def plan(
         steps.append(Step(directions, runs, quantile * np.sqrt(variance_left), turn))
     return Plan(
         target.name,
-        target.parts,
+        parts,
         tuple(steps),
         confidence,
         current_map.pushes,
@@ -533,6 +543,9 @@ def _make_turn(medium_map: Map, body: Outline, motion: Motion) -> _Candidate:
 
     return _Candidate(observe, 1, turn=body.name)
 
+
+_CERTAIN = 1e-9
+"""Largest error of a number over its divisor that is rounding: such a number does not depend on alpha."""
 
 _EXACT = 1e-10
 """Least variance of a push, over the largest variance of alpha in the map."""

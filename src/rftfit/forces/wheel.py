@@ -9,6 +9,7 @@ factor, whose range was found on measured rigs (wheels.toml of the room referenc
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Mapping, Sequence
 from copy import copy
@@ -223,7 +224,8 @@ class WheelAnswer:
                 if ends[0] in self.table:
                     head.append(heading)
                     pairs = self.table[ends].to_numpy()
-                    columns.append([_format_interval(low, high) for low, high in pairs])
+                    deepest = _CHOSEN.axle * self.rim_cm if column == "sinkage_cm" else math.inf
+                    columns.append([_format_interval(low, high, deepest) for low, high in pairs])
         rows = [*zip(*columns, strict=True)]
         return "\n".join([*self.lines, "", format_table(head, rows), "", *self.notes]).rstrip()
 
@@ -678,7 +680,7 @@ def _list_limits(
     deepest_cm = float(answer["sinkage_cm"].max()) + lug_cm
     measured_to_cm, clause = depth_measured(profile)
     if deepest_cm > measured_to_cm:
-        below_rim = f" (lugs of {lug_cm:.2g} cm below the rim)" if lug_cm > 0 else ""
+        below_rim = f" (lugs of {lug_cm:.2g} cm below the rim)" if lug_cm > 1e-6 * radius_cm else ""
         limits.append(describe_depth(deepest_cm, clause + below_rim))
     if not errors.drawbar > 0:
         return limits
@@ -802,9 +804,11 @@ def _format_number(number: float) -> str:
     return "" if np.isnan(number) else f"{number + 0.0:.3g}"
 
 
-def _format_interval(low: float, high: float) -> str:
-    """Format an interval; NaN is empty."""
-    return "" if np.isnan(low) else f"{_format_number(low)} to {_format_number(high)}"
+def _format_interval(low: float, high: float, deepest: float) -> str:
+    """Format an interval; NaN is empty. One that ends beyond `deepest`, where the calculation ends, has no upper limit."""
+    if np.isnan(low):
+        return ""
+    return f"{_format_number(low)} to {'the axle' if high > deepest else _format_number(high)}"
 
 
 _MEASURED = Schema(
