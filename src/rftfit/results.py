@@ -25,7 +25,7 @@ from rftfit.forces.contacts import Contact
 from rftfit.forces.model_error import larger_model_error
 from rftfit.forces.motion import rotation
 from rftfit.forces.outlines import leg_outline
-from rftfit.measure.alpha import QUANTITIES, cell_at, column, spread_of_next_bed, window_of
+from rftfit.measure.alpha import QUANTITIES, cell_down, column, spread_of_next_bed, window_of
 from rftfit.measure.errors import USUAL_BED_SPREAD
 from rftfit.measure.flags import Flags, Remark, format_remarks, remark, with_reasons
 from rftfit.measure.session_clocks import SessionClocks
@@ -599,7 +599,7 @@ class Medium(KnownMedium):
             If the test gives no number.
         """
         table = self.alpha
-        cell = cell_at(table, 0, 90, self.results.config.grid.angle_tolerance_deg)
+        cell = cell_down(table, self.results.config.grid.angle_tolerance_deg)
         if cell is None:
             raise InputError(f"{self.name}: {remark('no-push')}")
         level = self.results.config.fit.confidence

@@ -24,7 +24,7 @@ from rftfit.checks.declared import (
     flags_on,
 )
 from rftfit.directions import number_rows
-from rftfit.measure.alpha import alpha_columns, cell_at, column
+from rftfit.measure.alpha import alpha_columns, cell_down, column
 from rftfit.measure.errors import spread_of_beds
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.ledger import RowStatus
@@ -568,7 +568,7 @@ _SIZE_ALLOWED = "{low:g} to {high:g} N/cm^3"
 def check_size(measured: MediumMeasurements) -> Check:
     """Check that alpha_z(0, 90 deg) is as large as the config states, or else as large as in any granular medium."""
     expected = measured.medium.expected_alpha
-    cell = cell_at(measured.tables["alpha"], 0, 90, measured.tolerance_deg)
+    cell = cell_down(measured.tables["alpha"], measured.tolerance_deg)
     alpha = math.nan if cell is None else float(cell[column("z")])
     if math.isnan(alpha):
         return Check.skip("size", "size-no-cell")

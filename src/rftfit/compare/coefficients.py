@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from rftfit.campaign.config import Config
-from rftfit.measure.alpha import alpha_columns, cell_at, column, directions
+from rftfit.measure.alpha import alpha_columns, cell_down, column, directions
 from rftfit.measure.errors import shares
 from rftfit.measure.flags import Flags, quoted, reason_columns, reason_of, remark
 from rftfit.model import scaling
@@ -86,7 +86,7 @@ def generic_rows(group: list[scaling.MediumFit]) -> pd.DataFrame:
 
 def penetration_row(fit: scaling.MediumFit) -> dict[str, object]:
     """Make the row of vertical penetration of a medium: as measured and as fitted, chi and zeta (as in Table S3)."""
-    push = cell_at(fit.table, 0, 90, fit.config.grid.angle_tolerance_deg)
+    push = cell_down(fit.table, fit.config.grid.angle_tolerance_deg)
     row: dict[str, object] = {"method": fit.method, "medium": fit.medium} | _alpha_z_of(push)
     for name, unit, value, draws in (
         ("alpha_z_fit", "_N_per_cm3", fit.zeta, fit.zeta_draws),
@@ -120,7 +120,7 @@ def sand_row(
     """Make the row of a natural sand: zeta by the scaling routine, from its alpha table and flags."""
     method = scaling.routine(config.fourier.method, printed=reference.printed)
     row: dict[str, object] = {"method": method, "medium": table["medium"].iloc[0]}
-    cell = cell_at(table, 0, 90, config.grid.angle_tolerance_deg)
+    cell = cell_down(table, config.grid.angle_tolerance_deg)
     if cell is None:
         return row | reason_columns([remark("no-push")])
     row |= _alpha_z_of(cell)
