@@ -124,7 +124,7 @@ def note_of(text: str, order: str) -> str:
     return note if order == "ymd" else f"{note}; dates: {_WORDS_OF_ORDER[order]}".removeprefix("; ")
 
 
-def seconds_of(text: str, order: str = "") -> float:
+def seconds_of(text: str, order: str) -> float:
     """Return a time in s, see the module for its zero; NaN where the text is no time.
 
     `order`: Order of day, month and year (``dmy``); empty: the text must show the order, else NaN.
@@ -165,7 +165,7 @@ def seconds_of(text: str, order: str = "") -> float:
     return moment.timestamp() - ahead_of_utc_s + float(f"0.{date['fraction'] or 0}")
 
 
-def seconds_of_column(cells: Any, order: str = "") -> FloatArray | None:
+def seconds_of_column(cells: Any, order: str) -> FloatArray | None:
     """Return the times of an Arrow column of text, s as of `seconds_of`, shape (n,); NaN where a cell is null.
 
     The first cell shows the form of all: all cells are rewritten to ISO 8601 by the same patterns, and Arrow reads them.
