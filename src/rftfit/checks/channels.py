@@ -247,6 +247,8 @@ def compare_with_known(
     noises = tables["runs"][["run_id", *(f"F{n}_noise_N" for n in (1, 2, 3))]]
     table = tables["fits"].merge(known, on="run_id").merge(noises, on="run_id")
     table = table[~table["run_id"].isin([*exchanged])]
+    if table.empty:
+        return []
     force, mount_force, expected = _forces_beside_known(table, config.transducer.turn_deg)
     strong = np.abs(expected) >= _CHOSEN.clear
     is_comparable = strong & np.isfinite(mount_force)
