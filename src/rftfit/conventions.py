@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+# types of arrays: numbers, masks, indices
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 IndexArray = npt.NDArray[np.intp]
@@ -23,19 +24,19 @@ QUASI_STATIC_CM_PER_S = 50.0
 
 
 def tangent(beta: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Components (x, z) of the unit tangent of a plate at attack angle `beta` (rad)."""
+    """Components (x, z) of the unit tangent of a plate at attack angle `beta` (rad, any shape), in its shape."""
     beta = np.asarray(beta, dtype=float)
     return np.cos(beta), -np.sin(beta)
 
 
 def direction(gamma: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Components (x, z) of the unit velocity at intrusion angle `gamma` (rad)."""
+    """Components (x, z) of the unit velocity at intrusion angle `gamma` (rad, any shape), in its shape."""
     gamma = np.asarray(gamma, dtype=float)
     return -np.cos(gamma), -np.sin(gamma)
 
 
 def intrusion_angle(vx: npt.ArrayLike, vz: npt.ArrayLike) -> FloatArray:
-    """Intrusion angle gamma (rad, in (-pi, pi]) of the velocity (`vx`, `vz`); NaN where that is zero."""
+    """Intrusion angle gamma (rad, in (-pi, pi]) of the velocity (`vx`, `vz`), in one unit; NaN where that is zero."""
     vx, vz = np.asarray(vx, dtype=float), np.asarray(vz, dtype=float)
     # 0.0 - v, not -v: a negative zero would turn +pi into -pi
     gamma = np.arctan2(0.0 - vz, 0.0 - vx)
@@ -64,7 +65,11 @@ def mirror(beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[FloatArray, Float
 
 
 def motion_gamma_deg(direction: str, gamma_deg: float) -> float:
-    """Return gamma of the motion of a run, deg; an extraction may state gamma of its path on the way down instead."""
+    """Return gamma of the motion of a run, deg; an extraction may state gamma of its path on the way down instead.
+
+    `direction`: As in the run sheet, ``intrusion``, ``extraction`` or ``horizontal``. `gamma_deg`: As the sheet states
+    it. Logs show the motion: an extraction along the path of a push at 60 degrees moves at -120.
+    """
     return gamma_deg - 180 if direction == "extraction" and gamma_deg > 0 else gamma_deg
 
 

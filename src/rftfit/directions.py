@@ -29,7 +29,10 @@ _ROUNDING = 1e-6
 
 
 def beta_apart(beta_deg: npt.ArrayLike, other_beta_deg: npt.ArrayLike) -> FloatArray:
-    """Return the first attack angle less the second, from -90 to 90 degrees: beta and beta + 180 are the same plate."""
+    """Return the first attack angle less the second, deg, from -90 to 90; shapes broadcast.
+
+    Beta and beta + 180 degrees are the same plate: 89 and -89 degrees are -2 apart, not 178.
+    """
     return np.asarray((np.subtract(beta_deg, other_beta_deg) + 90) % 180 - 90)
 
 
@@ -66,7 +69,10 @@ def is_straight_down(
 
 
 def has_sign(angle_deg: npt.ArrayLike, tolerance_deg: float) -> BoolArray:
-    """Return False for plates or paths that are level or upright within the tolerance: a mirror does not change them."""
+    """Return False for plates or paths that are level or upright within the tolerance: a mirror does not change them.
+
+    For others the sign of the angle matters, so a wrong sign can be told. `angle_deg`: beta, or gamma of paths.
+    """
     # an angle and its mirror image, its negative, differ by twice the angle
     return np.asarray(np.abs(beta_apart(np.multiply(2, angle_deg), 0.0)) > tolerance_deg)
 
@@ -80,7 +86,8 @@ def number_directions(
     """Number n runs by direction, or with `depth_cm` by repeat: runs of the same direction have the same number.
 
     The angles that most runs have come first and take all runs within the tolerance, so that 44.98 degrees is a repeat of
-    45 and no chain of small steps joins runs that are farther apart.
+    45 and no chain of small steps joins runs that are farther apart. `depth_cm`: depth of each run, which counts for
+    level runs alone; default NaN: no run is split by depth.
 
     Returns
     -------
@@ -95,6 +102,7 @@ def number_directions(
         return_inverse=True,
         return_counts=True,
     )
+    # first_run, run_count: first run with each distinct pair of angles, and number of its runs
     beta, gamma = angles
     unnumbered = -1
     number_of_angle = np.full(first_run.size, unnumbered)
@@ -132,7 +140,10 @@ def _split_by_depth(number: IndexArray, depth_cm: FloatArray) -> IndexArray:
 
 
 def number_depths(depth_cm: FloatArray) -> IndexArray:
-    """Number the intended depths from 0, the smallest, shape (n,): a gap above `SAME_DEPTH_CM` begins a new one."""
+    """Number the depth that each of n runs was meant to have, from 0, the smallest; returns shape (n,).
+
+    No arm reaches a depth exactly: along the sorted depths, a gap above `SAME_DEPTH_CM` begins a new one.
+    """
     order = np.argsort(depth_cm, kind="stable")
     depth_number = np.empty(depth_cm.size, dtype=np.intp)
     depth_number[order] = np.cumsum(
@@ -146,7 +157,7 @@ def angles_of_directions(
 ) -> tuple[FloatArray, FloatArray]:
     """Return for each run mean beta and mean gamma, deg, of all runs of its direction, both of shape (n,).
 
-    `number`: Index of a run of this direction, from `number_directions`.
+    `number`: Of `number_directions`, the index of a run of the same direction, for each run.
     """
     run_count = np.bincount(number)
     # differences from the run after which the direction is numbered: -90 and 90 degrees have the mean 90, not 0

@@ -52,7 +52,10 @@ class WorkflowError(RftfitError):
 
 
 class CollectedErrors:
-    """Errors of several independent inputs, collected to be reported together as one `InputError`."""
+    """Errors of several independent inputs, collected to be reported together as one `InputError`.
+
+    So that a user mends all inputs at once: read each input in ``with errors.collect():``, then call `check`.
+    """
 
     def __init__(self) -> None:
         self._messages: list[str] = []

@@ -1,4 +1,9 @@
-"""Access to a campaign and its results: typed tables, each read once, of one medium or of all."""
+"""Access to a campaign and its results (`rftfit.open`): typed tables, each read once; media, their profiles and maps.
+
+`Tables` reads files of a folder of results. `Results` adds the campaign and what concerns all its media, `Medium` what
+concerns one. `rftfit.outputs` is the dictionary of results: it states every column of every file with its unit. A
+*stage* is a function of the workflow that makes some of the files from others.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +30,7 @@ from rftfit.forces.contacts import Contact
 from rftfit.forces.model_error import larger_model_error
 from rftfit.forces.motion import rotation
 from rftfit.forces.outlines import leg_outline
-from rftfit.measure.alpha import QUANTITIES, cell_at, column, spread_of_next_bed, window_of
+from rftfit.measure.alpha import QUANTITIES, cell_down, column, spread_of_next_bed, window_of
 from rftfit.measure.errors import USUAL_BED_SPREAD
 from rftfit.measure.flags import Flags, Remark, format_remarks, remark, with_reasons
 from rftfit.measure.session_clocks import SessionClocks
@@ -62,7 +67,10 @@ class UndeclaredInput(AssertionError):
 
 
 class Tables:
-    """Tables in one folder of results, whose columns have the types that the dictionary of outputs states."""
+    """Tables in one folder of results, whose columns have the types that the dictionary of outputs states.
+
+    A table's `name` is its path below ``results/``, such as ``alpha/poppy_LP.csv``.
+    """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -70,7 +78,11 @@ class Tables:
         self._tables: dict[str, pd.DataFrame] = {}
 
     def only(self, paths: Iterable[str]) -> Self:
-        """Return a view from which only these files may be read: the inputs of a stage, from the campaign's folder."""
+        """Return a view from which only some files may be read, so that a stage reads nothing but its declared inputs.
+
+        `paths`: These files, from the campaign's folder, such as ``results/alpha/poppy_LP.csv``. Tables that were read
+        are shared with the view.
+        """
         view = copy(self)
         view._allowed = frozenset(paths)
         return view
@@ -81,7 +93,7 @@ class Tables:
         return self._allowed or frozenset()
 
     def path(self, name: str) -> Path:
-        """Path of a file of the results, for example ``alpha/poppy_LP.csv``."""
+        """Path of a file of the results; raises UndeclaredInput if `only` does not allow it. The file may be missing."""
         if self._allowed is not None and f"{RESULTS}/{name}" not in self._allowed:
             raise UndeclaredInput(name)
         return self.folder / name
@@ -117,11 +129,14 @@ class Tables:
         return self._tables[name].copy()
 
     def hold(self, name: str, table: pd.DataFrame) -> None:
-        """Keep a table as if it had been read from the file `name`."""
+        """Keep a table as if it had been read from the file `name`, for code that has made it and has not written it."""
         self._tables[name] = table
 
     def hold_as_csv(self, name: str, table: pd.DataFrame) -> pd.DataFrame:
-        """Keep and return a table as if it had been written to the csv file `name` and read again, rounded."""
+        """Keep and return a table as if it had been written to the csv file `name` and read again.
+
+        Its numbers are rounded as in the file, so that what is made of it is the same to the last digit.
+        """
         self.hold(name, self._read_current(name, csv_bytes(table)))
         return self.table(name)
 
@@ -132,11 +147,14 @@ class Tables:
         return path
 
     def as_written(self, name: str) -> pd.DataFrame:
-        """Read a table that another version of the program may have written: no column is required."""
+        """Read a csv table that another version of the program may have written: no column is required."""
         return self._read_typed(name, self._existing_path(name))[0]
 
     def _read_typed(self, name: str, source: Path | bytes) -> tuple[pd.DataFrame, Output]:
-        """Read a csv file, or its content, with the column types of the dictionary; return its entry there too."""
+        """Read a csv table, and find its entry in the dictionary, which states the types of its columns.
+
+        `source`: Path, or content, of the file `name`. Returns the table and the entry.
+        """
         output = describe_file(f"{RESULTS}/{name}")
         if output is None or not output.columns:
             raise InputError(f"{self.folder / name}: not a table of this program")
@@ -149,7 +167,7 @@ class Tables:
         return read_csv(source, kind_of), output
 
     def _read_current(self, name: str, source: Path | bytes) -> pd.DataFrame:
-        """Read a csv file, or its content, which must have every column that this version of the program writes."""
+        """Read a csv table, as `_read_typed` does, that must have every column that this version of the program writes."""
         table, output = self._read_typed(name, source)
         lacking = []
         for entry in output.columns:
@@ -185,6 +203,7 @@ class Results(Tables):
         super().__init__(campaign.root / RESULTS)
         self.campaign = campaign
         self.root = campaign.root
+        # what takes long to make, kept: fits by medium and method, maps by medium and its teachers
         self._fits: dict[tuple[str, str], scaling.MediumFit] = {}
         self._maps: dict[tuple[str, ...], Map] = {}
 
@@ -215,7 +234,10 @@ class Results(Tables):
 
     @cached_property
     def marks(self) -> dict[str, list[Remark]]:
-        """Remarks on each medium that fails a check, by medium, for all tables and figures that show the medium."""
+        """Remarks on each medium that fails a check, by medium, for all tables and figures that show the medium.
+
+        A medium that passes has no entry; nor has any where not all media were checked yet.
+        """
         # a campaign that was not run yet has no tables of checks
         are_checked = all(self.has(f"checks/{medium}.csv") for medium in self.media)
         return marks_of(self.checks, self.config.media) if are_checked else {}
@@ -231,12 +253,15 @@ class Results(Tables):
 
     @property
     def titles(self) -> dict[str, str]:
-        """Titles of the media by name; a medium that fails a check has the code of its first mark behind its title."""
+        """Titles of the media by name; a medium that fails a check has the code of its first mark behind its title.
+
+        For example ``loosely packed poppy seeds (doubtful)``.
+        """
         marks = {medium: f" ({marks[0].code})" for medium, marks in self.marks.items()}
         return {name: title + marks.get(name, "") for name, title in self.campaign.titles.items()}
 
     def marked(self, table: pd.DataFrame) -> pd.DataFrame:
-        """Add to the reason of each row of a table the marks of the medium of this row."""
+        """Return a table whose rows have the marks of their medium in their reason; `table`: with a column ``medium``."""
         return with_reasons(table, (self.marks.get(medium, ()) for medium in table["medium"]))
 
     def joined(self, pattern: str, media: tuple[str, ...] | None = None) -> pd.DataFrame:
@@ -357,7 +382,7 @@ class Results(Tables):
         """
         method = choose("method", method or self.config.fourier.method, METHODS)
         for medium in self.laboratory:
-            # read before the cache is asked: raises if a stage has not declared this table
+            # read even where the fit is kept: raises if a stage has not declared this table
             table = self.alpha_table(medium)
             if (medium, method) not in self._fits:
                 self._fits[medium, method] = scaling.fit_terms(table, self.config, method)
@@ -380,7 +405,7 @@ class Results(Tables):
         return scaling.generic(np.stack(coefficients)) if coefficients else np.full(9, np.nan)
 
     def reference(self, method: str | None = None) -> scaling.Reference:
-        """The media from which another medium, known by one push, is scaled.
+        """Reference media, from which another medium that is known by one push is scaled.
 
         Parameters
         ----------
@@ -398,6 +423,9 @@ class Results(Tables):
 
     def shapes(self, medium: str = "") -> Shapes:
         """Known media from whose alpha the shape of alpha of a medium is estimated.
+
+        They are the published media and, with ``maps.own_media`` of the configuration, the laboratory media of this
+        campaign whose table is complete and that pass all checks.
 
         Parameters
         ----------
@@ -492,7 +520,10 @@ class Medium(KnownMedium):
 
     @property
     def _bed_spread(self) -> float:
-        """Relative spread of forces from one prepared bed to the next; 0 where not known."""
+        """Relative spread of forces from one prepared bed to the next, by repeats; 0 where not known.
+
+        Callers then take the usual spread.
+        """
         config = self.results.config
         return spread_of_next_bed(
             self.alpha, config.grid.angle_tolerance_deg, config.fit.confidence
@@ -500,7 +531,7 @@ class Medium(KnownMedium):
 
     @property
     def fits(self) -> pd.DataFrame:
-        """Slope of every plate run."""
+        """Slope of stress over depth of every plate run, with its errors: a row a run."""
         return self.results.table(f"fits/{self.name}.csv")
 
     def pressure_sinkage(self) -> PressureSinkage:
@@ -522,7 +553,7 @@ class Medium(KnownMedium):
 
     @property
     def runs(self) -> pd.DataFrame:
-        """Table of runs: what became of the logs of each."""
+        """Table of runs: what became of the logs of each, a row a run."""
         return self.results.table(f"runs/{self.name}.csv")
 
     @property
@@ -532,12 +563,12 @@ class Medium(KnownMedium):
 
     @property
     def legs(self) -> pd.DataFrame:
-        """Measured forces on legs against theta."""
+        """Measured forces on legs against theta, N, a row a reading; empty where no leg was measured."""
         return self.results.table(f"legs/{self.name}.csv")
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """Kinds of profile that the medium can have: a natural sand, known by one cell, has fewer."""
+        """Kinds of profile that the medium can have, see `profile`: a natural sand, known by one cell, has fewer."""
         return KINDS if self.name in self.results.laboratory else ("table", "map", "generic")
 
     def coefficients(self, method: str | None = None) -> FloatArray:
@@ -599,10 +630,11 @@ class Medium(KnownMedium):
             If the test gives no number.
         """
         table = self.alpha
-        cell = cell_at(table, 0, 90, self.results.config.grid.angle_tolerance_deg)
+        cell = cell_down(table, self.results.config.grid.angle_tolerance_deg)
         if cell is None:
             raise InputError(f"{self.name}: {remark('no-push')}")
         level = self.results.config.fit.confidence
+        # alpha_z straight down, N/cm^3
         alpha, se = scaling.alpha_of_test(cell, level)
         try:
             return scaling.scale_by_paper(alpha, se, self.results.reference(method), level)
@@ -684,7 +716,10 @@ class Medium(KnownMedium):
         )
 
     def _estimate_map(self, contacts: Sequence[Contact]) -> Map:
-        """Call `estimate` with the alpha table and the settings of the medium; its ValueError becomes an InputError."""
+        """Estimate the map of this medium from its alpha table and from forces on bodies; takes seconds.
+
+        An InputError names the medium where no push has a usable alpha.
+        """
         table, config = self.alpha, self.results.config
         try:
             return estimate(
@@ -747,11 +782,13 @@ class Medium(KnownMedium):
             profile = measured = measured_profile(table, config, name, draws=draws)
             if kind == "depth_only":
                 profile = DepthOnlyProfile.of(measured, f"depth-only, of {self.name}")
+        # what a prediction of forces by this profile needs besides alpha
         profile.window = window_of(table)
         profile.bed_spread = self._bed_spread or profile.bed_spread
         if isinstance(profile, TableProfile):
             profile.model_error = self.results.model_error
         elif isinstance(profile, FourierProfile) and draws:
+            # predictions by nine terms name the forces by the table beside them: made when it is asked for
             profile.beside = cache(partial(self.as_profile, draws=False))
         return profile
 
@@ -791,7 +828,8 @@ class Medium(KnownMedium):
         -------
         source : KnownMedium
         facts : dict of str to object
-            Arguments of `write_profile` by name.
+            Arguments of `write_profile` by name: name, title, marks, window (cm), and the digest of the table that the
+            profile is made from.
 
         Raises
         ------
@@ -811,7 +849,7 @@ class Medium(KnownMedium):
         return (self.map() if is_map else table), facts
 
     def _fourier_profile(self, method: str | None, *, draws: bool) -> FourierProfile:
-        """Return the nine terms fitted to this medium; NaN with a reason if there is no fit."""
+        """Return the nine terms fitted to this medium; NaN with a reason if there is no fit. Parameters of `profile`."""
         fit = self.results.fits(method)[self.name]
         name = f"nine terms ({fit.method}) of {self.name}"
         if fit.reason:
@@ -819,7 +857,11 @@ class Medium(KnownMedium):
         return FourierProfile(fit.used, name, spread=FourierProfile(fit.draws) if draws else None)
 
     def _generic_profile(self, method: str | None, *, draws: bool) -> FourierProfile:
-        """Return the generic nine terms times zeta of this medium; NaN with a reason if either is not known."""
+        """Return the generic nine terms times zeta of this medium; NaN with a reason if either is not known.
+
+        Of a laboratory medium zeta is that of its own fit, of a natural sand that of its one penetration test.
+        Parameters: those of `profile`.
+        """
         if self.name not in self.results.laboratory:
             try:
                 return self.scaled(method).profile
@@ -835,6 +877,7 @@ class Medium(KnownMedium):
         name = f"generic ({fit.method}) times zeta = {fit.zeta:.4f} of {self.name}"
         spread = None
         if draws:
+            # each draw has errors of alpha in all media, and with them another mean of the media
             draws_of_media = np.stack([counted.draws for counted in counted_fits], axis=1)
             spread = scaled_generic(fit.zeta_draws, scaling.generic(draws_of_media))
         return scaled_generic(fit.zeta, self.results.generic(method), name, spread)

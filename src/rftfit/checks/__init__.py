@@ -7,6 +7,7 @@ from typing import get_args
 from rftfit.campaign.config import CheckName
 from rftfit.checks.declared import CHECKS
 
+# a module that is imported declares its checks
 for _module in iter_modules(__path__):
     import_module(f"{__name__}.{_module.name}")
 assert CHECKS.keys() == {*get_args(CheckName)}

@@ -1,4 +1,9 @@
-"""Check of the axes of the force, and of the signs, by the shape of known media."""
+"""Check of the axes of the force, and of the sign of beta, by the shape of known media: axes exchanged or reversed.
+
+The evidence is the table ``axes`` (`rftfit.compare.axes`): a row for each mistake in the axes or in the sign of beta,
+with its name in `axes` (``as-given``, ``x-reversed``, ``exchanged``, `BETA_REVERSED`, `PULLS` and so on) and in
+`log_bayes_factor` the logarithm of how many times better it explains alpha than the given axes do.
+"""
 
 from __future__ import annotations
 
@@ -20,9 +25,9 @@ _GIVEN_FIT_BEST = f"at least {_CLEARLY} better than any others"
 
 
 class LikelierAxes(NamedTuple):
-    """Axes that explain alpha better than the given ones.
+    """Axes, or a sign of beta, that explain alpha better than the given ones.
 
-    `mistake`: What is wrong with the given ones. `stated_in`: Where they are stated.
+    `mistake`: What is wrong with the given ones. `stated_in`: Where a user mends it, such as ``transducer.axes``.
     """
 
     mistake: Remark
@@ -37,7 +42,10 @@ _STATED_IN = {
 
 
 def find_likelier_axes(measured: MediumMeasurements) -> LikelierAxes | None:
-    """Find other axes that explain alpha clearly better than the given ones; None where there are none."""
+    """Find other axes, of all runs, that explain alpha clearly better than the given ones; None where there are none.
+
+    Other checks also use this: with wrong axes, forces look reversed or missing, and the medium seems to give energy.
+    """
     axes = measured.tables["axes"]
     other_axes = axes[~axes["axes"].isin(["as-given", PULLS])].sort_values(
         "log_bayes_factor", ascending=False, kind="stable"
@@ -60,7 +68,7 @@ def find_likelier_axes(measured: MediumMeasurements) -> LikelierAxes | None:
 
 
 def axes_are_stated_in(measured: MediumMeasurements) -> str:
-    """Say where axes of forces are stated."""
+    """Say where axes of forces are stated: in the config, or by the columns of a table if the campaign is one."""
     return "the columns of the table" if measured.config.table else "transducer.axes"
 
 
@@ -107,6 +115,7 @@ def check_axes(measured: MediumMeasurements) -> Check:
     """Check that the given axes fit the shape of known media better than axes that a config may name by mistake."""
     axes = measured.tables["axes"]
     evidence = dict(zip(axes["axes"], axes["log_bayes_factor"].astype(float), strict=True))
+    # evidence: by the name of a mistake that concerns all runs
     for_pulls = evidence.pop(PULLS, -math.inf)
     evidence.pop("as-given", None)
     if not evidence:
@@ -125,6 +134,7 @@ def check_axes(measured: MediumMeasurements) -> Check:
     if open_axes:
         return Check.skip("axes", "axes-open", axes=format_remarks(open_axes))
     power = -max(evidence.values()) / math.log(10)
+    # neither for nor against is clear: the medium passes, with an open question
     code = "axes-pulls-open" if for_pulls > -CLEAR else "axes"
     if for_beta > -CLEAR:
         code = "axes-beta-open"

@@ -1,4 +1,7 @@
-"""Checks of an alpha table alone: the medium takes energy, mirror images agree, down is harder than up."""
+"""Checks of an alpha table alone: the medium takes energy, mirror images agree, down is harder than up.
+
+A *cell* is a row of the alpha table, a direction (beta, gamma). alpha is in N/cm^3, z up and x forward.
+"""
 
 from __future__ import annotations
 
@@ -61,15 +64,17 @@ _WORK_FOUND = "{negative}; the worst has D = {worst:.3g} N/cm^3, which must exce
     },
 )
 def check_work(measured: MediumMeasurements) -> Check:
-    """Check that the medium takes energy in all cells but a few.
+    """Check that the medium takes energy in all cells but a few: its force acts against the motion.
 
-    If the runs together show that other axes are right, the message names these axes instead of single runs.
+    Exchanged channels, wrong signs and exchanged runs break this. If the runs together show that other axes are right,
+    the message names these axes instead of single runs.
     """
     alpha = measured.tables["alpha"]
     cells = Cells.of(alpha, measured.tolerance_deg)
     if not cells.gamma.size:
         return Check.skip("work", "work-no-cell")
     worst = int((cells.work / cells.work_noise).argmin())
+    # code of the sentence on what is allowed, by the limits that this table has
     limit = "few-cells" if cells.fewest_negative > 1 else "no-cell"
     if cells.most_clear < cells.fewest_negative - 1:
         limit = "few-clear"
@@ -125,13 +130,18 @@ _SYMMETRY_CAUSE = "on plates on vertical paths a horizontal force acts to one si
     },
 )
 def check_symmetry(measured: MediumMeasurements) -> Check:
-    """Check that opposite horizontal forces act on plates that are mirror images, on vertical paths."""
+    """Check that opposite horizontal forces act on plates that are mirror images, on vertical paths.
+
+    A turn of the mount beyond the stated one adds the same share of alpha_z to alpha_x in all of them; a wrong sign of
+    beta makes a single pair deviate from the others.
+    """
     if measured.flags.runs_with("no-force-x") or measured_channel(measured.config, "x") is None:
         return Check.skip("symmetry", "symmetry-no-x")
     cells = Cells.of(measured.tables["alpha"], measured.tolerance_deg)
     turn, se = cells.turn_rad
     if math.isnan(turn):
         return Check.skip("symmetry", "symmetry-no-cell")
+    # largest turn, rad, that passes
     most = _CHOSEN.turn + _CHOSEN.sigmas * se
     turn_deg = math.degrees(turn)
     half_deg = normal_quantile(measured.config.fit.confidence) * math.degrees(se)
@@ -170,12 +180,12 @@ def check_symmetry(measured: MediumMeasurements) -> Check:
     },
 )
 def check_up_down(measured: MediumMeasurements) -> Check:
-    """Check that pushing a level plate down takes more force than pulling it up."""
+    """Check that pushing a level plate down takes more force than pulling it up; else the runs may be exchanged."""
     cells = Cells.of(measured.tables["alpha"], measured.tolerance_deg)
     push, pull = cells.push, cells.pull
     if push is None or pull is None:
-        without_alpha = "(0, 90)" * (push is None), "(0, -90)" * (pull is None)
-        names = " and ".join(filter(None, without_alpha))
+        rows = {"(0, 90)": push, "(0, -90)": pull}
+        names = " and ".join(name for name, row in rows.items() if row is None)
         return Check.skip("up_down", "up_down-no-cell", cells=names)
     down, up = cells.alpha[0, [push, pull]]
     error = math.hypot(*cells.se[0, [push, pull]])
@@ -185,14 +195,15 @@ def check_up_down(measured: MediumMeasurements) -> Check:
 
 @dataclass(frozen=True)
 class Cells:
-    """Cells of an alpha table that have alpha.
+    """The n cells of an alpha table that have alpha in both components, and their energy and mirror images.
 
     `rows`: Row of each cell in the table, shape (n,).
-    `gamma`: rad, shape (n,).
+    `gamma`: Intrusion angle, rad, shape (n,).
     `alpha`, `se`: Alpha and its standard error, z and x, N/cm^3, shape (2, n).
     `se_of_turn`: Part of the error of alpha_x by an unknown turn of the mount, N/cm^3, shape (n,).
-    `push`, `pull`: Indices of the cells (0, 90) and (0, -90) deg; None where they have no alpha.
+    `push`, `pull`: Indices, among the n, of the cells (0, 90) and (0, -90) deg; None where they have no alpha.
     `pairs`: Indices of cells on vertical paths that are mirror images of each other, or of themselves, shape (2, k).
+        Level and upright plates are their own images.
     """
 
     rows: npt.NDArray[np.intp]
@@ -206,7 +217,7 @@ class Cells:
 
     @classmethod
     def of(cls, alpha_table: pd.DataFrame, tolerance_deg: float) -> Cells:
-        """Select the cells of an alpha table that have alpha."""
+        """Select the cells of an alpha table that have alpha; `tolerance_deg`: `MediumMeasurements.tolerance_deg`."""
         rows = np.flatnonzero(np.isfinite(alpha_columns(alpha_table)).all(axis=0))
         table = alpha_table.iloc[rows].reset_index(drop=True)
         beta_deg, gamma_deg = (table[f"{name}_deg"].to_numpy(float) for name in ("beta", "gamma"))
@@ -230,12 +241,16 @@ class Cells:
 
     @cached_property
     def work(self) -> FloatArray:
-        """Energy that the medium takes, D = alpha_z sin gamma + alpha_x cos gamma, N/cm^3, shape (n,)."""
+        """Energy that the medium takes, D = alpha_z sin gamma + alpha_x cos gamma, N/cm^3, shape (n,).
+
+        For each cm of path, cm^2 of plate and cm of depth. The motion has the direction (-cos gamma, -sin gamma), x and
+        z, so D is the part of alpha against it.
+        """
         return np.asarray(np.sum(self._directions * self.alpha, axis=0))
 
     @cached_property
     def work_noise(self) -> FloatArray:
-        """Distance of `work` below 0 that noise may cause, N/cm^3, shape (n,)."""
+        """Distance of `work` below 0 that noise may cause, N/cm^3, positive, shape (n,); less for the push down."""
         se = np.sqrt(np.sum((self._directions * self.se) ** 2, axis=0))
         sigmas = np.full(se.shape, _CHOSEN.sigmas)
         if self.push is not None:
@@ -249,7 +264,7 @@ class Cells:
 
     @property
     def gives_energy(self) -> npt.NDArray[np.bool_]:
-        """True for cells in which the medium gives energy back."""
+        """True for cells in which the medium gives energy back, more than noise may cause; shape (n,)."""
         return self.work < -self.work_noise
 
     @property
@@ -274,10 +289,12 @@ class Cells:
 
     @cached_property
     def _mirror_sums(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Sums of alpha_z and of alpha_x over each pair, and the variance of the latter, shape (k,).
+        """Sums of alpha_z and of alpha_x over each pair, N/cm^3, and the variance of the latter, each of shape (k,).
 
-        Alpha_z of pulls has the other sign, as `file_extraction` turned that of alpha_x: a turn of the mount then changes
-        alpha_x by the same share of alpha_z in pushes and in pulls.
+        alpha_x of mirror images is opposite, so without a turn of the mount its sum is 0. The error by an unknown turn
+        is left out of the variance, as the turn is what is looked for. Alpha_z of pulls has the other sign, as
+        `file_extraction` turned that of alpha_x: a turn of the mount then changes alpha_x by the same share of alpha_z
+        in pushes and in pulls.
         """
         cell, image = self.pairs
         z, x = self.alpha * [np.where(self.gamma < 0, -1.0, 1.0), np.ones_like(self.gamma)]
@@ -290,10 +307,10 @@ class Cells:
 
     @property
     def turn_rad(self) -> tuple[float, float]:
-        """Turn of the mount beyond the stated one and its standard error, rad; NaN if not measured.
+        """Turn of the mount beyond the stated one and its standard error, rad; both NaN if not measured.
 
         Horizontal forces on mirror images are opposite, so their sum, relative to that of the vertical forces, shows
-        the turn.
+        the turn: the slope of x over z through zero, with weights by the error and what beds differ by.
         """
         z, x, variance = self._mirror_sums
         weight = z / np.maximum(variance + (_CHOSEN.alike * np.abs(z).max(initial=0)) ** 2, 1e-12)
@@ -304,7 +321,10 @@ class Cells:
 
     @property
     def mirror_misfit(self) -> tuple[float, int]:
-        """Largest deviation of a pair from the common turn of the mount, in standard errors, and its first cell."""
+        """Largest deviation of a pair from the common turn of the mount, in standard errors, and its first cell, of n.
+
+        Both are 0 where no turn was measured.
+        """
         z, x, variance = self._mirror_sums
         if not z.size or math.isnan(turn := self.turn_rad[0]):
             return 0.0, 0

@@ -1,4 +1,7 @@
-"""Check that channels show large forces as they show small ones: an amplifier near its end compresses large forces."""
+"""Check that channels show large forces as they show small ones: an amplifier near its end compresses large forces.
+
+A compressed force makes the exponent p of stress = k depth^p smaller, and the more so the larger the force.
+"""
 
 from __future__ import annotations
 
@@ -53,10 +56,14 @@ _ALLOWED = "{least:+.2f} to {most:+.2f}"
     },
 )
 def check_compression(measured: MediumMeasurements) -> Check:
-    """Check that the exponent of stress over depth does not change with the size of the force."""
+    """Check that the exponent of stress over depth does not change with the size of the force.
+
+    The limit of a smaller exponent is the narrower one, as this is what an amplifier does.
+    """
     trend = fit_exponent_trend(measured.tables["fits"], measured.tolerance_deg)
     if trend is None:
         return Check.skip("compression", "compression-few", fewest=_CHOSEN.fewest_directions)
+    # least and largest change of the exponent that passes
     least, most = (
         sign * (TOLERATED + student_limit(sure, trend.dof) * trend.se)
         for sign, sure in ((-1, _CHOSEN.sure), (1, _CHOSEN.sure_of_larger))
@@ -77,7 +84,7 @@ def check_compression(measured: MediumMeasurements) -> Check:
 
 
 class Trend(NamedTuple):
-    """Change of the exponent up to the largest force, its standard error, and the degrees of freedom of that."""
+    """Change of the exponent from no force to the largest: `value`, its standard error, and the degrees of freedom of it."""
 
     value: float
     se: float
@@ -91,13 +98,15 @@ def fit_exponent_trend(fits: pd.DataFrame, tolerance_deg: float) -> Trend | None
     force, and by less in others. The exponent of a medium is the same in all directions, or differs independently of
     the force. Patches of a bed change both components of a push alike, so the difference between the channels along z
     and x in the same run shows most. Channels of one transducer have the same amplifiers, so the change depends on the
-    force alone.
+    force alone. `fits`: Table of fits. `tolerance_deg`: As in `MediumMeasurements`.
     """
+    # force at the end of the window, for each cm^2 of plate: alpha times depth, z and x, shape (2, runs)
     force = np.abs(alpha_columns(fits)) * fits["depth_to_cm"].to_numpy(float)
     largest = float(np.nanmax(force, initial=0.0))
     if not largest > 0:
         return None
     force = force / largest
+    # of stress over depth, (2, runs); NaN where no power fits
     exponent = np.stack([fits[f"exponent_{c}"].to_numpy(float) for c in "zx"])
     is_clear = np.isfinite(exponent) & (force > _CHOSEN.weakest)
     number = number_rows(fits, tolerance_deg)
@@ -111,10 +120,11 @@ def fit_exponent_trend(fits: pd.DataFrame, tolerance_deg: float) -> Trend | None
 
 
 class _Direction(NamedTuple):
-    """Exponents of the k channels (z, x, or both) of a direction.
+    """Exponents of the k channels (z, x, or both) of a direction, means over its runs.
 
     `exponent`: shape (k,).
-    `terms`: Terms of the model: 1; +1/2 for z and -1/2 for x; force relative to the largest. Shape (k, 3).
+    `terms`: Terms of the linear model of an exponent, shape (k, 3): 1, for the exponent of the medium; +1/2 for z and
+    -1/2 for x, for a difference between them; force relative to the largest, for the change that is looked for.
     `precision`: Inverse of the covariance of the exponents, shape (k, k).
     """
 
@@ -126,9 +136,10 @@ class _Direction(NamedTuple):
     def of_runs(
         cls, is_clear: npt.NDArray[np.bool_], force: FloatArray, exponent: FloatArray
     ) -> _Direction:
-        """Average the runs of a direction; arrays of z and x, shape (2, n).
+        """Average the runs of a direction; arrays of z and x, shape (2, n), `force` relative to the largest.
 
-        Errors by patches of the bed are common to both channels, errors of the zero are not.
+        `is_clear`: Numbers that count. Errors by patches of the bed are common to both channels, errors of the zero are
+        not, and are larger where the force is weak.
         """
         counts = is_clear.sum(axis=1)
         has_runs = counts > 0
@@ -144,9 +155,10 @@ class _Direction(NamedTuple):
 
 
 def _fit_trend(directions: list[_Direction]) -> Trend:
-    """Fit the change with force by least squares; its error combines the known errors and the scatter of directions.
+    """Fit the terms of `_Direction` by least squares, and return the last, the change with force.
 
-    The prior difference of the exponents of z and x is 0, with the standard deviation `_CHOSEN.unlike`.
+    Its error combines the known errors, which count as `BEFOREHAND_DOF` degrees of freedom, and the scatter of the
+    directions. The prior difference of the exponents of z and x is 0, with the standard deviation `_CHOSEN.unlike`.
     """
     from scipy.linalg import block_diag
 
@@ -157,6 +169,7 @@ def _fit_trend(directions: list[_Direction]) -> Trend:
     inverse = np.linalg.pinv(weighted @ terms + np.diag([0.0, _CHOSEN.unlike**-2, 0.0]))
     coefficients = inverse @ weighted @ exponent
     residual = exponent - terms @ coefficients
+    # three terms, of which the prior knows one
     dof = BEFOREHAND_DOF + max(exponent.size - 2, 0)
     factor = (BEFOREHAND_DOF + float(residual @ precision @ residual)) / dof
     return Trend(float(coefficients[2]), math.sqrt(factor * inverse[2, 2]), dof)

@@ -1,4 +1,11 @@
-"""Judge by which law stress grows with depth: in proportion, by another power, or from an intercept."""
+"""Judge by which law stress grows with depth, where the surface is not checked: a line, another power, an intercept.
+
+Part of the check `linearity` (`rftfit.checks.surface`). `pushes` are rows of the table of fits: intrusions on paths of 45
+degrees or steeper with a clear slope. Of each it has three laws of stress z over depth: the line through zero; a power,
+with its `exponent_z`; a line with a free intercept, ``intercept_z_N_per_cm2``, which is 0 at the depth `offset_cm`.
+``power_misfit_z_ratio`` is below 1 where the power fits better than this line. `tolerance_deg`: as in
+`MediumMeasurements`.
+"""
 
 from __future__ import annotations
 
@@ -30,13 +37,14 @@ BEFOREHAND_DOF: float = _CHOSEN.beforehand_dof
 
 
 class Estimate(NamedTuple):
-    """Median of a quantity over directions, and its standard error."""
+    """Median of a quantity over directions, `value`, and its standard error `se`, in the unit of the quantity."""
 
     value: float
     se: float
 
 
 LINE_POWERS = "depth^{least:.2f} to depth^{most:.2f}"
+"""Powers of depth that count as a line, in sentences."""
 _LAW_ALLOWED = (
     f"{LINE_POWERS}, and a begin {{start_most_mm:.1f}} mm from the surface of either sign"
 )
@@ -68,7 +76,7 @@ LAW_OUTCOMES = {
         "{off:.0%} off within its window.",
     ),
 }
-"""Sentences of the check `linearity` where the surface is not checked otherwise, by code."""
+"""Sentences of the check `linearity` where the surface is not checked, by code of the outcome."""
 
 
 def judge_law_alone(
@@ -76,11 +84,10 @@ def judge_law_alone(
 ) -> Check:
     """Judge whether stress of pushes is proportional to depth, where the surface cannot be checked.
 
-    Each direction counts once, with the mean of its repeats.
+    Each direction counts once, with the mean of its repeats. The law that fits most pushes better decides what is
+    judged: the exponent, or where the line with a free intercept begins.
 
-    `pushes`: Rows of the table of fits: steep pushes with a clear slope.
     `run_cm`, `session_cm`: Standard deviations of the free surface, from run to run and common to all runs.
-    `tolerance_deg`: Tolerance of angles of the campaign's grid.
     """
     pushes = pushes.dropna(subset=["exponent_z"])
     if pushes.empty:
@@ -112,9 +119,13 @@ def judge_law_alone(
 
 
 def judge_crust(flags: Flags, pushes: pd.DataFrame) -> Check | None:
-    """Fail the medium if half of the pushes or more break a crust; else return None."""
+    """Fail the medium if half of the pushes or more break a crust; else return None.
+
+    `flags`: Of the logs, with ``crust`` on a push whose stress has a peak near the surface.
+    """
     broken = flags.runs_with("crust")
     run_ids = set(pushes["run_id"])
+    # peak above the line through the deeper part, relative to it, of each push that breaks a crust
     excess = [
         float(dict(flag.values)["percent"]) / 100
         for run_id, flag in broken.items()
@@ -135,9 +146,7 @@ def judge_crust(flags: Flags, pushes: pd.DataFrame) -> Check | None:
 def exponent_of(pushes: pd.DataFrame, session_cm: float, tolerance_deg: float) -> Estimate:
     """Estimate the exponent of depth that all directions share.
 
-    `pushes`: Rows of the table of fits.
     `session_cm`: Error of the surface that all runs of the session share.
-    `tolerance_deg`: Tolerance of angles of the campaign's grid.
     """
     pushes = pushes.dropna(subset=["exponent_z"])
     ends = zip(pushes["depth_from_cm"], pushes["depth_to_cm"], strict=True)
@@ -159,8 +168,9 @@ def combine_directions(
 ) -> Estimate:
     """Estimate the median of a quantity over directions; its error combines known errors and the scatter of directions.
 
-    `column`: Column of `pushes` with the quantity.
-    `scatter`: Known standard deviation of each run. `session`: Standard deviation that all runs share.
+    The known errors alone would be too small where a bed is more uneven than usual, the scatter of a few directions
+    alone is too uncertain. `column`: Column of `pushes` with the quantity. `scatter`: Known standard deviation of each
+    run, shape (n,). `session`: Standard deviation that all runs share.
     """
     runs = pd.DataFrame({"quantity": pushes[column].to_numpy(float), "variance": scatter**2})
     directions = runs.groupby(number_rows(pushes, tolerance_deg))
@@ -178,7 +188,8 @@ def combine_directions(
 def largest_departure(pushes: pd.DataFrame) -> float:
     """Largest relative difference of the better law from the line through zero in a window, median over pushes.
 
-    Depths above a tenth of the end of the window do not count, as stress there is mostly noise.
+    This is how far off a line is somewhere in its window. Depths shallower than a tenth of the end of the window do not
+    count, as stress there is mostly noise.
     """
     departures = []
     for row in pushes.to_dict("records"):
@@ -187,6 +198,7 @@ def largest_departure(pushes: pd.DataFrame) -> float:
             stress = depth ** row["exponent_z"]
         else:
             stress = row["intercept_z_N_per_cm2"] + row["free_slope_z_N_per_cm3"] * depth
+        # least squares through zero
         line = float(stress @ depth / (depth @ depth)) * depth
         departures.append(float(np.abs(stress / line - 1).max()))
     return float(np.median(departures))

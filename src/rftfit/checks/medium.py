@@ -1,4 +1,4 @@
-"""Do all checks of a medium, which decide whether its numbers are trusted."""
+"""Do all checks of a medium in their order, and make from their outcomes its faults and the marks beside its name."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ def check_medium(
 ) -> list[Check]:
     """Do every check on one medium, and return the outcomes in the order of the config.
 
-    A failure becomes "not checked" if a check before it failed, and "accepted" if the config accepts it.
+    A failure becomes "not checked" if a check before it failed, as it would only repeat this failure, and "accepted" if
+    the config accepts it with a reason.
 
     `tables`, `copies`, `flags`: See `MediumMeasurements`.
     """
@@ -37,6 +38,7 @@ def check_medium(
     waits_for = {name: CHECKS[name].after for name in get_args(CheckName)}
     for name in TopologicalSorter(waits_for).static_order():
         outcome = outcomes[name] = CHECKS[name].check(measured)
+        # only a failure has an effect
         failed_before = [before for before in CHECKS[name].after if outcomes[before].effect]
         if failed_before and outcome.verdict != NOT_CHECKED:
             # flags of single runs are kept
@@ -49,7 +51,7 @@ def check_medium(
 
 
 def faults_of(checks: pd.DataFrame) -> str:
-    """Describe the faults of a medium; `checks`: rows of failed checks in the table of checks."""
+    """Describe the faults of a medium, ``a and b``; `checks`: rows of failed checks in the table of checks."""
     rows = zip(checks["check"], checks["code"], checks["found"], strict=True)
     return " and ".join(
         found if CHECKS[check].quotes_found else CHECKS[check].fault_of(code)
@@ -60,7 +62,9 @@ def faults_of(checks: pd.DataFrame) -> str:
 def marks_of(checks: pd.DataFrame, media: Mapping[str, MediumSettings]) -> dict[str, list[Remark]]:
     """Return the marks of each medium that fails a check, which are shown wherever the medium appears.
 
-    `checks`: Table of checks of all media.
+    A mark is a remark: one for all checks that make the medium unusable, one for those that make it doubtful, and one
+    for each failure that the config accepts. `checks`: Table of checks of all media. `media`: Their sections of the
+    config.
     """
     marks_of_media = {}
     for medium, rows in checks.groupby("medium", sort=False):

@@ -1,9 +1,12 @@
-"""Checks of single runs, and of runs compared with each other: rods, drift, steadiness, repeats, copies, size."""
+"""Checks of rods, drift of the zero, steadiness of level runs, repeats and runs apart, copied logs, size of alpha.
+
+Six checks, each with its sentences above it; they read the tables of `MediumMeasurements`.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from itertools import combinations
 from typing import Any
 
@@ -24,7 +27,7 @@ from rftfit.checks.declared import (
     flags_on,
 )
 from rftfit.directions import number_rows
-from rftfit.measure.alpha import alpha_columns, cell_at, column
+from rftfit.measure.alpha import alpha_columns, cell_down, column
 from rftfit.measure.errors import spread_of_beds
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.ledger import RowStatus
@@ -83,7 +86,11 @@ _RODS_ALLOWED = "a ratio below {alone:g} in each run ({clear:g} where forces are
     },
 )
 def check_rods(measured: MediumMeasurements) -> Check:
-    """Check that the force on a rod alone is smaller than that on plate and rod, and that both have the same rods."""
+    """Check that the force on a rod alone is smaller than that on plate and rod, and that both have the same rods.
+
+    The force on the rod alone, the tare, is subtracted: logs that were exchanged would give a force of the wrong sign.
+    Forces are root mean squares over the stroke, N: ``tare_rms_N`` and ``force_rms_N`` of the table of tares.
+    """
     tares, sheet = measured.tables["tares"], measured.sheet
     plates = [run.run_id for run in sheet.values() if run.kind == "plate"]
     table = tares[(tares["tare_run"] != "") & tares["run_id"].isin(plates)]
@@ -116,7 +123,11 @@ def check_rods(measured: MediumMeasurements) -> Check:
 
 
 def _judge_other_rods(measured: MediumMeasurements) -> Check | None:
-    """Fail the medium if the force on rods alone differs from that with plates; None if it does not, or may not be seen."""
+    """Fail the medium if the force on rods alone differs from that of the rods with plates; else return None.
+
+    None also where the difference would have to be large to be seen. What is judged is the share of the tares that
+    should not have been subtracted; below 0, too little was.
+    """
     tables = measured.tables
     fits, tared, windows = (tables[name] for name in ("fits", "tared", "windows"))
     too_much = estimate_share_too_much(fits, tared, windows, measured.tolerance_deg)
@@ -124,7 +135,8 @@ def _judge_other_rods(measured: MediumMeasurements) -> Check | None:
         return None
     share, se, dof = too_much
     most = _CHOSEN.other_rods + student_limit(_CHOSEN.other_rods_sure, dof) * se
-    if abs(share) <= most or most > (_CHOSEN.too_much_seen if share > 0 else _CHOSEN.missing_seen):
+    largest_most = _CHOSEN.too_much_seen if share > 0 else _CHOSEN.missing_seen
+    if abs(share) <= most or most > largest_most:
         return None
     half_width = float(student_quantile(measured.config.fit.confidence, dof)) * se
     low, high = share - half_width, share + half_width
@@ -173,20 +185,26 @@ _DRIFT_CAUSE = (
     },
 )
 def check_drift(measured: MediumMeasurements) -> Check:
-    """Check that the zero neither drifts at rest in air before a stroke nor differs after it."""
+    """Check that the zero neither drifts at rest in air before a stroke nor differs after it.
+
+    Runs that rest in air at both ends show the change of the zero, ``zero_change_z_N``; others only its trend before
+    the stroke, ``zero_trend_z_N``, both of the table of runs. A fault by either fails the medium.
+    """
     runs, tares = measured.tables["runs"], measured.tables["tares"]
     table = runs.merge(tares[["run_id", "force_rms_N"]], on="run_id")
     across_strokes = _judge_change_of_zero(table)
     at_rest = _judge_trend_at_rest(measured, table)
     if across_strokes is None or at_rest.verdict == FAILED:
         return at_rest
+    # the change of the zero counts if it fails, or alone
     return across_strokes if at_rest.verdict == NOT_CHECKED or across_strokes.effect else at_rest
 
 
 def _judge_change_of_zero(table: pd.DataFrame) -> Check | None:
     """Judge the change of the zero over the strokes; None where too few runs rest in air at both ends.
 
-    `table`: Table of runs, with the rms of the force.
+    The component with the larger median change is judged. `table`: Table of runs, with ``force_rms_N``, the rms of the
+    force.
     """
     change = table[["zero_change_z_N", "zero_change_x_N"]].to_numpy(float).T
     force = table["force_rms_N"].to_numpy(float)
@@ -209,7 +227,11 @@ def _judge_change_of_zero(table: pd.DataFrame) -> Check | None:
 
 
 def _judge_trend_at_rest(measured: MediumMeasurements, table: pd.DataFrame) -> Check:
-    """Judge the trend of the zero at rest before the strokes, for runs that rest in air at one end only."""
+    """Judge the trend of the zero at rest before the strokes, for runs that rest in air at one end only.
+
+    A trend is the force that it would add until the middle of the stroke, N. A trend that all runs have in common is a
+    fault of all; else a run is at fault that drifts clearly more than the others. `table`: As in `_judge_change_of_zero`.
+    """
     trend = table[["zero_trend_z_N", "zero_trend_x_N"]].to_numpy(float).T
     force = table["force_rms_N"].to_numpy(float)
     has_trend = np.isfinite(trend).all(axis=0) & (force > 0)
@@ -217,6 +239,7 @@ def _judge_trend_at_rest(measured: MediumMeasurements, table: pd.DataFrame) -> C
         return Check.skip("drift", "drift-few", fewest=FEW_RUNS)
     table, trend, force = table[has_trend], trend[:, has_trend], force[has_trend]
     typical = float(np.median(force))
+    # of z and x, shape (2,)
     middle, se = np.array([median_of_runs(trends) for trends in trend]).T
     limit = student_limit(SURE, has_trend.sum() - 1) * se
     # a common drift is a fault of all runs; else only runs that clearly drift more than the others are
@@ -258,10 +281,15 @@ def _judge_trend_at_rest(measured: MediumMeasurements, table: pd.DataFrame) -> C
     },
 )
 def check_steadiness(measured: MediumMeasurements) -> Check:
-    """Check that the stress of horizontal runs is constant over the part that is averaged."""
+    """Check that the stress of horizontal runs is constant over the part that is averaged.
+
+    A wall, a pile of grains or a plate that goes deeper makes it grow. The median over runs of the relative change is
+    judged, for the component with the larger force.
+    """
     fits, tared = measured.tables["fits"], measured.tables["tared"]
     good = measured.tables["windows"]["why"].to_numpy() == RowStatus.GOOD
     rows_by_run = split_runs(tared)
+    # run_ids of level runs
     level = fits.loc[(fits["direction"] == "horizontal") & (fits["n_points"] > 0), "run_id"]
     changes = []
     for rows in (rows_by_run[name] for name in level if name in rows_by_run):
@@ -291,10 +319,6 @@ def check_steadiness(measured: MediumMeasurements) -> Check:
 def _format_ratio(ratio: float) -> str:
     """Format a ratio in percent; above 10, as after exchanged axes, as a plain number."""
     return f"{100 * ratio:.1f} %" if abs(ratio) <= 10 else f"{ratio:.3g}"
-
-
-_BESIDE = {"pair": "other run of its direction"}
-"""Sentences in sentences for the comparison of a run, where they differ from those of the table."""
 
 
 @declare_check(
@@ -336,70 +360,93 @@ _BESIDE = {"pair": "other run of its direction"}
     },
 )
 def check_repeats(measured: MediumMeasurements) -> Check:
-    """Check that alpha of each run agrees with its repeats, or else with the map of all other runs."""
+    """Check that alpha of each run agrees with its repeats, or else with the map of all other runs.
+
+    By the table ``peers`` (`rftfit.compare.peers`): `apart` is True for a run that differs, `times_spread` by how much,
+    `seen_from_ratio` the least difference that would be seen. Without such a run, repeats must not scatter more than
+    ordinary beds do.
+    """
     peers = measured.tables["peers"]
     compared = peers[np.isfinite(peers["times_spread"].to_numpy(float))]
     if compared.empty:
         return Check.skip("repeats", "repeats-few")
-    is_apart = compared["apart"].to_numpy(bool)
-    apart, not_apart = compared[is_apart], compared[~is_apart]
-    seen_from = compared["seen_from_ratio"]
+    count, seen_from = int(compared["apart"].sum()), compared["seen_from_ratio"]
     are_single = (compared["beside"] == MAP).all()
-    if apart.empty:
-        if (wide := _judge_spread(measured)) is not None:
-            return wide
-        if seen_from.median() > _CHOSEN.blind:
-            cure = remark("repeat-twice" if are_single else "repeat-more")
-            return Check.skip("repeats", "repeats-blind", median=seen_from.median(), cure=cure)
+    values: dict[str, Any] = {
+        "count": count,
+        "size": len(compared),
+        "differ": "differs" if count == 1 else "differ",
+        "most_spreads": compared["times_spread"].max(),
+        "median": seen_from.median(),
+        "most": seen_from.max(),
+    }
+    if count:
+        return _fail_by_apart(compared, measured, values)
+    if (wide := _judge_spread(measured)) is not None:
+        return wide
+    if seen_from.median() > _CHOSEN.blind:
+        cure = remark("repeat-twice" if are_single else "repeat-more")
+        return Check.skip("repeats", "repeats-blind", median=seen_from.median(), cure=cure)
+    return Check.judge(
+        "repeats", True, code="repeats-single" if are_single else "repeats", **values
+    )
+
+
+_BESIDE = {PAIR: "other run of its direction"}
+"""What a run is compared with, as sentences name it where that is not the word in the table of peers."""
+
+
+def _fail_by_apart(
+    compared: pd.DataFrame, measured: MediumMeasurements, values: Mapping[str, Any]
+) -> Check:
+    """Fail the medium by the runs that stand apart, with a flag on each and hints at their common cause.
+
+    `compared`: Rows of the table of peers that could be compared. `values`: Those of the sentences on what was found.
+    """
+    sheet, is_apart = measured.sheet, compared["apart"].to_numpy(bool)
+    apart, not_apart = compared[is_apart], compared[~is_apart]
     # of two runs that differ from each other, the one farther from the map of all others comes first
     off = np.hypot(apart["off_z_ratio"].fillna(0.0), apart["off_x_ratio"].fillna(0.0))
     ranked = apart.assign(off=off).sort_values(["times_spread", "off"], ascending=False)
-    # the next run may be exchanged with a single one that is apart; several are exchanged among themselves
-    next_runs = not_apart.nlargest(1, "times_spread") if len(apart) == 1 else not_apart.head(0)
+    described = map(_describe_beside_others, ranked.head(MOST_NAMED).to_dict("records"))
     runs_apart = set(apart["run_id"])
-    runs_opposite = {} if apart.empty else _find_opposite(compared, measured)
-    opposite = {c: runs for c, runs in runs_opposite.items() if runs & runs_apart}
+    opposite = {
+        c: runs for c, runs in _find_opposite(compared, measured).items() if runs & runs_apart
+    }
+    opposite_remarks = [
+        str(remark(f"opposite-{c}", count=len(runs), rows=describe_rows(runs, sheet)))
+        for c, runs in opposite.items()
+    ]
     of_one_cause = set[str]().union(*opposite.values()) or runs_apart
+    next_apart = ""
+    if len(apart) == 1 and len(not_apart):
+        # the next run may be exchanged with a single one that is apart; several are exchanged among themselves
+        run, times = not_apart.nlargest(1, "times_spread")[["run_id", "times_spread"]].iloc[0]
+        next_apart = str(
+            remark("next-apart", run=run, rows=describe_rows([run], sheet), times=times)
+        )
     return Check.judge(
         "repeats",
-        apart.empty,
+        False,
         [
             remark("apart", run_id=run, beside=_BESIDE.get(beside, beside), times=times)
             for run, beside, times in apart[["run_id", "beside", "times_spread"]].to_numpy()
         ],
-        code="repeats-single" if apart.empty and are_single else "repeats",
-        count=len(apart),
-        size=len(compared),
-        differ="differs" if len(apart) == 1 else "differ",
-        most_spreads=compared["times_spread"].max(),
-        median=seen_from.median(),
-        most=seen_from.max(),
-        values=format_remarks(
-            map(_describe_beside_others, ranked.head(MOST_NAMED).to_dict("records"))
-        ),
-        rows=describe_rows(apart["run_id"], measured.sheet),
-        opposite="".join(
-            str(remark(f"opposite-{c}", count=len(runs), rows=describe_rows(runs, measured.sheet)))
-            for c, runs in opposite.items()
-        ),
+        **values,
+        values=format_remarks(described),
+        rows=describe_rows(runs_apart, sheet),
+        opposite="".join(opposite_remarks),
         together=_describe_together(of_one_cause, compared["run_id"], measured),
         pairs=str(remark("one-of-pair")) if apart["beside"].eq(PAIR).any() else "",
-        next="".join(
-            str(
-                remark(
-                    "next-apart", run=run, rows=describe_rows([run], measured.sheet), times=times
-                )
-            )
-            for run, times in next_runs[["run_id", "times_spread"]].to_numpy()
-        ),
+        next=next_apart,
     )
 
 
 def _find_opposite(compared: pd.DataFrame, measured: MediumMeasurements) -> dict[str, set[str]]:
     """Find runs with about the opposite force of the others, as by a turned cable; run_ids by component, z or x.
 
-    Both values are clear: beyond their standard error and that of ordinary beds across the force. `compared`: rows of
-    the table of peers.
+    Alpha of the run and of the others must be clear: beyond the standard error and what ordinary beds differ by across
+    the force. `compared`: rows of the table of peers.
     """
     fits = measured.tables["fits"].set_index("run_id")
     rows = compared[compared["run_id"].isin(fits.index)]
@@ -421,13 +468,18 @@ def _find_opposite(compared: pd.DataFrame, measured: MediumMeasurements) -> dict
 def _describe_together(
     run_ids: set[str], compared_ids: Iterable[str], measured: MediumMeasurements
 ) -> str:
-    """Describe where runs lie together: most of a stretch of rows, or all with one label; empty if nowhere."""
+    """Describe where runs lie together: most of a stretch of rows, or all with one label; empty if nowhere.
+
+    Together they hint at a cause: a day, a plate, a cable. `run_ids`: These runs. `compared_ids`: All runs that were
+    compared.
+    """
     if len(run_ids) < _CHOSEN.fewest_together:
         return ""
     sheet = measured.sheet
     compared_runs = sorted((sheet[run_id] for run_id in compared_ids), key=lambda run: run.row)
+    # indices of the runs among the compared ones, in the order of the sheet
     places = [place for place, run in enumerate(compared_runs) if run.run_id in run_ids]
-    # stretches that begin and end with such runs, and of which these are more than a half
+    # stretches that begin and end with such runs, and of which these are more than a half: their number, both ends
     stretches = [
         (last - first + 1, places[first], places[last])
         for first, last in combinations(range(len(places)), 2)
@@ -449,7 +501,10 @@ def _describe_together(
 
 
 def _judge_spread(measured: MediumMeasurements) -> Check | None:
-    """Fail the medium if repeats scatter more than ordinary beds, though no run differs clearly; else return None."""
+    """Fail the medium if repeats scatter more than ordinary beds, though no run differs clearly; else return None.
+
+    None also where the repeats are too few to tell. The scatter is that along the force, relative to alpha.
+    """
     from scipy.special import chdtri
 
     fits = measured.tables["fits"]
@@ -481,10 +536,7 @@ def _judge_spread(measured: MediumMeasurements) -> Check | None:
 
 
 def _describe_beside_others(row: dict[Any, Any]) -> Remark:
-    """Compare alpha of a run with that of the others, for the component that differs more.
-
-    `row`: Row of the table of peers.
-    """
+    """Say alpha of a run and that by the others, for the component that differs more; `row`: of the table of peers."""
     c = "zx"[abs(row["off_x_ratio"]) > abs(row["off_z_ratio"])]
     others = row[f"others_{c}_N_per_cm3"]
     return remark(
@@ -512,7 +564,7 @@ def _describe_beside_others(row: dict[Any, Any]) -> Remark:
     },
 )
 def check_logs(measured: MediumMeasurements) -> Check:
-    """Check that no two runs have the same readings, or the same noise, under two names."""
+    """Check that no two runs have the same readings, or the same noise, under two names: copies are no repeats."""
     sheet, copies = measured.sheet, measured.copies
     of_table = any(run.intruder == UNIT_AREA for run in sheet.values())
     if not copies:
@@ -566,12 +618,17 @@ _SIZE_ALLOWED = "{low:g} to {high:g} N/cm^3"
     },
 )
 def check_size(measured: MediumMeasurements) -> Check:
-    """Check that alpha_z(0, 90 deg) is as large as the config states, or else as large as in any granular medium."""
+    """Check that alpha_z(0, 90 deg) is as large as the config states, or else as large as in any granular medium.
+
+    Only a wrong unit or size of the plate makes all alpha wrong by one factor. Where the config states nothing, a medium
+    within the wide limits counts as not checked, not as passed.
+    """
     expected = measured.medium.expected_alpha
-    cell = cell_at(measured.tables["alpha"], 0, 90, measured.tolerance_deg)
+    cell = cell_down(measured.tables["alpha"], measured.tolerance_deg)
     alpha = math.nan if cell is None else float(cell[column("z")])
     if math.isnan(alpha):
         return Check.skip("size", "size-no-cell")
+    # N/cm^3
     low, high = expected or (_CHOSEN.alpha_from, _CHOSEN.alpha_to)
     inside = low <= abs(alpha) <= high
     values: dict[str, Any] = {"alpha": alpha, "low": low, "high": high}

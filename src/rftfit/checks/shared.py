@@ -1,4 +1,12 @@
-"""Check of all runs of a medium together: errors that many runs share."""
+"""Check of errors that many runs share: a gain, a turn of the mount or an angle that is off, judged by all runs together.
+
+The evidence is the table ``causes`` (`rftfit.compare.causes`). A *cause* is an error that a group of runs may share. A
+row is a cause, or the causes of one kind and group together: its `kind` (such as ``gain``), `group` (how the runs are
+grouped: ``all``, ``holder``, ``from-run``, ``window``, ``trend``, or a column of labels of the run sheet), `place`
+(which runs of the group), `verdict` (``told``, ``not seen``, ``not checked``) with a `reason`, `size` with its interval
+(a share, or degrees), `least_seen` (least size that would be told), `run_ids` and `inseparable` (other causes that fit
+as well).
+"""
 
 from __future__ import annotations
 
@@ -55,7 +63,10 @@ _ALLOWED = "less than would be seen by chance in one of 100 sound campaigns"
     },
 )
 def check_shared(measured: MediumMeasurements) -> Check:
-    """Check that no gain, turn of the mount or angle is off in many runs; `causes` is the table of such causes."""
+    """Check that no gain, turn of the mount or angle is off in many runs.
+
+    The medium is not checked where neither a gain from some run on nor a turn of the mount would have been seen.
+    """
     causes = measured.tables["causes"]
     is_told = causes["verdict"] == "told"
     if "symmetry" in measured.medium.accept:
@@ -63,11 +74,13 @@ def check_shared(measured: MediumMeasurements) -> Check:
         is_told &= ~((causes["group"] == "all") & causes["kind"].isin(["turn", "crosstalk"]))
     if is_told.any():
         return _fail_by_causes(causes[is_told].to_dict("records"), measured)
+    # both are None where they would not have been seen
     least_gain = _describe_least("gain", "from-run", causes)
     least_turn = _describe_least("turn", "all", causes)
     if least_gain is None or least_turn is None:
         return _skip_causes(measured)
     seen = f"{least_gain} and {least_turn}"
+    # a label that only runs of certain directions have: its error looks like alpha of these directions
     is_mixed_up = causes["group"].isin(LABELS) & (causes["reason"] == MIXED_UP)
     if is_mixed_up.any():
         labels = (causes["group"] + " " + causes["place"].astype(str))[is_mixed_up]
@@ -77,7 +90,10 @@ def check_shared(measured: MediumMeasurements) -> Check:
 
 
 def _fail_by_causes(told_causes: list[dict[Any, Any]], measured: MediumMeasurements) -> Check:
-    """Fail the medium by errors that many runs share; `told_causes`: rows of the table of causes."""
+    """Fail the medium by errors that many runs share, with a flag on each of these runs if they are not all runs.
+
+    `told_causes`: Rows of the table of causes, with the verdict ``told``.
+    """
     described = [_describe_told(row, measured) for row in told_causes]
     flags: list[Remark] = []
     for row, cause in zip(told_causes, described, strict=True):
@@ -95,9 +111,10 @@ def _fail_by_causes(told_causes: list[dict[Any, Any]], measured: MediumMeasureme
 
 
 def _skip_causes(measured: MediumMeasurements) -> Check:
-    """Say why errors that many runs share would not be seen: no force along x, too few runs, or too few directions."""
+    """Make the outcome of a medium whose shared errors would not be seen: no force along x, too few runs or repeats."""
     causes, fits = measured.tables["causes"], measured.tables["fits"]
     if not (causes["reason"] == NO_RUNS).all():
+        # there are enough runs, but not enough repeats to tell some kinds of causes
         kinds = causes.loc[causes["verdict"] == "not checked", "kind"].unique()
         missing = ", ".join(sorted(str(remark(f"kind-{kind}")) for kind in kinds))
         return Check.skip("shared", "shared-open", missing=missing)
@@ -109,7 +126,10 @@ def _skip_causes(measured: MediumMeasurements) -> Check:
 
 
 def _describe_least(kind: str, group: str, causes: pd.DataFrame) -> Remark | None:
-    """Describe the least size at which a cause would have been seen; None where it was not checked."""
+    """Describe the least size at which a cause would have been seen; None where it was not checked.
+
+    `kind`, `group`: Of the cause, in the table of causes.
+    """
     rows = causes[(causes["kind"] == kind) & (causes["group"] == group)]
     rows = rows[rows["verdict"] == "not seen"]
     return None if rows.empty else remark(f"least-{kind}", least=float(rows["least_seen"].iloc[0]))
@@ -118,7 +138,8 @@ def _describe_least(kind: str, group: str, causes: pd.DataFrame) -> Remark | Non
 def _describe_told(row: Mapping[Any, Any], measured: MediumMeasurements) -> Remark:
     """Describe a cause that runs share: kind, size, runs, and other causes that fit as well.
 
-    `row`: Row of the table of causes.
+    `row`: Row of the table of causes. The remark is put together of three: where the runs stand, what is wrong with
+    them, and what else it may be.
     """
     size: dict[str, Any] = {
         name: float(row[f"size{end}"])
@@ -155,7 +176,10 @@ def _describe_told(row: Mapping[Any, Any], measured: MediumMeasurements) -> Rema
 
 
 def _name_fault(row: Mapping[Any, Any]) -> str:
-    """Return the kind of a cause, with the ending ``-reversed`` where a gain has the opposite sign."""
+    """Return the kind of a cause, with the ending ``-reversed`` where a gain has the opposite sign.
+
+    `row`: Row of the table of causes. A gain is stated as a ratio less 1, so below -1 the force is reversed.
+    """
     is_reversed = row["kind"] in ("gain", "gain-x") and row["size"] < -1
     return f"{row['kind']}-reversed" if is_reversed else str(row["kind"])
 

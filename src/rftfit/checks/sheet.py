@@ -1,4 +1,9 @@
-"""Check that no stretch of the run sheet is shifted against its logs, by the angles in motion logs and by alpha."""
+"""Check that no stretch of the run sheet is shifted against its logs, by the angles in motion logs and by alpha.
+
+A row that is missing or there twice shifts all rows behind it. Motion logs that show other angles than their rows are
+refused, so their runs have no alpha; where logs show no angles, alpha itself does, by the table ``misplaced``
+(`rftfit.compare.misplaced`).
+"""
 
 from __future__ import annotations
 
@@ -64,7 +69,10 @@ _CURE = "look whether a row is missing or there twice before the first of them, 
     },
 )
 def check_sheet(measured: MediumMeasurements) -> Check:
-    """Check that the angles of nearby rows do not fit a stretch of runs better than the angles of its rows."""
+    """Check that the angles of nearby rows do not fit a stretch of runs better than the angles of its rows.
+
+    Faults of channels, exchanged rods and drifts also make angles of other rows fit better, so they come first.
+    """
     if (by_logs := _find_shift_of_logs(measured)) is not None:
         shift, shifted_runs, refused_count = by_logs
         return Check.judge(
@@ -124,6 +132,7 @@ def _find_shift_of_logs(measured: MediumMeasurements) -> tuple[int, list[str], i
     refused = runs[is_seen & runs["run_id"].isin([*position_of_run])]
     if len(refused) < FEWEST_SHIFTED:
         return None
+    # of logs against the sheet, not of the grid
     tolerance_deg = measured.config.arm.angle_tolerance_deg
     run_ids = refused["run_id"].tolist()
     seen_deg = refused[["seen_beta_deg", "seen_gamma_deg"]].to_numpy(float)

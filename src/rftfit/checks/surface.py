@@ -1,4 +1,10 @@
-"""Check where stress begins, which shows errors of surface and clocks, and that it is proportional to depth."""
+"""Check where stress begins, which shows errors of surface and clocks, and that it is proportional to depth.
+
+*Start* of a run: the depth, cm, at which lift begins by a line with a free intercept (``start_cm`` of the table of
+fits); 0 where surface and clocks are right. *Lag*: by how much the force log is late against the motion log, as a length
+in cm that the arm moves meanwhile at its full speed. `run_cm` and `session_cm`: standard deviations of the free surface
+from run to run, and common to all runs. `tolerance_deg`: as in `MediumMeasurements`.
+"""
 
 from __future__ import annotations
 
@@ -102,7 +108,7 @@ _SURFACE_OTHER = "in {count} of {size} runs than in the others ({rows}): look at
     },
 )
 def check_surface(measured: MediumMeasurements) -> Check:
-    """Check that stress begins at the surface, and at the same depth in all runs."""
+    """Check that stress begins at the surface, and at the same depth in all runs; else alpha is too large or too small."""
     return _judge_surface_and_linearity(measured)[0]
 
 
@@ -141,17 +147,27 @@ _LINE_ALLOWED = (
     },
 )
 def check_linearity(measured: MediumMeasurements) -> Check:
-    """Check that stress is proportional to depth."""
+    """Check that stress is proportional to depth, as alpha, a slope through zero, takes it to be."""
     return _judge_surface_and_linearity(measured)[1]
+
+
+_CODES = {
+    (False, False): "surface",
+    (True, False): "surface-late",
+    (False, True): "surface-off",
+    (True, True): "surface-late-off",
+}
+"""Code of the check `surface`, by two facts: the force log is late, the surface is off."""
 
 
 @lru_cache(maxsize=1)  # the two checks of a medium call this one after the other
 def _judge_surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
     """Judge where stress begins, by lines with a free intercept, and whether it is a line of depth.
 
-    A shift of the start that all paths share is an error of the surface. A shift in proportion to the vertical speed,
-    with the opposite sign in pulls, is a lag of the force log. A step along the run sheet, or two clusters of starts,
-    mean two surfaces or two lags.
+    Returns the outcomes of `surface` and of `linearity`; they are judged together, as a curve looks like a wrong surface
+    and the other way round. A shift of the start that all paths share is an error of the surface. A shift in proportion
+    to the vertical speed, with the opposite sign in pulls, is a lag of the force log. A step along the run sheet, or
+    two clusters of starts, mean two surfaces or two lags.
     """
     fits, config = measured.tables["fits"], measured.config
     if measured.flags.runs_with("no-tare").keys() & set(fits["run_id"]):
@@ -171,12 +187,14 @@ def _judge_surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, C
     starts = Starts.of(steep_fits, is_push, run_cm)
     (offset_cm, lag_cm), covariance = _fit_surface_and_lag(starts, steep_fits, session_cm, speed)
     offset_se, lag_se = np.sqrt(np.diag(covariance))
-    # start of a push with the mean vertical speed by surface and lag together, which pushes alone do not tell apart
+    # start of a push with the mean vertical speed by surface and lag together, which pushes alone do not tell apart:
+    # terms of `Starts` of such a push
     mean_push = np.array([1.0, float(starts.sine[is_push].mean())])
     push_start = offset_cm + mean_push[1] * lag_cm
     push_start_se = math.sqrt(mean_push @ covariance @ mean_push)
     is_off, is_late = abs(offset_cm) > SURE * offset_se, abs(lag_cm) > SURE * lag_se
     is_off |= abs(push_start) > SURE * push_start_se and not is_late
+    # parts of the sentences that only pulls give
     pull_found: Remark | str = ""
     by_cause: Remark | str = ""
     if np.ptp(starts.sine) > 1:  # there are pulls
@@ -215,7 +233,10 @@ def _judge_surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, C
 
 
 def _select_clear_lines(fits: pd.DataFrame) -> pd.DataFrame:
-    """Select the runs on steep paths whose line has a clear slope: a nearly flat line may reach zero at any depth."""
+    """Select the rows of fits, pushes and pulls on steep paths, whose line has a clear slope.
+
+    A nearly flat line may reach zero at any depth.
+    """
     steep_fits = fits[is_steep(fits) & fits["start_cm"].notna()]
     alpha, se, free_slope = (
         steep_fits[f"{name}_N_per_cm3"].to_numpy(float)
@@ -229,29 +250,33 @@ def _select_clear_lines(fits: pd.DataFrame) -> pd.DataFrame:
 def _fit_surface_and_lag(
     starts: Starts, fits: pd.DataFrame, session_cm: float, speed: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Fit the start of stress by the surface, cm, and by a lag, cm at full speed; return both and their covariance.
+    """Fit the starts by an error of the surface and a lag; return both, cm, shape (2,), and their covariance, (2, 2).
 
-    `session_cm`: Standard deviation of the free surface that all runs share. `speed`: of the arm, cm/s.
+    The covariance includes what surface and lag may ordinarily be. `fits`: Rows of the table of fits, as in `starts`.
+    `speed`: of the arm, cm/s.
     """
     # pulls that share a tare share the error of its zero, which matters as they are weak
     runs_of_tare = fits.groupby(["tare_run", "direction"])["run_id"].transform("size")
     shared = np.where(starts.pushes, 1, runs_of_tare.to_numpy(float))
     coefficients, covariance, _ = starts.fit(shared=shared)
+    # 1 / shared adds up to the number of independent runs
     wider = student_limit(SURE, max((1 / shared).sum() - 2, 1)) / SURE
     ordinary = np.diag([session_cm**2, (_CHOSEN.ordinary_lag_s * speed) ** 2])
     return coefficients, wider**2 * covariance + ordinary
 
 
 def _error_of_start(fits: pd.DataFrame) -> FloatArray:
-    """Standard error of the depth at which a line with a free intercept starts, cm, by noise and by patches of the bed.
+    """Standard error of the start of each run, cm, shape (n,), by noise and by patches of the bed.
 
     The same noise moves the start of a line farther if its window is deeper or shorter. Patches change the exponent,
-    and with it the start.
+    and with it the start. `fits`: Rows of the table of fits.
     """
+    # ends of the window, cm
     top, end, alpha, se = (
         fits[name].to_numpy(float)
         for name in ("depth_from_cm", "depth_to_cm", "alpha_z_N_per_cm3", "alpha_z_se_N_per_cm3")
     )
+    # mean and standard deviation of the depths in the window
     middle, spread = (top + end) / 2, (end - top) / math.sqrt(12)
     of_noise = se / np.abs(alpha) * (middle**2 + spread**2) / spread
     windows = zip(top.round(1).tolist(), end.round(1).tolist(), strict=True)
@@ -261,13 +286,13 @@ def _error_of_start(fits: pd.DataFrame) -> FloatArray:
 
 @dataclass(frozen=True)
 class Starts:
-    """Depths at which stress begins in n runs, and the terms that may move them.
+    """Depths at which stress begins in n runs, and the terms of the linear model of what may move them.
 
-    `terms`: Terms that all starts have in common: the surface (1), a lag (`sine`, or 0 if all paths are alike), and
-    curvature if there is any, shape (n, k).
-    `sine`: Vertical speed over the speed of the arm, positive downward: a lag moves starts in proportion to it.
+    `terms`: Terms that all starts have in common, shape (n, k): the surface (1), a lag (`sine`, or 0 if all paths are
+    alike), and curvature if there is any.
+    `sine`: Vertical speed over the speed of the arm, positive downward, (n,): a lag moves starts in proportion to it.
     `start`, `error`: Depth and its standard error, cm, shape (n,).
-    `pushes`: True for pushes, False for pulls.
+    `pushes`: True for pushes, False for pulls, (n,).
     """
 
     terms: FloatArray
@@ -278,7 +303,7 @@ class Starts:
 
     @classmethod
     def of(cls, fits: pd.DataFrame, pushes: Mask, run_cm: float) -> Starts:
-        """Make the starts of lines with a free intercept; `run_cm`: standard deviation of the surface from run to run."""
+        """Make the starts of rows of the table of fits; `pushes`: True for those that are pushes, shape (n,)."""
         vertical = np.abs(np.sin(np.radians(fits["gamma_deg"].to_numpy(float))))
         sine = np.where(pushes, 1, -1) * vertical
         alpha = np.abs(fits["alpha_z_N_per_cm3"].to_numpy(float))
@@ -292,18 +317,20 @@ class Starts:
         )
 
     def __getitem__(self, rows: npt.NDArray[Any]) -> Starts:
+        """Select runs, by a mask or by indices, in the order of these."""
         return Starts(*(array[rows] for array in vars(self).values()))
 
     def fit(
         self, extra_term: npt.NDArray[Any] | None = None, shared: FloatArray | float = 1.0
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Fit the terms by robust least squares; return coefficients, covariance, and the error of each start, cm.
+        """Fit the terms by robust least squares, as single runs may have another surface.
 
         Runs far off get less weight. The errors are multiplied by a factor from the scatter, one for pushes and one for
         pulls.
 
-        `extra_term`: Another term besides `terms`, shape (n,).
-        `shared`: Number of runs that share the error of a run.
+        Returns the k coefficients, cm, their covariance, shape (k, k), and the error of each start, cm, shape (n,).
+        `extra_term`: Another term besides `terms`, shape (n,), whose coefficient then comes last.
+        `shared`: Number of runs that share the error of a run, shape (n,).
         """
         design = self.terms if extra_term is None else np.column_stack([self.terms, extra_term])
         all_runs = np.ones(self.start.size, dtype=bool)
@@ -314,6 +341,7 @@ class Starts:
             inverse = np.linalg.pinv(scaled.T @ scaled)
             coefficients = inverse @ scaled.T @ (self.start / sigma)
             residual = np.abs(self.start - design @ coefficients) / self.error
+            # all runs first, for a side that has too few runs
             for side in (all_runs, self.pushes, ~self.pushes):
                 if residual[side].size >= FEW_RUNS:
                     spread[side] = max(float(sd_by_median(residual[side])), 0.3)
@@ -322,24 +350,15 @@ class Starts:
         return coefficients, np.asarray(inverse), sigma
 
     def size_of(self, term: npt.NDArray[Any]) -> tuple[float, float]:
-        """Fit a term (n,) besides `terms`; return its coefficient, cm, and this in standard errors.
+        """Fit a term, shape (n,), besides `terms`; return its coefficient, cm, and the size of this in standard errors.
 
-        Both are 0 if the term depends linearly on `terms`.
+        Both are 0 if the term depends linearly on `terms`, as nothing then tells them apart.
         """
         design = np.column_stack([self.terms, term])
         if np.linalg.matrix_rank(design) == np.linalg.matrix_rank(self.terms):
             return 0.0, 0.0
         coefficients, covariance, _ = self.fit(term)
         return float(coefficients[-1]), abs(coefficients[-1]) / math.sqrt(covariance[-1, -1])
-
-
-_CODES = {
-    (False, False): "surface",
-    (True, False): "surface-late",
-    (False, True): "surface-off",
-    (True, True): "surface-late-off",
-}
-"""Code of the check, by two facts: the force log is late, the surface is off."""
 
 
 def _describe_start(depth_cm: float) -> Remark:
@@ -368,9 +387,9 @@ def _describe_start_of_pulls(start_cm: FloatArray, confidence: float) -> Remark:
 def _find_two_levels(
     starts: Starts, runs: Sequence[Run], speed: float
 ) -> tuple[str, list[Remark], dict[str, Any]] | None:
-    """Find runs whose surface or lag differs from that of the others; None where all are alike.
+    """Find runs whose surface or lag differs from that of the others, as after a bed was filled; None where all are alike.
 
-    `speed`: Speed of the arm, cm/s.
+    `runs`: Those of `starts`, in its order. `speed`: Speed of the arm, cm/s.
     Returns the code of the outcome, flags of these runs, and values of its sentences.
     """
     order = np.argsort([run.row for run in runs], kind="stable")
@@ -378,15 +397,14 @@ def _find_two_levels(
     on_second_level = _find_second_level(starts)
     if on_second_level is None:
         return None
-    # the level differs by the surface or by a lag, whichever explains it more clearly
-    gaps_cm, clearness = {}, {}
-    for kind, term in zip(("surface", "lag"), starts.terms.T, strict=False):
-        if term.any():
-            coefficients, covariance, _ = starts.fit(term * on_second_level)
-            gaps_cm[kind] = float(coefficients[-1])
-            clearness[kind] = abs(coefficients[-1]) / math.sqrt(covariance[-1, -1])
-    kind = max(clearness, key=lambda name: clearness[name])
-    gap = gaps_cm[kind]
+    # the level differs by the surface or by a lag, whichever explains it more clearly; further terms are no cause
+    sizes = {
+        kind: starts.size_of(term * on_second_level)
+        for kind, term in zip(("surface", "lag"), starts.terms.T, strict=False)
+        if term.any()
+    }
+    kind = max(sizes, key=lambda name: sizes[name][1])
+    gap = sizes[kind][0]  # cm
     if abs(gap) < _CHOSEN.step_cm:
         return None
     run_ids = [
@@ -398,23 +416,25 @@ def _find_two_levels(
         "rows": describe_rows(run_ids, {run.run_id: run for run in runs}),
     }
     if kind == "surface":
-        gap *= 10
+        gap *= 10  # mm
         values |= {"side": "deeper" if gap > 0 else "higher", "gap_mm": abs(gap)}
     else:
-        gap /= speed
+        gap /= speed  # s
         values |= {"side": "later" if gap > 0 else "earlier", "gap_s": abs(gap)}
     code = f"{kind}-differs"
     return code, flags_on(run_ids, code, gap=gap), values
 
 
 def _find_second_level(starts: Starts) -> Mask | None:
-    """Mark runs whose starts have another level than the others: a stretch of runs, or a cluster; None without any.
+    """Mark runs whose starts have another level than the others, shape (n,): a stretch of runs, or else a cluster.
 
-    `starts`: In the order of the run sheet. The levels are found by pushes alone, as pulls are too weak.
+    None without any. `starts`: In the order of the run sheet. The levels are found by pushes alone, as pulls are too
+    weak.
     """
     pushes = starts[starts.pushes]
     coefficients, _, sigma = pushes.fit()
     clusters = two_clusters(pushes.start - pushes.terms @ coefficients)
+    # a stretch must be clearer than the clusters, if there are two
     clear = 1.0 if clusters is None else clusters[0]
     # the errors change with the stretch that is left out of the scatter: twice is enough
     for _ in range(2):
@@ -447,7 +467,8 @@ def _find_other_path(
     path = number_directions(np.zeros_like(gamma_deg), gamma_deg, measured.tolerance_deg)
     surface, lag, *curvature = starts.terms.T
     starts = replace(starts, terms=np.column_stack([surface, *curvature]))
-    # a lag also makes the paths differ: a surface of one path must explain the starts better than a lag
+    # a lag also makes the paths differ: a surface of one path must explain the starts better than a lag; of two that
+    # explain them equally well, but for rounding, the first counts
     clearest = starts.size_of(lag)[1] * (1 + 1e-9)
     gap_cm, of_path = 0.0, np.zeros(gamma_deg.size, dtype=bool)
     # paths with fewer runs come first, so that of two paths this one is named
@@ -475,6 +496,7 @@ def _find_other_path(
 def _clear_step(stretch: Mask) -> float:
     """Standard errors from which on a stretch of runs differs: more for short stretches, as there are more of them.
 
+    `stretch`: True for the runs of the stretch, shape (n,).
     The penalty is that of Duembgen & Spokoiny (Ann. Stat. 29, 124, 2001); it is 0 for half of the runs.
     """
     step_sure = float(_CHOSEN.step_sure)
@@ -482,11 +504,11 @@ def _clear_step(stretch: Mask) -> float:
 
 
 def judge_linearity(pushes: pd.DataFrame, session_cm: float, tolerance_deg: float) -> Check:
-    """Judge whether stress of pushes grows in proportion to depth, or by another power of depth.
+    """Judge whether stress of pushes grows in proportion to depth, or by another power, where the surface is checked, too.
 
-    `session_cm`: Standard deviation of the free surface that all runs share.
-    `tolerance_deg`: Tolerance of angles of the campaign's grid.
+    The outcome of the check `linearity`. `pushes`: Rows of the table of fits.
     """
+    # below 1: the power fits the direction better than a line with a free intercept
     of_directions = pushes.groupby(number_rows(pushes, tolerance_deg))["power_misfit_z_ratio"]
     misfit = of_directions.median().dropna().to_numpy(float)
     if len(pushes.dropna(subset=["exponent_z"])) < FEW_RUNS or not misfit.size:
@@ -509,11 +531,14 @@ def judge_linearity(pushes: pd.DataFrame, session_cm: float, tolerance_deg: floa
 
 
 def _looks_curved(pushes: pd.DataFrame) -> bool:
-    """Return True unless a line fits clearly more than half of the pushes better than a power does."""
+    """Return True unless a line fits clearly more than half of the pushes better than a power does.
+
+    Then the start of a line is not the surface. `pushes`: Rows of the table of fits.
+    """
     misfit = pushes["power_misfit_z_ratio"].dropna().to_numpy(float)
     return bool(misfit.size) and float(np.mean(misfit > 1)) < _clear_share(misfit.size)
 
 
 def _clear_share(runs: int) -> float:
-    """Share of runs that must prefer one of two models: two standard errors above a half, at most 0.95."""
+    """Share of runs that must prefer one of two models to be clear: two standard errors above a half, at most 0.95."""
     return min(0.5 + 1 / math.sqrt(max(runs, 1)), 0.95)

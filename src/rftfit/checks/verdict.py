@@ -30,9 +30,10 @@ _OPEN_QUESTIONS = {
 
 
 class Verdict(NamedTuple):
-    """Verdict on a medium: `UNUSABLE`, `DOUBTFUL`, `NOTHING`, `NOT_CHECKED` or `SOUND`, and its reason.
+    """Verdict on a medium.
 
-    The reason of sound data names open questions.
+    `word`: `UNUSABLE`, `DOUBTFUL`, `NOTHING` (no run gave a number), `NOT_CHECKED` or `SOUND`. `reason`: Faults, or why
+    not all was checked; of sound data open questions, or nothing. ``str(verdict)`` has both.
     """
 
     word: str
@@ -44,7 +45,10 @@ class Verdict(NamedTuple):
         return f"{self.word}{', but ' if self.word == SOUND else ': '}{self.reason}"
 
     def on(self, media: str, are_several: bool = False) -> str:
-        """Format the verdict as a sentence without a full stop; `media`: name of a medium, or names of several."""
+        """Format the verdict as a sentence without a full stop: ``poppy_LP is sound``.
+
+        `media`: Name of a medium, or names of several. `are_several`: True: the verb is in the plural.
+        """
         if self.word == NOT_CHECKED:
             # say that some checks passed, which is less than sound but more than nothing
             verb = "show" if are_several else "shows"
@@ -56,10 +60,13 @@ class Verdict(NamedTuple):
 def verdict_on(checks: pd.DataFrame, fits: pd.DataFrame, flags: Flags) -> Verdict:
     """Judge a medium by its checks and by what its runs lack; page, terminal, `check` and `watch` use this function.
 
+    The first that applies decides: failed checks, no slope at all, no tare in half of the runs, energy that the medium
+    gives back, needed checks that were not done.
+
     Parameters
     ----------
     checks, fits : DataFrame
-        Rows of the medium in the table of checks, and the table of fits of its runs.
+        Rows of the medium in the table of checks (`rftfit.checks.declared.COLUMNS`), and the table of fits of its runs.
     flags : Flags
         Flags of its runs and cells.
 
@@ -81,6 +88,7 @@ def verdict_on(checks: pd.DataFrame, fits: pd.DataFrame, flags: Flags) -> Verdic
         is_in_all = without_tare == len(used_runs)
         runs = "" if is_in_all else f"in {without_tare} of {len(used_runs)} runs "
         return Verdict(DOUBTFUL, f"{runs}{remark('no-tare')}")
+    # too few runs to fail the check of work, but each is a doubt
     if giving := len(flags.runs_flagged_by_checks("gives-back")):
         runs = f"in {giving} of {len(used_runs)} runs"
         return Verdict(DOUBTFUL, f"{runs} {CHECKS['work'].fault}")

@@ -1,1 +1,1 @@
-"""Measured beside published and predicted: the reproduction table."""
+"""Comparisons: runs with each other, two media, measured with predicted legs, this campaign with the paper."""

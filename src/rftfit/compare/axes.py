@@ -1,7 +1,9 @@
-"""Evidence for each set of axes that a configuration can state by mistake, by the shape that known media share.
+"""Evidence for axes of the force, or signs of beta, that a configuration states by mistake, by the shape of known media.
 
 A plate that is pushed down is pushed up by the grains, and so on in every direction: the shape of known media fits the
-right axes and no others. `docs/theory/checks.md` states how often the mistakes of simulated campaigns are found.
+right axes and no others. The evidence for other axes is a logarithm of a Bayes factor: of how many times more likely
+they make the measured alpha than the given axes do. `docs/theory/checks.md` states how often the mistakes of simulated
+campaigns are found. n is the number of directions; arrays of shape (2 n,) have alpha_z of all, then alpha_x of all.
 """
 
 from __future__ import annotations
@@ -27,23 +29,25 @@ AXES = {
     "exchanged-x-reversed": ((0, 1), (-1, 0)),
     "exchanged-both-reversed": ((0, -1), (-1, 0)),
 }
-"""Axes that a configuration can state by mistake, each with the matrix that turns its (z, x) into the right ones."""
+"""Mistakes with the axes by name, each with the matrix that turns (z, x) as stated into the right (z, x)."""
 
 _CHOSEN = chosen("compare", "axes")
 
 _SIZES = np.exp(np.linspace(*_CHOSEN.log_sizes))
-"""Sizes of the medium relative to the size of its alpha, over which the evidence is summed."""
+"""Sizes of the medium (factors on the known shape) relative to a first estimate, over which the evidence is summed."""
 
 
 def axes_evidence(runs: RunSlopes) -> dict[str, float]:
-    """Compare the marginal likelihood of the medians of the directions in each of `AXES` with that in the given axes.
+    """Find the evidence for each of `AXES`, and for the other sign of beta: logarithms of Bayes factors.
 
-    The likelihood is a sum over the size of the medium and the share of the rough shape. The departure from the shape has
-    the size that known media have: a medium that may depart without bound fits any axes.
+    Each direction counts once, by the median of its runs. The likelihood is a sum over the size of the medium and the
+    share of the rough shape (`rftfit.model.prior`). The departure from the shape has the size that known media have: a
+    medium that may depart without bound fits any axes.
 
     Parameters
     ----------
     runs : RunSlopes
+        All runs of a medium that have both components.
 
     Returns
     -------
@@ -60,7 +64,7 @@ def axes_evidence(runs: RunSlopes) -> dict[str, float]:
     side = runs.side[first_runs]
     level = np.hypot(*alpha)
     error = np.tile(np.hypot(_CHOSEN.scatter * level, _CHOSEN.of_medium * level.max()), 2)
-    # axes of each mistake, by the sign of beta that is right with it
+    # by the sign of beta that is right: mistakes, each with the axes that are right with it
     axes_by_sign = {1: {name: name for name in AXES}}
     is_slanted = has_sign(beta_deg, runs.tolerance_deg)
     if is_slanted.any():
@@ -87,7 +91,7 @@ def _evidence_for_pulls(
     """Find the evidence that beta of pulls has the other sign; empty where no pull has a beta that could be reversed.
 
     Pulls are weak beside pushes, so the departure of a medium from the shape is taken in proportion to alpha of each
-    direction. `alpha`: of n directions, (2, n).
+    direction. `alpha`: z and x, N/cm^3, shape (2, n). Returned by the name of the mistake, `PULLS`.
     """
     is_pull = (gamma_deg < -1) & has_sign(beta_deg, tolerance_deg)
     if not is_pull.any():
@@ -107,7 +111,8 @@ def _log_evidence(
 ) -> list[float]:
     """Return the logarithm of the likelihood of each alpha at n directions, summed over size and share of the rough shape.
 
-    `alphas`: each of shape (2 n,), z first. `error`: their standard error, (2 n,).
+    `alphas`: alpha by each set of axes, of shape (2 n,). `error`: the standard error of each, (2 n,), which includes
+    what a medium has of its own.
     """
     by_share = []
     for rough_share in _CHOSEN.rough_shares:
@@ -117,10 +122,16 @@ def _log_evidence(
 
 
 class _KnownShape:
-    """Gaussian of alpha of a medium of size 1 at n directions, z first, shape (2 n,), with an error of the directions."""
+    """Normal distribution of alpha of a medium of size 1 at n directions, with an error of the directions.
+
+    `mean`, `covariance`: of alpha, shape (2 n,) and (2 n, 2 n). `error`: standard error of the measured alpha, (2 n,).
+    All is turned once into the eigenvectors of the covariance in units of the error, in which numbers are independent,
+    so that many sizes and sets of axes take little time.
+    """
 
     def __init__(self, mean: FloatArray, covariance: FloatArray, error: FloatArray) -> None:
         self.error = error
+        # expected sum of the squares of alpha
         self.square = float(mean @ mean + np.trace(covariance))
         variances, self.vectors = np.linalg.eigh(covariance / np.outer(error, error))
         self.variances = np.maximum(variances, 0)
@@ -133,6 +144,7 @@ class _KnownShape:
         and the variance 1 + s^2 v.
         """
         turned = self.vectors.T @ (alpha / self.error)
+        # first estimate, by the squares alone, which no axes change
         size = math.sqrt(alpha @ alpha / self.square)
         sizes = (size * _SIZES)[:, None]
         variance = 1 + sizes**2 * self.variances

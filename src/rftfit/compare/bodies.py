@@ -1,4 +1,7 @@
-"""Errors of the model on a leg, learned from measured legs of a campaign or of the paper."""
+"""What the force model gets wrong on a leg, learned from measured legs of a campaign or of the paper.
+
+A prediction for the same leg in another medium then has a smaller error (`rftfit.forces.body_error`).
+"""
 
 from __future__ import annotations
 
@@ -28,9 +31,13 @@ READING_PERCENT = 2.0
 
 @cache
 def published_body_error(leg: str) -> BodyError:
-    """Learn what the model gets wrong on a published leg, from Fig. S5 and the maps of Table S5."""
+    """Learn what the model gets wrong on a published leg, from Fig. S5 and the maps of Table S5.
+
+    `leg`: one of `LEGS`. Cached, as the maps take seconds.
+    """
     choose("leg", leg, LEGS)
     curves, alpha = load("fig_s5"), load("table_s5")
+    # measured forces on the leg, and the map of the medium by which they are predicted
     measurements = []
     for medium in MEDIA:
         rows = curves[(curves["medium"] == medium) & (curves["leg"] == leg)]
@@ -48,7 +55,7 @@ def published_body_error(leg: str) -> BodyError:
 def campaign_body_error(results: Results, leg: str) -> BodyError:
     """Learn what the model gets wrong on a leg of a campaign, from its measured curves and the maps of its media.
 
-    Raises InputError where no medium has measured forces on the leg.
+    `leg`: name of a leg of the config. Raises InputError where no medium has measured forces on it.
     """
     choose("leg", leg, tuple(results.config.legs), f"in {results.root}")
     measurements: list[tuple[Contact, Profile]] = []

@@ -1,4 +1,8 @@
-"""Tables from the joint model of a medium: shared causes, likely axes, and runs in wrong rows of the sheet."""
+"""Tables `causes`, `axes` and `misplaced` of a medium: errors that runs share, other axes, runs in wrong rows of the sheet.
+
+The models are in `rftfit.compare.joint`, `axes` and `misplaced`; here their runs are selected and their results written
+as rows. A *cause* and its kind, group, place, share and size are those of `rftfit.compare.joint.Cause`.
+"""
 
 from __future__ import annotations
 
@@ -36,13 +40,14 @@ from rftfit.outputs.dictionary import columns_of
 from rftfit.store.chosen import chosen
 
 TOLD, NOT_SEEN, NOT_CHECKED = "told", "not seen", "not checked"
-"""Verdicts on a cause."""
+"""Verdicts on a cause: the runs have it; they would show it and do not; they would not show it."""
 
 TOO_WIDE = "too-wide"
 """Reason why a cause that is not seen was not checked, beside `NO_RUNS` and `MIXED_UP`: only an unlikely size would be."""
 
 CAUSE_COLUMNS = columns_of("causes/{medium}.csv")
 AXES_COLUMNS = ["medium", "axes", "log_bayes_factor"]
+"""Columns of the table of `axes_evidence`: a row for each mistake with axes."""
 _CHOSEN = chosen("compare", "causes")
 
 
@@ -55,11 +60,13 @@ def compare_all_runs(
 ) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
     """Find causes that the runs of a medium share, likelier axes, and runs in wrong rows of the sheet.
 
-    Returns tables of the columns `CAUSE_COLUMNS`, `AXES_COLUMNS` and `MISPLACED_COLUMNS`. `fits`: table of fits of the
-    medium. `sheet`: runs of the medium by run_id. `angle_deg`: standard deviation of the angles of a run.
-    `tolerance_deg`: difference of each angle up to which runs are of one direction.
+    Returns tables of the columns `CAUSE_COLUMNS`, `AXES_COLUMNS` and `MISPLACED_COLUMNS`. Of fewer than `FEWEST_RUNS`
+    runs no cause is judged. `fits`: table of fits of the medium. `sheet`: runs of the medium by run_id. `angle_deg`:
+    standard deviation of the angles of a run. `tolerance_deg`: difference of each angle up to which runs are of one
+    direction.
     """
     runs, run_ids = _select_runs(fits, sheet, tolerance_deg)
+    # without any force there is nothing to compare
     can_be_compared = bool(np.any(runs.alpha))
     if runs.size < FEWEST_RUNS or not can_be_compared:
         rows = [_unchecked_row(kind, NO_RUNS) for kind in KINDS]
@@ -86,7 +93,7 @@ def labels_of(runs: Sequence[Run]) -> dict[str, npt.NDArray[np.str_]]:
 def _select_runs(
     fits: pd.DataFrame, sheet: Mapping[str, Run], tolerance_deg: float
 ) -> tuple[RunSlopes, list[str]]:
-    """Select the runs that have both slopes, in the order of the run sheet; returned with their names."""
+    """Select the runs that have alpha in both components, in the order of the run sheet; returned with their run_ids."""
     is_measured = np.isfinite(np.stack(alpha_columns(fits))).all(axis=0)
     good = fits[is_measured & fits["run_id"].isin([*sheet]).to_numpy(bool)]
     rows = np.array([sheet[run_id].row for run_id in good["run_id"]], dtype=int)
@@ -106,7 +113,7 @@ def _select_runs(
 
 
 def _row_of_cause(found_cause: FoundCause, run_ids: list[str]) -> dict[str, Any]:
-    """Make the row of a cause that was found; `run_ids`: names of all runs, in the order of `Cause.share`."""
+    """Make the row, of `CAUSE_COLUMNS`, of a cause that was found; `run_ids`: of all runs, in the order of its share."""
     cause = found_cause.cause
     # the data chose the cause, too, so the interval is wider than for a cause that was asked for
     wider = _CHOSEN.told_gain_wider if cause.kind == "gain" else _CHOSEN.told_wider
@@ -133,7 +140,10 @@ def _row_of_cause(found_cause: FoundCause, run_ids: list[str]) -> dict[str, Any]
 
 
 def _change_with_interval(cause: Cause, size: float, se: float) -> tuple[float, float, float]:
-    """Return a size as people state it with its 95 % interval, which includes what is no fault."""
+    """Return a size as people state it (`_as_change`) and the ends of its 95 % interval, which includes what is no fault.
+
+    `size`, `se`: of the cause in the joint model, and its standard error.
+    """
     half_width = math.hypot(NORMAL_95 * se, _size_without_fault(cause))
     middle, *ends = (_as_change(cause, size + sign * half_width) for sign in (0, -1, 1))
     return middle, min(ends), max(ends)
@@ -147,8 +157,13 @@ def _size_without_fault(cause: Cause) -> float:
 
 
 def rows_of_scan(scan: Scan, causes_found: Iterable[FoundCause] = ()) -> list[dict[str, Any]]:
-    """Make a row for each kind and group that was not found; steps, windows and holders have a median over places."""
+    """Make a row for each kind and group that was not found: not seen, or not checked; in the columns `CAUSE_COLUMNS`.
+
+    Steps, windows and holders have one row for all their places, with the median of the least sizes that would be seen.
+    `scan`: scores after the causes that were found are removed.
+    """
     kinds_found = {(shared.cause.kind, shared.cause.group) for shared in causes_found}
+    # indices of the candidates of each row
     candidates: dict[tuple[str, str, str], list[int]] = {}
     for number, cause in enumerate(scan.causes):
         if (cause.kind, cause.group) not in kinds_found:
@@ -191,7 +206,7 @@ def _unchecked_row(kind: str, reason: str) -> dict[str, Any]:
 def _as_change(cause: Cause, size: float) -> float:
     """State a gain as a ratio less 1: of its runs to the others, or of a trend's last run to the first.
 
-    Other sizes are returned as they are.
+    Below -1 the force is reversed. Other sizes are returned as they are.
     """
     if not cause.is_gain:
         return float(size)

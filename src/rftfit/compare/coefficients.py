@@ -1,4 +1,9 @@
-"""Rows of the tables of the nine-term fits: coefficients beside the printed ones, zeta and chi."""
+"""Rows of `coefficients.csv` and `penetration.csv`: the nine terms beside the printed ones, zeta and chi, natural sands.
+
+A `MediumFit` is nine terms of one medium by one method (`rftfit.model.scaling`): `full` with all terms, `used` with the
+kept ones alone, `draws` of `used` within the errors of alpha, each in N/cm^3 in the order of `TERMS`. zeta is alpha_z(0,
+90 deg) by the fit; chi is alpha_z(0, 90 deg) as measured over zeta.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from rftfit.campaign.config import Config
-from rftfit.measure.alpha import alpha_columns, cell_at, column, directions
+from rftfit.measure.alpha import alpha_columns, cell_down, column, directions
 from rftfit.measure.errors import shares
 from rftfit.measure.flags import Flags, quoted, reason_columns, reason_of, remark
 from rftfit.model import scaling
@@ -22,13 +27,14 @@ PENETRATION_COLUMNS = columns_of("penetration.csv")
 
 
 def coefficient_rows(fit: scaling.MediumFit) -> pd.DataFrame:
-    """Make a row for each coefficient of one fit.
+    """Make a row of `COEFFICIENT_COLUMNS` for each coefficient of one fit, with its interval and the printed number.
 
     A dropped term shows its value in the full fit and ``kept`` False; where it is used, it counts
     as 0.
     """
     level, published_as = fit.config.fit.confidence, fit.config.media[fit.medium].published_as
     published = coefficients(published_as) if published_as in MEDIA else {}
+    # standard error, ends of the interval, and value without flagged cells; none of a dropped term
     spread = [fit.draws.std(axis=0, ddof=1), *interval(fit.draws, level), fit.without_flagged]
     se, lo, hi, without = np.where(fit.keep, spread, np.nan)
     misfit_z, misfit_x = _misfit(fit)
@@ -50,7 +56,10 @@ def coefficient_rows(fit: scaling.MediumFit) -> pd.DataFrame:
 
 
 def _misfit(fit: scaling.MediumFit) -> tuple[float, float]:
-    """Root mean square of table minus fit, z and x, which no interval of a coefficient contains; NaN without a fit."""
+    """Root mean square of table minus fit, z and x, N/cm^3, NaN without a fit.
+
+    No interval of a coefficient contains it: it is what nine terms cannot describe.
+    """
     if fit.reason:
         return np.nan, np.nan
     pairs = zip(alpha_columns(fit.table), evaluate(fit.used, *directions(fit.table)), strict=True)
@@ -59,7 +68,7 @@ def _misfit(fit: scaling.MediumFit) -> tuple[float, float]:
 
 
 def generic_rows(group: list[scaling.MediumFit]) -> pd.DataFrame:
-    """Make the rows of M0, the mean of the scaled coefficients of several media fitted by one method."""
+    """Make the rows of M0, the mean over several media of their coefficients over zeta; `group`: fits by one method."""
     method, config = group[0].method, group[0].config
     m0 = scaling.generic(np.stack([fit.used for fit in group]))
     draws = scaling.generic(np.stack([fit.draws for fit in group], axis=1))
@@ -85,9 +94,13 @@ def generic_rows(group: list[scaling.MediumFit]) -> pd.DataFrame:
 
 
 def penetration_row(fit: scaling.MediumFit) -> dict[str, object]:
-    """Make the row of vertical penetration of a medium: as measured and as fitted, chi and zeta (as in Table S3)."""
-    push = cell_at(fit.table, 0, 90, fit.config.grid.angle_tolerance_deg)
+    """Make the row of vertical penetration of a medium: as measured and as fitted, chi and zeta (as in Table S3).
+
+    Columns `PENETRATION_COLUMNS`; chi and zeta have intervals by the draws.
+    """
+    push = cell_down(fit.table, fit.config.grid.angle_tolerance_deg)
     row: dict[str, object] = {"method": fit.method, "medium": fit.medium} | _alpha_z_of(push)
+    # name, unit in the name of the column, value, draws
     for name, unit, value, draws in (
         ("alpha_z_fit", "_N_per_cm3", fit.zeta, fit.zeta_draws),
         (
@@ -117,10 +130,14 @@ def _alpha_z_of(push: pd.Series[Any] | None) -> dict[str, object]:
 def sand_row(
     table: pd.DataFrame, reference: scaling.Reference, config: Config, flags: Flags
 ) -> dict[str, object]:
-    """Make the row of a natural sand: zeta by the scaling routine, from its alpha table and flags."""
+    """Make the row of vertical penetration of a natural sand: zeta by the scaling routine, or the reason why not.
+
+    A sand has one penetration test and no fit: zeta is alpha_z(0, 90 deg) over the mean chi of the reference media.
+    `table`, `flags`: Alpha table and flags of the sand.
+    """
     method = scaling.routine(config.fourier.method, printed=reference.printed)
     row: dict[str, object] = {"method": method, "medium": table["medium"].iloc[0]}
-    cell = cell_at(table, 0, 90, config.grid.angle_tolerance_deg)
+    cell = cell_down(table, config.grid.angle_tolerance_deg)
     if cell is None:
         return row | reason_columns([remark("no-push")])
     row |= _alpha_z_of(cell)

@@ -1,9 +1,13 @@
 """Test whether alpha of two sets of runs differs in size or in shape, by single runs in common directions.
 
-A run is y = s T (1 + bed) + patches + error of the run, with T the alpha of its direction and s the size of its set.
-The contrast of a direction is the mean of B, divided by the ratio of sizes, minus the mean of A. The ratio of sizes is
-the one that makes the weighted squares of all contrasts least; the squares that remain show a difference of shape.
-Weights come from the scatter of repeats, in proportion to alpha with a floor, so that weak directions do not dominate.
+A run is y = s T (1 + bed) + patches + error of the run, with T the alpha of its direction and s the *size* of its set,
+the factor on a shape that both may share. The *contrast* of a direction is the mean of B, divided by the ratio of sizes,
+minus the mean of A. The ratio of sizes is the one that makes the weighted squares of all contrasts least; the squares
+that remain show a difference of *shape*. Weights come from the *scatter* of single runs about the mean of their
+direction, by repeats, in proportion to alpha with a floor, so that weak directions do not dominate; it is larger along
+the force than across it, as a whole bed is looser or denser.
+
+A and B are the two sets (a, b), n is the number of their common directions; alpha is in N/cm^3, z and x, shape (2, n).
 """
 
 from __future__ import annotations
@@ -49,11 +53,11 @@ patches."""
 class RunSet:
     """Plate runs of one medium, and the errors that all of them share.
 
-    `runs`: rows of ``results/fits/<medium>.csv``. Standard deviations of errors that all runs share: `surface_cm` of
-    the height of the free surface, `turn_deg` of the angle of the mount, `rod_percent` of the bed that rods were pushed
-    into. `campaign`, `medium`: runs of one campaign share the mount and the tares, those of one medium of it the bed of
-    the rods, too. `tolerance_deg`: difference of each angle up to which runs are of one direction; the larger of two
-    sets counts.
+    `name`: for people. `runs`: rows of ``results/fits/<medium>.csv``. Standard deviations of errors that all runs share:
+    `surface_cm` of the height of the free surface, `turn_deg` of the angle of the mount, `rod_percent` of the bed that
+    rods were pushed into. `campaign`, `medium`: runs of one campaign share the mount and the tares, those of one medium
+    of it the bed of the rods, too; an empty campaign: `name` stands for it. `tolerance_deg`: difference of each angle up to
+    which runs are of one direction; the larger of two sets counts.
     """
 
     name: str
@@ -64,6 +68,52 @@ class RunSet:
     campaign: str = ""
     medium: str = ""
     tolerance_deg: float = TOLERANCE_DEG
+
+
+_ANSWERS = {
+    (
+        False,
+        False,
+    ): "No difference between {a} and {b} is seen: ratio of sizes {ratio} ({interval}). A ratio of {least} or a "
+    "difference of shape of {least_shape} would be detected in 8 of 10 such comparisons.",
+    (
+        True,
+        False,
+    ): "{b} is {ratio} times as strong as {a} ({interval}). No difference of shape is seen; one of {least_shape} "
+    "would be detected in 8 of 10 such comparisons.",
+    (
+        False,
+        True,
+    ): "{b} is on average as strong as {a} (ratio {ratio}, {interval}), but has another shape: alpha differs by "
+    "{shape} rms ({shapes}).",
+    (
+        True,
+        True,
+    ): "{b} has another shape than {a}, and alpha of another size: by {shape} rms ({shapes}) after the ratio of sizes is "
+    "taken out, {ratio} ({interval}). This ratio is a mean over {directions} directions{down}; of media of different shapes it "
+    "does not say that one is denser.",
+}
+"""Sentences of `Comparison.sentence` by whether the sizes differ and whether the shapes differ."""
+
+
+_ONLY_IF = ", if single runs of one direction scatter by less than {scatter}"
+
+
+_WITHOUT_REPEATS = {
+    (False, False): _ANSWERS[False, False],
+    (True, False): _ANSWERS[True, False],
+    (False, True): _ANSWERS[False, True].removesuffix(".") + _ONLY_IF + ".",
+    (True, True): _ANSWERS[True, True].replace("{shapes})", "{shapes})" + _ONLY_IF + ",", 1),
+}
+"""The same where the scatter of single runs is assumed: a difference of shape holds for a smaller scatter only."""
+
+
+_SIZE_ALONE = {
+    False: "No difference of size between {a} and {b} by their maps: ratio {ratio} ({interval}); without runs in common directions "
+    "their shapes cannot be compared.",
+    True: "{b} is {ratio} times as strong as {a} by their maps ({interval}); without runs in common directions their shapes "
+    "cannot be compared.",
+}
 
 
 @dataclass(frozen=True)
@@ -234,7 +284,7 @@ class Comparison:
         return "\n".join(lines)
 
     def _list_directions(self, most: int | None) -> str:
-        """Format the table of the directions that differ most."""
+        """Format the table of the directions that differ most; `most`: as in `summary`."""
         head = ["beta", "gamma", "depth", "B/ratio - A: alpha_z"]
         head += ["interval", "alpha_x", "interval", "p"]
         rows = []
@@ -258,60 +308,19 @@ def _cell(number: float, number_format: str) -> str:
     return "" if math.isnan(number) else format(number, number_format)
 
 
-_ANSWERS = {
-    (
-        False,
-        False,
-    ): "No difference between {a} and {b} is seen: ratio of sizes {ratio} ({interval}). A ratio of {least} or a "
-    "difference of shape of {least_shape} would be detected in 8 of 10 such comparisons.",
-    (
-        True,
-        False,
-    ): "{b} is {ratio} times as strong as {a} ({interval}). No difference of shape is seen; one of {least_shape} "
-    "would be detected in 8 of 10 such comparisons.",
-    (
-        False,
-        True,
-    ): "{b} is on average as strong as {a} (ratio {ratio}, {interval}), but has another shape: alpha differs by "
-    "{shape} rms ({shapes}).",
-    (
-        True,
-        True,
-    ): "{b} has another shape than {a}, and alpha of another size: by {shape} rms ({shapes}) after the ratio of sizes is "
-    "taken out, {ratio} ({interval}). This ratio is a mean over {directions} directions{down}; of media of different shapes it "
-    "does not say that one is denser.",
-}
-"""Sentences of `Comparison.sentence` by whether the sizes differ and whether the shapes differ."""
-
-_ONLY_IF = ", if single runs of one direction scatter by less than {scatter}"
-_WITHOUT_REPEATS = {
-    (False, False): _ANSWERS[False, False],
-    (True, False): _ANSWERS[True, False],
-    (False, True): _ANSWERS[False, True].removesuffix(".") + _ONLY_IF + ".",
-    (True, True): _ANSWERS[True, True].replace("{shapes})", "{shapes})" + _ONLY_IF + ",", 1),
-}
-"""The same where the scatter of single runs is assumed: a difference of shape holds for a smaller scatter only."""
-
-_SIZE_ALONE = {
-    False: "No difference of size between {a} and {b} by their maps: ratio {ratio} ({interval}); without runs in common directions "
-    "their shapes cannot be compared.",
-    True: "{b} is {ratio} times as strong as {a} by their maps ({interval}); without runs in common directions their shapes "
-    "cannot be compared.",
-}
-
-
 class NoCommonDirection(InputError):
     """No direction has runs on both sides."""
 
 
 def compare_run_sets(a: RunSet, b: RunSet, confidence: float = 0.95) -> Comparison:
-    """Compare two media by their runs in common directions.
+    """Compare two media by their runs in common directions; `confidence`: level of the intervals.
 
-    Raises `NoCommonDirection`, or `InputError` if the forces are opposite.
+    Raises `NoCommonDirection`, or `InputError` if the forces are opposite, or one medium has none.
     """
     means_of_a, means_of_b, angles = _average_common_directions(a, b)
     means = _pool_sizes(means_of_a, means_of_b)
     scatter, scatter_of_sides = _fit_scatters(means)
+    # degrees of freedom
     repeats_of_sides = [float(side.repeats.dof.sum()) for side in means]
     # what is stated is by the repeats alone, where there are enough
     stated_scatter = scatter
@@ -340,8 +349,8 @@ def compare_run_sets(a: RunSet, b: RunSet, confidence: float = 0.95) -> Comparis
         least_ratio=math.exp(errors_detected(log_ratio_dof) * log_ratio_se),
         least_shape_percent=100 * shape.least_rms(),
         directions=contrast.table(angles, confidence),
-        runs_a=int(means_of_a.n.sum()),
-        runs_b=int(means_of_b.n.sum()),
+        runs_a=int(means_of_a.run_count.sum()),
+        runs_b=int(means_of_b.run_count.sum()),
         repeats=sum(repeats_of_sides),
         scatter_along=scatter_along,
         scatter_across=scatter_across,
@@ -358,7 +367,10 @@ def _describe_limits(
     means: tuple[_Means, _Means],
     scatters: tuple[RunScatter, RunScatter],
 ) -> Iterator[str]:
-    """Yield sentences on what limits the comparison; `scatters`: scatter of single runs of each medium."""
+    """Yield sentences on what limits the comparison: few repeats, unequal scatter, unequal windows.
+
+    `means`, `scatters`: mean alpha, and scatter of single runs, of each medium.
+    """
     a, b = sides
     dof = [float(side.repeats.dof.sum()) for side in means]
     if not any(dof):
@@ -395,7 +407,10 @@ def _describe_limits(
 
 
 def _relative_square(repeats: Repeats, scatter: RunScatter) -> float:
-    """Return the mean square, over the force, by which repeats differ along it, with noise; 0 without repeats."""
+    """Return the mean square by which repeats differ along the force, with noise, relative to it; 0 without repeats.
+
+    `scatter`: gives the floor under the force of weak directions.
+    """
     level = scatter.weight @ level_of_floors(repeats.size, repeats.largest)
     dof = float(repeats.dof.sum())
     return float((repeats.along / level).sum()) / dof if dof else 0.0
@@ -408,14 +423,14 @@ def _relative_square(repeats: Repeats, scatter: RunScatter) -> float:
 class _Means:
     """Mean alpha of the runs of one medium in each of n common directions, and what its error needs.
 
-    `mean`: alpha, z and x, shape (2, n), N/cm^3. `n`: number of runs. `noise_variance`: variance of the mean by the
-    noise of the logs, (2, n). `repeats`: squares of the runs about their mean, and the size of the force (see
-    `_pool_sizes`). `shared_changes`: changes of the means, (2, n), by one standard deviation of an error that many runs
-    share, by the name of the error.
+    `mean`: alpha, shape (2, n). `run_count`: number of runs, (n,). `noise_variance`: variance of the mean by the noise
+    of the logs, (2, n). `repeats`: squares of the runs about their mean along and across the force, where x counts, and
+    the size of the force (see `_pool_sizes`). `shared_changes`: changes of the means, (2, n), by one standard deviation
+    of an error that many runs share, by the name of the error; an error of both sets with one name is one error.
     """
 
     mean: FloatArray
-    n: FloatArray
+    run_count: FloatArray
     noise_variance: FloatArray
     repeats: Repeats
     shared_changes: Mapping[tuple[str, ...], FloatArray]
@@ -424,7 +439,8 @@ class _Means:
 def _average_common_directions(a: RunSet, b: RunSet) -> tuple[_Means, _Means, FloatArray]:
     """Average the runs of both media in their common directions.
 
-    Returned with the directions: beta, gamma, and depth of level runs, shape (3, n).
+    Returned with the directions: beta and gamma, deg, and depth of level runs, cm (NaN for others), shape (3, n). Runs
+    without alpha_z are left out.
     """
     usable = [side.runs[np.isfinite(_numbers(side.runs, column("z")))] for side in (a, b)]
     # runs of A, then of B
@@ -434,6 +450,7 @@ def _average_common_directions(a: RunSet, b: RunSet) -> tuple[_Means, _Means, Fl
     )
     tolerance_deg = _larger_tolerance(a, b)
     number = number_directions(beta_deg, gamma_deg, tolerance_deg, depth_cm)
+    # indices of the runs of each medium
     of_a, of_b = np.split(np.arange(number.size), [len(usable[0])])
     common = np.intersect1d(number[of_a], number[of_b])
     if not common.size:
@@ -463,9 +480,10 @@ def _pool_sizes(a: _Means, b: _Means) -> tuple[_Means, _Means]:
     """
     size_of_a, size_of_b = (max(float(np.linalg.norm(side.mean)), 1e-30) for side in (a, b))
     relative = np.hypot(*a.mean) / size_of_a, np.hypot(*b.mean) / size_of_b
-    pooled = np.average(relative, axis=0, weights=[a.n, b.n])
+    pooled = np.average(relative, axis=0, weights=[a.run_count, b.run_count])
 
     def with_pooled(side: _Means, size_of_medium: float) -> _Means:
+        """Return the means of a medium with the pooled size of the force in each direction, and the largest of them."""
         size = pooled * size_of_medium
         return replace(
             side, repeats=side.repeats._replace(size=size, largest=np.full_like(size, size.max()))
@@ -475,7 +493,7 @@ def _pool_sizes(a: _Means, b: _Means) -> tuple[_Means, _Means]:
 
 
 def _describe_directions(beta_deg: FloatArray, gamma_deg: FloatArray) -> str:
-    """Write the first four directions of the runs of a medium."""
+    """Write the first four directions of the runs of a medium, ``(0, 90), (30, 90)``; ``none`` without a run."""
     angles = np.round([beta_deg, gamma_deg], 1).T
     directions = sorted({(float(beta), float(gamma)) for beta, gamma in angles})
     return join_words((f"({beta:g}, {gamma:g})" for beta, gamma in directions), 4) or "none"
@@ -487,7 +505,10 @@ def _numbers(runs: pd.DataFrame, name: str) -> FloatArray:
 
 
 def _error(runs: pd.DataFrame, quantity: str) -> FloatArray:
-    """Return an error of alpha of the runs, z and x, shape (2, runs); 0 where it is not stated."""
+    """Return an error of alpha of the runs, z and x, shape (2, runs); 0 where it is not stated.
+
+    `quantity`: Part of the name of its column in the table of fits: ``se``, ``startup``, ``tare``, ``curvature``, ``rod``.
+    """
     return np.nan_to_num([_numbers(runs, column(c, f"_{quantity}")) for c in "zx"])
 
 
@@ -500,13 +521,13 @@ def _average_runs(
 ) -> _Means:
     """Average the runs of one medium in each common direction, and collect the errors of the means.
 
-    `runs`: those of `side` with alpha_z. `common`: numbers of the n common directions. `has_x`: where alpha_x counts,
-    shape (n,).
+    `runs`: those of `side` with alpha_z. `direction_of_run`: number of the direction of each, from `number_directions`.
+    `common`: numbers of the n common directions. `has_x`: where alpha_x counts, shape (n,).
     """
     is_of_direction = direction_of_run[:, None] == common
-    n = is_of_direction.sum(axis=0).astype(float)
+    run_count = is_of_direction.sum(axis=0).astype(float)
     # weight of each run in the mean of each direction, shape (runs, n)
-    weight = is_of_direction / n
+    weight = is_of_direction / run_count
     alpha = np.nan_to_num([_numbers(runs, column(c)) for c in "zx"])
     mean = alpha @ weight
     mean[1] *= has_x
@@ -526,11 +547,20 @@ def _average_runs(
     along, across, noise_along, noise_across = np.array(squares).T
     size = np.hypot(*mean)
     repeats = Repeats(
-        n - 1, along, across, has_x, noise_along, noise_across, size, np.full_like(size, size.max())
+        run_count - 1,
+        along,
+        across,
+        has_x,
+        noise_along,
+        noise_across,
+        size,
+        np.full_like(size, size.max()),
     )
     # alpha_x of mirrored runs is stored with the other sign
     side_of_x = np.where(np.nan_to_num(_numbers(runs, "mirrored")) != 0, -1.0, 1.0)
+    # change by a turn of the mount by 1 rad
     turned = np.stack([-alpha[1], alpha[0]]) * side_of_x
+    # by the name of a shared error: change of each run by one standard deviation of it, shape (2, runs)
     campaign = side.campaign or side.name
     changes_of_runs: dict[tuple[str, ...], FloatArray] = {
         (side.name, side.campaign, "surface"): by_surface * side.surface_cm,
@@ -538,6 +568,7 @@ def _average_runs(
         (campaign, "turn"): turned * math.radians(side.turn_deg),
         (campaign, side.medium, "rod"): rod * side.rod_percent / 100,
     }
+    # the error of a tare is that of all runs from which it was subtracted, each component for itself
     tare_runs = runs.get("tare_run", pd.Series("", runs.index)).fillna("").astype(str).to_numpy()
     tare[1] *= side_of_x
     for name in dict.fromkeys(tare_runs):
@@ -548,7 +579,7 @@ def _average_runs(
     changes = {name: change @ weight for name, change in changes_of_runs.items()}
     return _Means(
         mean=mean,
-        n=n,
+        run_count=run_count,
         noise_variance=run_variance @ weight**2 + startup**2 @ weight,
         repeats=repeats,
         shared_changes={name: change for name, change in changes.items() if change.any()},
@@ -559,7 +590,7 @@ def _average_runs(
 
 
 def _fit_scatters(sides: tuple[_Means, _Means]) -> tuple[RunScatter, tuple[RunScatter, RunScatter]]:
-    """Estimate the scatter of the runs of both media together, and of each medium.
+    """Estimate the scatter of the runs of both media together, and of each medium; returned in this order.
 
     The scatter of both together is the prior for each medium: one without repeats has the scatter of the other.
     """
@@ -577,10 +608,13 @@ class _ShapeTest(NamedTuple):
     """Squares of the contrast: weighted to test whether the shapes differ, plain to state by how much.
 
     `squares`: weighted squares, which show best whether the shapes differ: chi squared with `squares_dof` degrees of
-    freedom by chance alone. `scatter_dof`: degrees of freedom of the scatter. `mean_square`: mean square without
-    weights, relative to that of alpha, which states by how much the shapes differ; by chance alone it is about `unit`
-    times chi squared with `mean_square_dof` degrees of freedom. `least_unit`: least mean square that makes the weighted
-    squares 1.
+    freedom by chance alone. `scatter_dof`: degrees of freedom of the scatter, by which the weights are known.
+    `mean_square`: mean square without weights, relative to that of alpha, which states by how much the shapes differ; by
+    chance alone it is about `unit` times chi squared with `mean_square_dof` degrees of freedom. `least_unit`: least mean
+    square that makes the weighted squares 1.
+
+    Differences are root mean squares over the directions, relative to alpha: the root of a mean square. The
+    *noncentrality* of chi squared is what a true difference adds to it.
     """
 
     squares: float
@@ -592,14 +626,18 @@ class _ShapeTest(NamedTuple):
     least_unit: float
 
     def interval(self, confidence: float) -> tuple[float, float]:
-        """Return the interval of the rms difference; it lies above 0 where the weighted squares show a difference."""
+        """Return the interval of the rms difference; it lies above 0 where the weighted squares show a difference.
+
+        They show small differences better than the plain ones, but in their own unit: they give the least rms with which
+        they would be as large.
+        """
         outside = (1 - confidence) / 2
         low, high = self.rms(1 - outside), self.rms(outside)
         shown = _find_noncentrality(self.squares, self.squares_dof, self.scatter_dof, confidence)
         return max(low, math.sqrt(shown * self.least_unit)) if shown else 0.0, high
 
     def rms(self, probability: float) -> float:
-        """Return the rms difference with which a mean square of at most `mean_square` has a probability."""
+        """Return the true rms difference with which a mean square of at most `mean_square` has a probability."""
         from scipy.special import fdtri
 
         squares, dof = self.mean_square / self.unit, self.mean_square_dof
@@ -620,16 +658,17 @@ class _ShapeTest(NamedTuple):
 
 
 def _covariance_of_means(side: _Means, scatter: RunScatter) -> FloatArray:
-    """Return the covariance of the means of one medium by errors that runs do not share, shape (n, 2, 2)."""
+    """Return the covariance of the means of one medium by errors that runs do not share, shape (n, 2, 2), (N/cm^3)^2."""
     size = side.repeats.size
-    spread = scatter.covariance(side.mean, size, size.max()) / side.n[:, None, None]
+    spread = scatter.covariance(side.mean, size, size.max()) / side.run_count[:, None, None]
     return spread + side.noise_variance.T[:, :, None] * np.eye(2)
 
 
 def _fit_ratio(means: tuple[_Means, _Means], scatters: tuple[RunScatter, RunScatter]) -> _Contrast:
     """Return the contrast at the ratio of sizes with the least weighted squares; exchanging A and B inverts the ratio.
 
-    `scatters`: scatter of single runs of each medium.
+    The ratio is sought within a factor e of that of the root mean squares. `scatters`: scatter of single runs of each
+    medium.
     """
     from scipy.optimize import minimize_scalar
 
@@ -689,18 +728,19 @@ class _Contrast:
     @property
     def mean(self) -> FloatArray:
         """Mean alpha of both media, in the size of A, shape (2, n)."""
-        share_of_a = self.a.n / (self.a.n + self.b.n)
+        share_of_a = self.a.run_count / (self.a.run_count + self.b.run_count)
         return share_of_a * self.a.mean + (1 - share_of_a) * self.b.mean / self.ratio
 
     @property
     def covariance_by_direction(self) -> FloatArray:
-        """Covariance of the difference by errors that runs do not share, shape (n, 2, 2)."""
+        """Covariance of the difference by errors that runs do not share, at this ratio, shape (n, 2, 2)."""
         return self.covariance_a + self.covariance_b / self.ratio**2
 
     @cached_property
     def covariance_of_runs(self) -> FloatArray:
-        """Covariance of the components by errors that runs do not share."""
-        n = self.a.n.size
+        """Covariance of the components by errors that runs do not share, shape (components, components)."""
+        # a block of 2 by 2 for each direction, at its places in the matrix of all components
+        n = self.a.run_count.size
         full = np.zeros((2, n, 2, n))
         full[:, np.arange(n), :, np.arange(n)] = self.covariance_by_direction
         is_component = self.is_component
@@ -708,18 +748,22 @@ class _Contrast:
 
     @cached_property
     def shared_changes(self) -> FloatArray:
-        """Change of the components by one standard deviation of each shared error, shape (components, errors)."""
+        """Change of the components by one standard deviation of each shared error, shape (components, errors).
+
+        An error that both media share changes both means, so that much of it cancels in the difference.
+        """
         of_a, of_b = self.a.shared_changes, self.b.shared_changes
         nothing = np.zeros_like(self.a.mean)
         changes = [
             self._components(of_b.get(name, nothing) / self.ratio - of_a.get(name, nothing))
             for name in dict.fromkeys([*of_a, *of_b])
         ]
+        # a column of zeros, as there may be no shared error
         return np.stack([self._components(nothing), *changes], axis=1)
 
     @cached_property
     def covariance(self) -> FloatArray:
-        """Covariance of the components by all errors."""
+        """Covariance of the components by all errors, shape (components, components)."""
         return self.covariance_of_runs + self.shared_changes @ self.shared_changes.T
 
     @property
@@ -743,9 +787,10 @@ class _Contrast:
         return float(min(welch, self.dof_a + self.dof_b - _CHOSEN.prior_dof))
 
     def find_error_of_ratio(self) -> tuple[float, float]:
-        """Return the standard error of the logarithm of the ratio, and its degrees of freedom.
+        """Return the standard error of the logarithm of the ratio, and its degrees of freedom (Satterthwaite).
 
-        The error is that of the scatter of runs, which repeats and contrast show, and of the shared errors.
+        The error is that of the scatter of runs, which repeats and contrast show, and of the shared errors, which are
+        known.
         """
         mean = self._components(self.mean)
         # least squares: the change of log(ratio) by a change of each component
@@ -765,7 +810,10 @@ class _Contrast:
         return math.sqrt(variance), dof * (variance / of_runs) ** 2
 
     def test_shape(self) -> _ShapeTest:
-        """Find the squares of the contrast, which are larger than by chance where the shapes differ."""
+        """Find the squares of the contrast, which are larger than by chance where the shapes differ.
+
+        They hold what is left of the difference at the best ratio, so a difference of size is not in them.
+        """
         mean = self._components(self.mean)
         square_of_mean = float(mean @ mean)
         # projection that removes what is in proportion to alpha, which is a difference of size
@@ -792,9 +840,11 @@ class _Contrast:
         direction; those of the differences hold for all together. `p`: p value of "no difference in this direction",
         times the number of directions.
         """
-        dof, n, is_component = self.dof, self.a.n.size, self.is_component
+        dof, n, is_component = self.dof, self.a.run_count.size, self.is_component
+        # half widths of intervals in standard errors: of one number, and of all together (Bonferroni)
         for_one = student_quantile(confidence, dof)
         for_all = student_quantile(1 - (1 - confidence) / is_component.sum(), dof)
+        # covariance of z and x of each direction by all errors, shape (n, 2, 2); 0 for an x that does not count
         full = np.zeros((2 * n, 2 * n))
         full[np.ix_(is_component, is_component)] = self.covariance
         covariance = full.reshape(2, n, 2, n)[:, np.arange(n), :, np.arange(n)]
@@ -802,7 +852,7 @@ class _Contrast:
         columns: dict[str, object] = dict(
             zip(("beta_deg", "gamma_deg", "depth_cm"), angles, strict=True)
         )
-        columns |= {"runs_a": self.a.n.astype(int), "runs_b": self.b.n.astype(int)}
+        columns |= {"runs_a": self.a.run_count.astype(int), "runs_b": self.b.run_count.astype(int)}
         has_x = self.a.repeats.across_known
         for name, alpha, covariances, quantile in (
             ("alpha_{}_a", self.a.mean, self.covariance_a, for_one),
@@ -813,14 +863,17 @@ class _Contrast:
                 shown = alpha[component] if c == "z" else np.where(has_x, alpha[1], math.nan)
                 half_width = quantile * np.sqrt(covariances[:, component, component])
                 columns |= _with_ends(name.format(c), "_N_per_cm3", shown, half_width)
+        # ratio of B to A along the mean force of the direction
         mean = self.mean
         length = np.maximum(np.hypot(*mean), 1e-30)
         unit = mean / length
         ratio_along = self.ratio * (1 + (difference * unit).sum(axis=0) / length)
         variance_along = np.einsum("in,nij,jn->n", unit, covariance, unit)
         half_width = for_one * self.ratio * np.sqrt(variance_along) / length
+        # a ratio whose interval reaches 0 is not stated
         is_bounded = half_width < self.ratio
         columns |= _with_ends("ratio", "", np.where(is_bounded, ratio_along, math.nan), half_width)
+        # weighted squares of each direction, of one or two components
         squares = np.einsum("in,nij,jn->n", difference, np.linalg.pinv(covariance), difference)
         count = 1.0 + has_x
         columns["p"] = np.minimum(n * _f_test_p(squares / count, count, dof), 1.0)
@@ -831,7 +884,7 @@ class _Contrast:
 def _with_ends(
     name: str, unit: str, value: FloatArray, half_width: FloatArray
 ) -> dict[str, FloatArray]:
-    """Return the columns of a quantity and of the ends of its interval."""
+    """Return the columns of a quantity and of the ends of its interval, ``NAME_lo_UNIT`` and ``NAME_hi_UNIT``."""
     ends = {"": value, "_lo": value - half_width, "_hi": value + half_width}
     return {f"{name}{end}{unit}": numbers for end, numbers in ends.items()}
 
@@ -840,7 +893,10 @@ def _with_ends(
 
 
 def errors_detected(dof: float) -> float:
-    """Return the least difference, in standard errors, that the test on the chosen level detects with the chosen probability."""
+    """Return the least difference, in standard errors, that the test on the chosen level detects with the chosen power.
+
+    `dof`: degrees of freedom of the standard error.
+    """
     one_sided = 2 * _CHOSEN.power - 1
     return float(student_quantile(1 - _CHOSEN.level, dof) + student_quantile(one_sided, dof))
 
@@ -855,7 +911,7 @@ def _f_test_p(ratio: npt.ArrayLike, dof: npt.ArrayLike, dof_below: float) -> Flo
 def _find_noncentrality(
     squares: float, dof: float, scatter_dof: float, probability: float
 ) -> float:
-    """Return the noncentrality with which weighted squares are at most `squares` with this probability; at least 0.
+    """Return the noncentrality with which a sum of squares is at most `squares` with this probability; at least 0.
 
     Squares over their `dof` have a noncentral F distribution with `dof` and `scatter_dof` degrees of freedom.
     """
@@ -863,6 +919,7 @@ def _find_noncentrality(
     from scipy.special import ncfdtr
 
     def excess(noncentrality: float) -> float:
+        """Probability of at most `squares` less the wanted one; it falls with the noncentrality."""
         return float(ncfdtr(dof, scatter_dof, noncentrality, squares / dof)) - probability
 
     if excess(0.0) <= 0:

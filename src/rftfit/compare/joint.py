@@ -1,4 +1,4 @@
-"""One joint model of all plate runs of a medium: finds errors that several runs share.
+"""Finds errors that several runs of a medium share (a gain, a turn, an angle), by one joint model of all plate runs.
 
 The alpha of a run is that of its direction, plus a part in proportion to it by its bed, plus a rest:
 
@@ -6,10 +6,16 @@ The alpha of a run is that of its direction, plus a part in proportion to it by 
 
 s is the size of the medium, m and d mean and departure of the known shape. E has the prior of the map
 (`rftfit.model.maps`), with more freedom where media differ: x against z, pulls and level runs against pushes. T_c is
-the change that a cause makes in the runs that share it: another gain from one run on, a mount that turned, plates that
-are not at their stated angle. Candidates are ranked by their scores. The best few are decided by the likelihood of the
-exact transformation against that of a size that is tolerated. The limit is the quantile of the largest of all scores,
-so one rate of false alarms holds for all causes together.
+the change that a *cause* c makes in the runs that share it: another gain from one run on, a mount that turned, plates
+that are not at their stated angle. The *size of a cause* is how large this error is: a share, or degrees; 0 is none.
+
+`find_causes` fits the model and ranks all possible causes, the candidates, by their *scores*: first estimates of their
+sizes over the errors of these, linear in the size. The best few are decided by the likelihood of the exact
+transformation against that of a size that is tolerated. The limit is the quantile of the largest of all scores, so one
+rate of false alarms holds for all causes together. A cause that is found is removed from the runs, and the search
+begins again.
+
+n is the number of runs, m that of their directions; arrays of shape (2 n,) or (2 m,) have z of all, then x of all.
 
 `docs/theory/checks.md` has the numbers: false alarms, power, and the errors that no data can show.
 """
@@ -35,15 +41,16 @@ from rftfit.model.run_model import Freedom, RunGaussian, Scatter, outer, prior_a
 from rftfit.store.chosen import chosen
 
 ALL, HOLDER, FROM_RUN, WINDOW, TREND = "all", "holder", "from-run", "window", "trend"
-"""Groups of runs that may share a cause, besides the labels of the run sheet."""
+"""Groups of runs that may share a cause, besides those with one label of the run sheet: all runs; plates at plus or minus
+one angle, which one holder holds; runs from one on; runs from one to another; all, by more and more in their order."""
 
 
 class Kind(NamedTuple):
-    """A kind of cause.
+    """A kind of cause, such as a gain.
 
     `tolerated`: size up to which it is no fault. `checked_below`: a cause that is not seen counts as checked where the
-    least size that would be seen is below this; one that is clearly seen is told in any case. `unit`: unit of sizes;
-    empty for a share.
+    least size that would be seen is below this; one that is clearly seen is told in any case. `unit`: unit of sizes,
+    ``deg``; empty for a share.
     """
 
     tolerated: float
@@ -54,7 +61,11 @@ class Kind(NamedTuple):
 _CHOSEN, _RUNS = chosen("compare", "causes"), chosen("compare", "runs")
 
 KINDS = {name: Kind(*numbers) for name, numbers in _CHOSEN.kinds.items()}
-"""Kinds of causes by name: errors that change alpha or the angles of the runs that share them."""
+"""Kinds of causes by name: errors that change alpha or the angles of the runs that share them.
+
+``gain`` of both channels and ``gain-x`` of the one along x, relative; ``turn`` of the mount, deg; ``crosstalk``, share of
+the force along z that is added along x; ``beta-offset``, ``gamma-offset`` and ``holder``, deg that are added to angles;
+``beta-scale``, relative change of beta."""
 
 _FAMILY = {ALL: ALL, HOLDER: "order", FROM_RUN: "order", WINDOW: "order", TREND: "order"}
 """Family of a group of runs: the causes of a family share a limit. All other groups are labels of the run sheet."""
@@ -66,16 +77,18 @@ _REVERSED_GAIN_DIFFERENCE = 2.0
 """Difference of the gains of two parts of the runs, 1 and -1, where one part has the opposite sign."""
 
 _FREEDOM = Freedom(*_RUNS.freedom)
+"""How media differ beyond the known shape: in x, in pulls and in level runs."""
 
 
 @dataclass(frozen=True, eq=False)
 class RunSlopes:
-    """Slopes of n runs.
+    """Slopes of n runs, what the joint model is fitted to.
 
-    `beta_deg`, `gamma_deg`: shape (n,). `alpha`, `se`: shape (2, n), z and x, N/cm^3. `mirrored`: whether the sign of
-    alpha_x was turned, as for an extraction. `order`: number of each run in the order of the campaign. `labels`: the
-    label of each run, or an empty one, by name of the column of the run sheet. `tolerance_deg`: difference of each angle up to which
-    runs are of one direction.
+    `beta_deg`, `gamma_deg`: angles as the runs are filed, shape (n,). `alpha`, `se`: alpha and its standard error by the
+    noise of the logs, z and x, N/cm^3, shape (2, n). `mirrored`: whether a run is filed under its mirror image, with the
+    other sign of alpha_x, as an extraction is; (n,). `order`: number of each run in the order of the campaign, (n,).
+    `labels`: the label of each run, or an empty one, (n,), by name of the column of the run sheet. `tolerance_deg`:
+    difference of each angle up to which runs are of one direction.
     """
 
     beta_deg: FloatArray
@@ -94,17 +107,18 @@ class RunSlopes:
 
     @property
     def side(self) -> FloatArray:
-        """-1 where the sign of alpha_x was turned, else 1."""
+        """-1 where the sign of alpha_x was turned, else 1; shape (n,)."""
         return np.where(self.mirrored, -1.0, 1.0)
 
 
 class Cause(NamedTuple):
-    """An error that some runs may share.
+    """An error that some runs may share, whatever its size.
 
     `group`: how the runs are grouped: by a column of the run sheet, or `ALL`, `HOLDER`, `FROM_RUN`, `WINDOW`, `TREND`.
-    `place`: which runs of the group, by label, angle or numbers. `kind`: one of `KINDS`. `share`: factor of the cause in
-    each run, shape (n,). `effect`: change of alpha by a cause of size 1, shape (2 n,), z first. `reversed_side`: sign of
-    the share of those runs in which a gain has the opposite sign besides; 0 where it has in none.
+    `place`: which runs of the group: a label, the angle of a holder, or the numbers of the first and last run, as texts.
+    `kind`: one of `KINDS`. `share`: factor on the size of the cause in each run, shape (n,): 1/2 in the runs that share
+    it and -1/2 in the others, or 1 and 0. `effect`: change of alpha by a cause of size 1, shape (2 n,), z first.
+    `reversed_side`: where a gain besides has the opposite sign in a part of the runs, the sign of `share` in these; else 0.
     """
 
     group: str
@@ -121,7 +135,10 @@ class Cause(NamedTuple):
 
     @property
     def spread_of_media(self) -> float:
-        """Standard deviation of a cause of all runs over sound media and ordinary mounts; 0 if it has none."""
+        """Standard deviation of a cause of all runs over sound media and ordinary mounts; 0 if it has none.
+
+        The known shape alone shows a turn of all runs, and each medium has its own departure from it.
+        """
         return float(_CHOSEN.of_media.get(self.kind, 0.0)) if self.group == ALL else 0.0
 
     @property
@@ -142,7 +159,7 @@ class Cause(NamedTuple):
         return float((1 - LEAST_GAIN) / np.abs(self.share).max())
 
     def tolerated_part(self, size: float) -> float:
-        """Return the tolerated size that is nearest to a size."""
+        """Return the tolerated size, of either sign, that is nearest to a size."""
         return math.copysign(min(self.distance(size), self.tolerated), size)
 
     def distance(self, size: float) -> float:
@@ -175,13 +192,13 @@ class FoundCause(NamedTuple):
 
 
 class Scan(NamedTuple):
-    """Scores of all k candidates; arrays have shape (k,).
+    """Scores of all k candidates, each alone; arrays have shape (k,).
 
-    `size`, `se`: size and its standard error. `separable`: whether the runs can tell the cause from alpha in their
-    directions. `checked`: whether they would besides show a likely size, so that a score within the limit is evidence
-    against the cause. `mixed_up`: whether its runs have other directions than the rest. `limit`: number of errors
-    beyond the tolerated size from which a candidate is a cause; causes by order share a limit, causes by label another,
-    and each cause of all runs has one for itself.
+    `size`, `se`: first estimate of the size and its standard error. `separable`: whether the runs can tell the cause
+    from alpha in their directions. `checked`: whether they would besides show a likely size, so that a score within the
+    limit is evidence against the cause. `mixed_up`: whether it cannot be told from alpha since its runs have other
+    directions than the rest. `limit`: number of errors beyond the tolerated size from which a candidate is a cause;
+    causes by order share a limit, causes by label another, and each cause of all runs has one for itself.
     """
 
     causes: list[Cause]
@@ -209,7 +226,7 @@ class Scan(NamedTuple):
 
     @property
     def least_seen(self) -> FloatArray:
-        """Least size of each candidate that is found with a probability of 80 %."""
+        """Least size of each candidate that is found with a probability of 80 %, in the unit of its kind."""
         return np.asarray(self.tolerated + (self.limit + _CHOSEN.power_sigmas) * self.error)
 
 
@@ -217,29 +234,39 @@ class Scan(NamedTuple):
 class JointModel:
     """Joint model of n runs in m directions, from which the causes that were found are removed.
 
+    Made of `runs`, it has a first guess; `fit` finds its parameters, `scan` scores the candidates, and `remove` returns
+    another model, without a cause.
+
     Parameters
     ----------
     runs : RunSlopes
         In the model all runs of a direction have its angles, and alpha is moved to them.
     angles_deg : (float, float)
-        Standard deviations of beta and gamma of a run.
+        Standard deviations of beta and gamma of a run, deg.
 
     Attributes
     ----------
     theta : ndarray, shape (4,)
-        Logarithms of the size of the medium, of the factor on the variance of its departure from the known shape, of the
-        spread of beds and of the rest.
+        Logarithms of the size of the medium (N/cm^3), of the factor on the variance of its departure from the known
+        shape, of the spread of beds and of the rest (both relative to alpha).
     weight : ndarray, shape (n,)
         Weight of each run: 1, and less for a run that lies far from the others of its direction.
+    number : ndarray, shape (n,)
+        Number of the direction of each run, from `number_directions`.
     directions, direction_of_run : ndarray, shape (2, m) and (n,)
-        Beta and gamma, deg, and the number of the direction of each run.
+        Beta and gamma of the directions, deg, and the index of the direction of each run among them.
     prior_mean, prior_covariance, local_variance : ndarray, shape (2 m,), (2 m, 2 m), (2 m,)
         Alpha of the directions, z first, for a medium of size 1: mean, covariance of the departure, and variance of the
         departure that repeats of one direction share.
+    mean_around, covariance_around : ndarray, shape (10 m,) and (10 m, 2 m)
+        Prior mean of alpha at five points around each direction, for slopes over the angles: itself, a step up and down
+        in beta, and one up and down in gamma; in the order of components, points, directions. Its covariance with alpha
+        of the directions.
     expected, by_beta, by_gamma : ndarray, shape (2, n)
         Alpha of the direction of each run by prior and data, and its slopes over the angles, per degree.
     transform, log_jacobian : ndarray or None, shape (n, 2, 2), and float
-        Linear transformation of the slopes by which causes were removed, and the logarithm of its Jacobian.
+        Linear transformation of the slopes by which causes were removed (None: none was), and the logarithm of its
+        Jacobian, by which likelihoods of transformed slopes are compared.
     """
 
     runs: RunSlopes
@@ -257,6 +284,7 @@ class JointModel:
         off_deg = angles_deg[0] - beta_deg, angles_deg[1] - gamma_deg
         self.runs = replace(self.runs, beta_deg=beta_deg, gamma_deg=gamma_deg)
         self.locate_runs()
+        # the size of the medium by least squares, but not next to 0 where runs have wrong signs
         count = self.directions.shape[1]
         prior_mean = self.prior_mean.reshape(2, count)
         mean_of_runs = prior_mean[:, self.direction_of_run]
@@ -268,6 +296,7 @@ class JointModel:
             np.median(self.runs.alpha[:, self.direction_of_run == direction], axis=1)
             for direction in range(count)
         ]
+        # slopes over the angles are those of the known shape; alpha is mostly that of the runs
         self._set_expected(size * self.mean_around)
         start = 0.8 * np.stack(medians, axis=1) + 0.2 * size * prior_mean
         self.expected = start[:, self.direction_of_run]
@@ -278,12 +307,7 @@ class JointModel:
     # --- the prior
 
     def locate_runs(self) -> None:
-        """Sort runs into directions, and set the prior there and, for its slopes over the angles, a few degrees away.
-
-        `mean_around`: prior mean of alpha at five points around each direction: itself, a step up and down in beta, and
-        one up and down in gamma; shape (10 m,), in the order of components, points, directions. `covariance_around`: its
-        covariance with alpha of the directions, (10 m, 2 m).
-        """
+        """Sort runs into directions, and set the prior there and, for its slopes over the angles, a few degrees away."""
         self._sort_into_directions()
         beta, gamma = self.directions
         step = _RUNS.difference_deg
@@ -295,7 +319,7 @@ class JointModel:
         self._set_prior(self.mean_around[itself], self.covariance_around[itself])
 
     def _sort_into_directions(self) -> None:
-        """Set `directions` and `direction_of_run`."""
+        """Set `directions` and `direction_of_run` by the angles of the runs, which may have been moved."""
         # runs of one direction agree to six decimals after all were moved by the same angle
         angles_deg = np.round([beta_apart(self.runs.beta_deg, 0.0), self.runs.gamma_deg], 6)
         directions, direction_of_run = np.unique(
@@ -304,13 +328,14 @@ class JointModel:
         self.directions, self.direction_of_run = directions[:2], direction_of_run.ravel()
 
     def _set_prior(self, mean: FloatArray, covariance: FloatArray) -> None:
-        """Set the prior of alpha in the directions, for a medium of size 1."""
+        """Set the prior of alpha in the directions, for a medium of size 1; `mean`: (2 m,), `covariance`: (2 m, 2 m)."""
         self.prior_mean = mean
         self.prior_covariance = covariance + 1e-8 * np.eye(mean.size)
         self.local_variance = _local_variance(mean, np.bincount(self.direction_of_run))
 
     def _set_expected(self, alpha_around: FloatArray) -> None:
-        """Set alpha of the directions and its slopes over the angles; `alpha_around`: alpha as in `mean_around`."""
+        """Set alpha of each run's direction and its slopes over the angles; `alpha_around`: alpha as in `mean_around`."""
+        # shape (2, 5, n)
         points = alpha_around.reshape(2, 5, -1)[:, :, self.direction_of_run]
         itself, beta_above, beta_below, gamma_above, gamma_below = points.swapaxes(0, 1)
         self.expected = itself
@@ -320,9 +345,10 @@ class JointModel:
     # --- the likelihood
 
     def _scatter(self, theta: FloatArray, weight: FloatArray | None = None) -> FloatArray:
-        """Return the covariance of alpha of each run about that of its direction, shape (n, 2, 2).
+        """Return the covariance of alpha of each run about that of its direction, shape (n, 2, 2), (N/cm^3)^2.
 
-        `theta`: see the class. `weight`: of each run; default: that of the model.
+        By its bed, the rest, the noise of its log and its angles. `theta`: see the class. `weight`: of each run, which
+        divides the covariance; default: that of the model.
         """
         scatter_of_runs = Scatter(math.exp(theta[2]), math.exp(theta[3]), _RUNS.weak, _RUNS.floor)
         scatter = scatter_of_runs.covariance(self.expected, self.runs.se)
@@ -340,7 +366,7 @@ class JointModel:
         return RunGaussian(self._scatter(theta), self.direction_of_run, shared)
 
     def _mean(self, theta: FloatArray) -> FloatArray:
-        """Return the prior mean of the runs, shape (2 n,)."""
+        """Return the prior mean of alpha of the runs, N/cm^3, shape (2 n,)."""
         of_runs = self.prior_mean.reshape(2, -1)[:, self.direction_of_run]
         return math.exp(theta[0]) * of_runs.ravel()
 
@@ -349,7 +375,11 @@ class JointModel:
         return self.runs.alpha.ravel() - self._mean(theta)
 
     def cost(self, theta: FloatArray) -> float:
-        """Return the negative logarithm of likelihood times prior of `theta`; infinite without a covariance."""
+        """Return the negative logarithm of likelihood times prior of `theta`, up to a constant; what `fit` minimises.
+
+        Infinite where no covariance can be inverted. The prior of the factor on the departure is inverse gamma, as that
+        of a variance; the logarithms of both scatters are normal about usual ones.
+        """
         residual = self._residual(theta)
         try:
             gaussian = self._gaussian(theta)
@@ -368,7 +398,8 @@ class JointModel:
     def fit(self, rounds: int = 3, evaluations: int = 90, step: float = 1.0) -> None:
         """Find size, departure and scatter, in `theta`, and from them weights of runs and alpha of the directions.
 
-        `evaluations`: most evaluations of the cost in the first round. `step`: factor of its first steps.
+        Each depends on the others, so they are found in rounds. `evaluations`: most evaluations of the cost in the first
+        round. `step`: factor of its first steps.
         """
         for round_number in range(rounds):
             # later rounds follow the changes of the weights, which are small
@@ -378,7 +409,7 @@ class JointModel:
             self.update()
 
     def update(self) -> None:
-        """Set alpha of the directions by the data, and weights by the distance of each run from all others."""
+        """Set alpha of the directions by the data, at the present `theta`, and the weights of the runs."""
         gaussian = self._gaussian(self.theta)
         sums = gaussian.sum_by_direction(gaussian.solve(self._residual(self.theta)))[:, 0]
         departure = math.exp(self.theta[1]) * (self.covariance_around @ sums)
@@ -389,10 +420,14 @@ class JointModel:
         self.update_weights()
 
     def update_weights(self) -> None:
-        """Set the weight of each run by its distance from alpha by all others (Student's t): far runs count little."""
+        """Set the weight of each run by its distance from alpha by all others (Student's t): far runs count little.
+
+        So a single wrong run neither makes a cause nor hides one.
+        """
         residual = self._residual(self.theta).reshape(2, -1)
         predicted, covariance = self._gaussian(self.theta).leave_out(residual)
         off = residual - predicted
+        # of the prediction by all others, and of the run itself with its full weight
         covariance = covariance + self._scatter(self.theta, np.ones(self.runs.size))
         distance = np.einsum("in,nij,jn->n", off, np.linalg.inv(covariance), off)
         self.weight = np.clip((_RUNS.t_dof + 2) / (_RUNS.t_dof + distance), 0.02, 1.0)
@@ -400,7 +435,7 @@ class JointModel:
     # --- causes
 
     def _shares(self) -> Iterator[tuple[str, str, FloatArray]]:
-        """Yield sets of runs by the order and by the labels of the sheet: group and place of `Cause`, and share of each run.
+        """Yield the sets of runs by the order and by the labels of the sheet: `group`, `place` and `share` of `Cause`.
 
         The share is 1/2 in the runs of the set and -1/2 in the others, so that a cause leaves the size of the medium
         alone; it grows from the one to the other in a trend.
@@ -429,7 +464,7 @@ class JointModel:
                     yield column, str(label), (labels == label) - 0.5
 
     def causes(self) -> list[Cause]:
-        """List all candidates."""
+        """List all candidates: each kind that makes sense in each set of runs, with its effect at the present alpha."""
         alpha, side, runs = self.expected, self.runs.side, self.runs
         # change of alpha by a turn of the mount by 1 degree
         turned = math.radians(1) * side * np.stack([alpha[1], -alpha[0]])
@@ -438,6 +473,7 @@ class JointModel:
         candidates: list[Cause] = []
 
         def add(group: str, place: str, kind: str, share: FloatArray, effect: FloatArray) -> None:
+            """Add a candidate; `effect`: of shape (2, n)."""
             candidates.append(Cause(group, place, kind, share, effect.ravel()))
 
         for group, place, share in self._shares():
@@ -465,9 +501,13 @@ class JointModel:
         return candidates
 
     def remove(self, cause: Cause, size: float) -> JointModel:
-        """Return the model of the runs as they would be without a cause of this size."""
+        """Return the model of the runs as they would be without a cause of this size: the inverse of T_c.
+
+        Gains, turns and crosstalk transform alpha of each run, linearly; the other kinds move its angles.
+        """
         runs, share, side = self.runs, cause.share, self.runs.side
         beta, gamma = runs.beta_deg, runs.gamma_deg
+        # of z and x, for each run
         transform = np.tile(np.eye(2), (runs.size, 1, 1))
         log_jacobian = 0.0
         if cause.is_gain:
@@ -506,7 +546,10 @@ class JointModel:
         return model
 
     def scan(self) -> Scan:
-        """Score all candidates, and find the limit that the largest score of sound runs hardly exceeds."""
+        """Score all candidates, and find the limit that the largest score of sound runs hardly exceeds.
+
+        The scores of a family are correlated normal numbers, so the limit of the largest comes from their correlation.
+        """
         causes = self.causes()
         from scipy.special import ndtri
 
@@ -514,6 +557,7 @@ class JointModel:
         scores, information = self._gaussian(self.theta).score(
             self._residual(self.theta), self._mean(self.theta), effects
         )
+        # of each candidate without the others: its size is score over information
         precision = np.maximum(np.diag(information), 1e-12)
         size = scores / precision
         wider = np.array([_CHOSEN.wider.get(cause.kind, 1.0) for cause in causes])
@@ -526,6 +570,7 @@ class JointModel:
         limit = np.array(
             [limit_of_one if cause.spread_of_media else _CHOSEN.limit_of_all for cause in causes]
         )
+        # of the scatter of the runs: repeats show it, and so does the known shape
         dof = max(self.runs.size - self.directions.shape[1], self.runs.size / 2, 8.0)
         for family in ("order", "labels"):
             members = is_seen & (families == family)
@@ -541,18 +586,23 @@ class JointModel:
         return scan._replace(checked=separable & (scan.least_seen < checked_below))
 
     def _error_with_exact_shape(self, effects: FloatArray) -> FloatArray:
-        """Return the standard errors that causes would have if no medium departed from the known shape.
+        """Return the standard errors that causes would have if no medium departed from the known shape, shape (k,).
 
+        Where they are much smaller than the true ones, a cause is mixed up with alpha of the directions of its runs.
         `effects`: `Cause.effect` of k causes, shape (2 n, k).
         """
         theta = self.theta.copy()
+        # next to no departure
         theta[1] = math.log(1e-4)
         mean = self._mean(theta)
         _, information = self._gaussian(theta).score(mean, mean, effects)
         return 1 / np.sqrt(np.maximum(np.diag(information), 1e-12))
 
     def errors_at(self, cause: Cause, size: float) -> float:
-        """Return by how many errors a size of a cause exceeds the tolerated one, at the scatter of the model."""
+        """Return by how many errors a size of a cause exceeds the tolerated one, at the scatter of the model.
+
+        By the exact transformation, as `fit_cause`, but without a fit: a fast test whether this is worth while.
+        """
         tolerated, whole = (
             self.remove(cause, removed).cost(self.theta)
             for removed in (cause.tolerated_part(size), size)
@@ -563,7 +613,7 @@ class JointModel:
         """Find the best size of a cause, the errors by which it exceeds the tolerated size, and the model without it.
 
         The scatter is fitted both with the best and with the tolerated size, so a cause cannot win by making errors
-        small. `size`, `se`: first estimate and its standard error.
+        small. `size`, `se`: first estimate and its standard error. Returns the three in this order.
         """
         # the first estimate is linear, and may state a gain below 0
         size = math.copysign(min(abs(size), 0.7 * cause.largest), size)
@@ -575,11 +625,13 @@ class JointModel:
         model = copy(self)
 
         def cost(theta_and_size: FloatArray) -> float:
+            """Cost of `theta` and a size of the cause, shape (5,), infinite beyond the largest size."""
             if abs(theta_and_size[4]) > cause.largest:
                 return math.inf
             return model.remove(cause, theta_and_size[4]).cost(theta_and_size[:4])
 
         def without_cause(theta_and_size: FloatArray) -> JointModel:
+            """Model of the runs without the cause of this size, at this `theta`."""
             without = model.remove(cause, theta_and_size[4])
             without.theta = theta_and_size[:4]
             return without
@@ -600,7 +652,7 @@ class JointModel:
 
 
 def least_step(size: int) -> int:
-    """Return the fewest of `size` runs on either side of a step, and in a window of the order."""
+    """Return the fewest of `size` runs on either side of a step, and in a window of the order: fewer tell nothing."""
     return max(int(_CHOSEN.step_runs), int(_CHOSEN.step_share * size))
 
 
@@ -611,7 +663,11 @@ def list_untold(runs: int) -> list[str]:
 
 
 def find_causes(model: JointModel) -> tuple[list[FoundCause], Scan]:
-    """Find the causes that runs share, the clearest first, and the scores of all candidates after these are removed."""
+    """Find the causes that runs share, the clearest first, and the scores of all candidates after these are removed.
+
+    One cause is removed at a time, as it also raises the scores of others that it resembles. `model`: as made, not
+    fitted; this function fits it.
+    """
     model.fit()
     scan = model.scan()
     causes_found: list[FoundCause] = []
@@ -629,6 +685,7 @@ def find_causes(model: JointModel) -> tuple[list[FoundCause], Scan]:
         scan_without = without.scan()
         se = _error_in(scan_without, trial.cause)
         error = math.hypot(se, trial.cause.spread_of_media)
+        # least size that is clear, by the errors without the cause
         clear_from = trial.cause.tolerated + trial.limit * error
         is_clear = trial.cause.distance(trial.size) > clear_from
         likely_is_seen = (
@@ -658,6 +715,7 @@ def _inseparable_from(best: _Trial, trials: list[_Trial], scan: Scan) -> tuple[C
 
     Causes of all runs are seen by the known shape alone, from which each medium departs in its own way. So
     for such a cause others with a score near its score count, too, though a sound medium might have their size.
+    `trials`: all candidates that were decided. `scan`: scores from which these were chosen.
     """
     inseparable = {
         trial.cause.name: trial.cause
@@ -682,11 +740,11 @@ def _inseparable_from(best: _Trial, trials: list[_Trial], scan: Scan) -> tuple[C
 
 
 class _Trial(NamedTuple):
-    """A candidate that the exact transformation decides.
+    """A candidate that the exact transformation has decided.
 
-    `errors_beyond`: number of errors by which its size exceeds the tolerated one. `errors_by_runs`: the same by errors
-    without the spread over sound media. `limit`: of `errors_beyond`, see `Scan`; larger where only an unlikely size would
-    be seen. `model`: the model without the cause.
+    `size`: its best size. `errors_beyond`: number of errors by which this exceeds the tolerated one. `errors_by_runs`:
+    the same by errors without the spread over sound media. `limit`: of `errors_beyond`, see `Scan`; larger where only
+    an unlikely size would be seen. `model`: the model without the cause.
     """
 
     cause: Cause
@@ -698,7 +756,10 @@ class _Trial(NamedTuple):
 
 
 def _try_candidates(model: JointModel, scan: Scan) -> list[_Trial]:
-    """Decide the candidates with the largest scores, one for each kind and group."""
+    """Decide the candidates with the largest scores, one for each kind and group.
+
+    The exact transformation takes long, so only candidates that may be the clearest cause are tried.
+    """
     scores = np.where(scan.separable, np.abs(scan.size) / scan.se, 0.0)
     beyond = scan.errors_beyond
     has_spread = np.array([cause.spread_of_media > 0 for cause in scan.causes])
@@ -735,10 +796,11 @@ def _try_candidates(model: JointModel, scan: Scan) -> list[_Trial]:
 def _try_candidate(
     model: JointModel, cause: Cause, first_size: float, se: float, limit: float
 ) -> _Trial:
-    """Decide one candidate; `first_size`, `se`: first estimate and its standard error. `limit`: see `Scan`."""
+    """Decide one candidate; `first_size`, `se`: first estimate of its size and standard error. `limit`: see `_Trial`."""
     size, errors_beyond, without = model.fit_cause(cause, first_size, se)
     by_runs = errors_beyond / _CHOSEN.wider.get(cause.kind, 1.0)
     distance = cause.distance(size)
+    # 0 for a size that is no fault
     by_runs *= distance > cause.tolerated
     # the error by the runs is size / by_runs; the spread over sound media is added in squares
     beyond_spread = by_runs / math.hypot(1.0, cause.spread_of_media * by_runs / (distance or 1.0))
@@ -746,8 +808,12 @@ def _try_candidate(
 
 
 def _limit_of_largest(correlation: FloatArray, rate: float) -> float:
-    """Return the limit that the largest of k standard normal scores with this correlation, (k, k), exceeds at a rate."""
+    """Return the limit that the largest of k standard normal scores with this correlation, (k, k), exceeds at a rate.
+
+    By 8000 draws, with a fixed seed, of normal numbers with this correlation.
+    """
     values, vectors = np.linalg.eigh((correlation + correlation.T) / 2)
+    # a root of the correlation, with rows of length 1: rows times independent normals are the scores
     rows = (vectors * np.sqrt(np.maximum(values, 0)))[:, values > 1e-6]
     rows /= np.sqrt((rows**2).sum(axis=1))[:, None]
     normals = np.random.default_rng(1).standard_normal((8000, rows.shape[1]))
@@ -761,7 +827,10 @@ def _minimise(
     most: int,
     tolerance: float = 0.02,
 ) -> FloatArray:
-    """Minimise a cost by Nelder-Mead; `step`: size of the first simplex, `most`: most evaluations."""
+    """Minimise a cost by Nelder-Mead; returns the best parameters, of the shape of `start`.
+
+    `step`: size of the first simplex along each parameter. `most`: most evaluations. `tolerance`: of the parameters.
+    """
     from scipy.optimize import minimize
 
     simplex = np.vstack([start, start + np.diag(step)])

@@ -1,4 +1,4 @@
-"""Error of angle theta that all legs share, from the angles at which their forces begin.
+"""Error of the angle theta of legs, which all share, from the angles at which their forces begin.
 
 A leg touches the surface at an angle that only its outline and the height of its axle decide. The prediction of the
 force after that depends on the model, which misplaces peaks by up to 15 degrees, to one side for a leg that is curved
@@ -23,6 +23,8 @@ _CHOSEN = chosen("compare", "leg_angle")
 
 def offset_of_curve(measured: pd.DataFrame, predicted: pd.DataFrame) -> float:
     """Return the angle by which the first part of a measured curve lies behind its prediction, whatever the size of the force.
+
+    The prediction is moved along theta, and multiplied by a gain, until it fits the first part best.
 
     Parameters
     ----------
@@ -67,7 +69,10 @@ def offset_of_curve(measured: pd.DataFrame, predicted: pd.DataFrame) -> float:
 
 
 def _curve(table: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
-    """Return theta, deg, (n,), and force z and x, N, (2, n), of the rows that have all numbers, by increasing theta."""
+    """Return theta, deg, (n,), and force z and x, N, (2, n), of the rows that have all numbers, by increasing theta.
+
+    `table`: as `measured` of `offset_of_curve`.
+    """
     names = ["theta_deg", "force_z_N", "force_x_N"]
     theta, *force = table[names].dropna().sort_values("theta_deg").to_numpy(float).T
     return theta, np.stack(force)
@@ -75,6 +80,9 @@ def _curve(table: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
 
 def common_offset(offsets_deg: Mapping[tuple[str, str], float]) -> tuple[float, float, float]:
     """Combine the offsets of single curves. Legs of one shape share an error, and so do all legs in one medium.
+
+    These errors are the model's, not the logs', so five curves of one leg say less than one curve of each of five legs.
+    The mean is weighted by the inverse of the covariance of the offsets.
 
     Parameters
     ----------

@@ -1,4 +1,11 @@
-"""Predicted beside measured forces on legs: curves, peaks and errors over theta."""
+"""Predicted beside measured forces on legs: curves over theta, peaks, and their errors (`leg_errors.csv`).
+
+A *curve* is a table of the force on one leg in one medium, a row a pose: ``theta_deg``, the leg angle, with
+``force_z_N`` (lift) and ``force_x_N`` (thrust, or drag below 0); a predicted one (`PREDICTED_COLUMNS`) is by one profile
+of the medium and also has intervals. A *component* is ``z`` or ``x``. The peak of z is the largest lift, that of x the
+largest force of either sign. `model_error` is the relative error of the force model for the intervals; None: the usual
+one, or that of the campaign's legs if it is larger.
+"""
 
 from __future__ import annotations
 
@@ -58,11 +65,12 @@ PREDICTED_COLUMNS = [
     "moment_N_cm",
     *REASON,
 ]
+"""Columns of predicted curves: the force with its interval of alpha, with the model's own error, and of the next bed."""
 WITHIN_PERCENT = 33.0
 """Largest error of a peak with the verdict `WITHIN`: the paper states it for all its legs and media."""
 
 WITHIN, OFF, FAR_OFF, NOT_TESTED = "within", "off", "far-off", "not-tested"
-"""Verdicts on the model, the mildest first."""
+"""Verdicts on the model by one peak, the mildest first: `judge`."""
 
 COLUMNS = columns_of("leg_errors.csv")
 _CHOSEN = chosen("compare", "legs")
@@ -101,8 +109,8 @@ def leg_prediction(
 ) -> tuple[pd.DataFrame, dict[str, PeakEnds]]:
     """Predict the force on a turning leg against theta, one row per degree, with the intervals of the profile.
 
-    The intervals include the error of the leg's shape. Returned with the peak of each component, where the profile has
-    draws: the top of the curve and its interval.
+    The intervals include the error of the leg's shape. Returned with the peak of each component, by component: the top
+    of the curve and its interval. There is no peak where the profile has no draws, or the curve has holes.
     """
     level = config.fit.confidence
     # moments are not measured
@@ -116,6 +124,7 @@ def leg_prediction(
     )
     quantile = float(student_quantile(level, GIVEN_DOF))
     force = {c: curves[name].to_numpy(float) for c, name in FORCES.items()}
+    # by error, then by component
     changes = shape_errors(profile, leg, config, force)
     # half width of the interval by the leg's shape; a leg that is moved a little may reach cells
     # that are missing
@@ -133,6 +142,7 @@ def leg_prediction(
     peaks: dict[str, PeakEnds] = {}
     for c in COMPONENTS:
         pose = extreme(force[c], c)
+        # of the peaks of x only that of the sign of the larger force counts
         name = "lift" if c == "z" else "thrust" if force[c][pose] > 0 else "drag"
         for top in (peak for peak in tops if peak.name == name):
             of_alpha, of_model = (
@@ -146,9 +156,9 @@ def leg_prediction(
 def error_of_legs(media: Sequence[Medium]) -> float:
     """Return the model's own error on the measured legs of laboratory media; NaN where none was measured.
 
-    The error is measured less predicted force over the load without cancellation, root mean square over poses with
-    load, by the measured table, or by the map where the table has holes. It includes errors of alpha and of the
-    readings.
+    The error is measured less predicted force over the load without cancellation (`rftfit.forces.model_error`), root
+    mean square over poses with load and both components, by the measured table, or by the map where the table has
+    holes. It includes errors of alpha and of the readings.
     """
     relative_errors = [np.zeros(0)]
     for medium in media:
@@ -168,6 +178,7 @@ def error_of_legs(media: Sequence[Medium]) -> float:
             outline = leg_outline(leg)
             whole = outline_load(profile, outline, motion.poses, with_centre=False)
             load = whole.interpolate(0, theta.size)
+            # N; NaN in the air
             size = np.where(load.loaded > 0, load.size[0], np.nan)
             for c, predicted in _force_on(profile, outline, motion).items():
                 relative_errors.append((curve[FORCES[c]].to_numpy(float) - predicted) / size)
@@ -177,7 +188,7 @@ def error_of_legs(media: Sequence[Medium]) -> float:
 
 
 def _force_on(profile: Profile, outline: Outline, motion: Motion) -> dict[str, FloatArray]:
-    """Return the force on a leg in each pose of a motion, N, by component."""
+    """Return the force on a leg in each of the p poses of a motion, N, shape (p,), by component."""
     forces = forces_on(profile, outline, motion.poses)
     return {"z": forces.force_z_N, "x": forces.force_x_N}
 
@@ -192,7 +203,7 @@ def _why_withheld(peak: Peak) -> tuple[Remark, ...]:
 
 
 def _rotation_of_leg(leg: Leg, arm: Arm, hip_cm: float = 0.0) -> Motion:
-    """Return the rotation of a leg, with its hip `hip_cm` above the stated height."""
+    """Return the whole rotation of a leg, a pose a degree, with its hip `hip_cm` above the stated height."""
     return rotation(None, leg.hip_height_cm + hip_cm, arm.leg_speed_rad_per_s)
 
 
@@ -202,7 +213,7 @@ def shape_errors(
     """Calculate the change of the force against theta, N, by one standard deviation of hip height and of arc.
 
     `best`: force on the leg as stated, by component. The error of the height includes that of the surface, which is the
-    same as for plates.
+    same as for plates. Returned by error, ``hip`` or ``arc``, then by component; 0 for the arc of a leg that is no arc.
     """
     errors, arc = config.errors, arc_of(leg)
     # in cm
@@ -220,8 +231,8 @@ def shape_errors(
 class _LegPeak(NamedTuple):
     """The peak of a component of the force on a leg: the leg, its pose at the peak, and errors of the peak.
 
-    `pose`: shape (1, ...). `flagged_percent`: part of the peak from flagged cells. `shape_errors`: change of the peak by
-    errors of the leg's shape, N.
+    `pose`: row of `Motion.poses`, shape (1, 6). `flagged_percent`: part of the peak from flagged cells. `shape_errors`:
+    change of the peak by one standard deviation of each error of the leg's shape, N.
     """
 
     outline: Outline
@@ -231,35 +242,18 @@ class _LegPeak(NamedTuple):
 
 
 def errors_of_peaks(medium: Medium) -> dict[tuple[str, str], tuple[str, float]]:
-    """Split the peak of each leg by the measured table, by leg and component.
+    """Split the peak of each leg by the measured table, by leg and component: what its error is made of.
 
-    Returns the share of each error in the variance of the peak, and the part of the peak, percent, from flagged cells.
+    Returns the share of each error in the variance of the peak, as text, and the part of the peak, percent, from flagged
+    cells. Empty where alpha has no errors, and for a natural sand, which has no table of many directions.
     """
     config, table = medium.results.config, medium.alpha
     if medium.name not in medium.results.laboratory or not errors_known(table):
         return {}
-    profile = medium.profile("table", draws=False)
-    alpha = np.where(flagged(table), 0.0, alpha_columns(table))
-    without_flagged = TableProfile(alpha[0], alpha[1], *directions(table))
-    peaks: dict[tuple[str, str], _LegPeak] = {}
-    for name, leg in config.legs.items():
-        outline, motion = leg_outline(leg), _rotation_of_leg(leg, config.arm)
-        force = _force_on(profile, outline, motion)
-        if not np.isfinite(force["z"]).all():
-            continue
-        sound_force = _force_on(without_flagged, outline, motion)
-        changes = shape_errors(profile, leg, config, force)
-        for c in COMPONENTS:
-            pose = extreme(force[c], c)
-            peaks[name, c] = _LegPeak(
-                outline,
-                motion.poses[[pose]],
-                100 * (1 - float(sound_force[c][pose] / force[c][pose])),
-                {error: float(change[c][pose]) for error, change in changes.items()},
-            )
+    peaks = _find_leg_peaks(medium, table)
 
     def forces_at_peaks(alpha: tuple[FloatArray, FloatArray]) -> FloatArray:
-        """Forces at all peaks by each of many alpha, shape (peaks, many)."""
+        """Forces at all peaks, N, by each of many draws of alpha, shape (peaks, many)."""
         many = TableProfile(*alpha, *directions(table))
         drawn = [
             getattr(force_draws(many, peak.outline, peak.pose), FORCES[c])[:, 0]
@@ -278,10 +272,34 @@ def errors_of_peaks(medium: Medium) -> dict[tuple[str, str], tuple[str, float]]:
     return peak_errors
 
 
+def _find_leg_peaks(medium: Medium, table: pd.DataFrame) -> dict[tuple[str, str], _LegPeak]:
+    """Find the peaks of all legs by the measured table of a medium, by leg and component; none where it has holes."""
+    config, profile = medium.results.config, medium.profile("table", draws=False)
+    alpha = np.where(flagged(table), 0.0, alpha_columns(table))
+    without_flagged = TableProfile(alpha[0], alpha[1], *directions(table))
+    peaks: dict[tuple[str, str], _LegPeak] = {}
+    for name, leg in config.legs.items():
+        outline, motion = leg_outline(leg), _rotation_of_leg(leg, config.arm)
+        force = _force_on(profile, outline, motion)
+        if not np.isfinite(force["z"]).all():
+            continue
+        sound_force = _force_on(without_flagged, outline, motion)
+        changes = shape_errors(profile, leg, config, force)
+        for c in COMPONENTS:
+            pose = extreme(force[c], c)
+            peaks[name, c] = _LegPeak(
+                outline,
+                motion.poses[[pose]],
+                100 * (1 - float(sound_force[c][pose] / force[c][pose])),
+                {error: float(change[c][pose]) for error, change in changes.items()},
+            )
+    return peaks
+
+
 def predicted_curves(
     medium: Medium, model_error: float | None = None
 ) -> tuple[pd.DataFrame, Peaks]:
-    """Predict the force on all legs in one medium by every profile of the medium, and the peaks.
+    """Predict the force on all legs in one medium by every profile of the medium; returns the curves and the peaks.
 
     A natural sand has the map and the generic profile, and none where its penetration test has no number;
     the penetration table says why. A medium without a nine-term fit has no profile that needs one.
@@ -324,14 +342,14 @@ class MeasuredPeak:
 
 
 def extreme(force: FloatArray, component: str) -> int:
-    """Find the pose of the largest lift (component ``z``), or horizontal force (``x``) of either sign."""
+    """Find the pose, its index in `force`, of the largest lift (``z``), or horizontal force (``x``) of either sign."""
     return int(np.argmax(force if component == "z" else np.abs(force)))
 
 
 def measured_peak(theta_deg: FloatArray, force_N: FloatArray, component: str) -> MeasuredPeak:
     """Fit a parabola around the highest reading and take its highest point: the reading is too high by its noise.
 
-    Readings are in order, one a degree. Where fewer than 6 lie around the highest one, this is the peak.
+    Readings are in order, one a degree, shape (n,). Where fewer than 6 lie around the highest one, this is the peak.
     """
     highest = extreme(force_N, component)
     window = _CHOSEN.smooth
@@ -339,6 +357,7 @@ def measured_peak(theta_deg: FloatArray, force_N: FloatArray, component: str) ->
         # where the curve is highest, not where the noise is
         smooth = np.convolve(force_N, np.full(window, 1 / window), mode="valid")
         highest = extreme(smooth, component) + window // 2
+    # angles from the centre of the parabola at which its top is looked for
     fine_deg = np.linspace(-_CHOSEN.half_width_deg, _CHOSEN.half_width_deg, 101)
     for _ in range(2):
         # a second time, around the peak of the first parabola, where this peak lies near its end
@@ -350,6 +369,7 @@ def measured_peak(theta_deg: FloatArray, force_N: FloatArray, component: str) ->
         # least squares: coefficients of the parabola by the readings
         coefficients_by_reading = np.linalg.pinv(np.vander(offset_deg, 3))
         inside_deg = fine_deg[(fine_deg >= offset_deg.min()) & (fine_deg <= offset_deg.max())]
+        # the parabola at each of these angles is a sum of the readings with these weights
         weights = np.vander(inside_deg, 3) @ coefficients_by_reading
         parabola = weights @ force_N[is_near]
         top = extreme(parabola, component)
@@ -362,15 +382,16 @@ def measured_peak(theta_deg: FloatArray, force_N: FloatArray, component: str) ->
 
 
 def _long_run_variance(force: FloatArray) -> float:
-    """Estimate the variance of readings, including the correlation of neighbours, from third differences of means.
+    """Estimate the variance of readings, N^2, including the correlation of neighbours, from third differences of means.
 
-    Means of three readings are hardly correlated, a leg's curve is smooth over four of them, and the median ignores
+    NaN for a curve that is too short. A sum of correlated readings has a larger error than of independent ones. Means of three readings are hardly correlated, a leg's curve is smooth over four of them, and the median ignores
     the corners of the curve.
     """
     block = 3
     count = force.size // block
     if count < 2 * _CHOSEN.fewest_readings:
         return math.nan
+    # means of neighbouring blocks that do not overlap, from each of the three readings at which the first can start
     means = np.convolve(force, np.full(block, 1 / block), mode="valid")
     third = np.concatenate([np.diff(means[start::block], 3) for start in range(block)])
     # the squares of the weights 1, 3, 3, 1 add up to 20
@@ -378,7 +399,7 @@ def _long_run_variance(force: FloatArray) -> float:
 
 
 _NOTHING: Mapping[Any, Any] = {}
-"""Default of parameters of `leg_errors` of which nothing is known."""
+"""Default of parameters of `leg_errors` of which nothing is known: no spread, no peak by draws, no flag."""
 
 
 def leg_errors(
@@ -391,13 +412,17 @@ def leg_errors(
     error_by_legs: float = math.nan,
     flags: Mapping[str, Flags] = _NOTHING,
 ) -> pd.DataFrame:
-    """Compare every predicted curve with its measured one, over the theta that both have.
+    """Compare every predicted curve with its measured one, over the theta that both have: the table `leg_errors.csv`.
 
     A predicted curve without a measured one has a reason instead of numbers, and a curve that stopped
     early near its highest point has no peak. The interval of the peak error includes the errors of alpha,
     of the leg's readings, of their zero and of the parabola through its peak, and the spread of
-    beds, because a leg is measured in one bed. `bed_spread`, `flags`: by medium. `behind`: from `errors_of_peaks`, by
-    medium, leg and component. `peaks`: from `predicted_curves`. `error_by_legs`: from `error_of_legs`.
+    beds, because a leg is measured in one bed.
+
+    `measured`, `predicted`: curves of all legs and media, with columns `medium` and `leg`, a predicted one also
+    `profile`. `bed_spread`: relative, by medium. `confidence`: level of the intervals. `behind`: from `errors_of_peaks`,
+    by medium, leg and component. `peaks`: from `predicted_curves`; without, the highest pose is the peak.
+    `error_by_legs`: from `error_of_legs`. `flags`: of the runs, by medium.
     """
     errors_of_model = {
         "model_error": larger_model_error(error_by_legs),
@@ -443,7 +468,8 @@ def _errors_of_theta(
 ) -> dict[str, Any]:
     """Return the columns of `errors` on theta: its offset in each curve, by the curve's beginning, and its common error.
 
-    `curves`: measured curves by medium and leg. `predicted`: curves of all profiles, of which the map's are compared.
+    Theta is that of the logs: an error shifts all curves. `errors`: rows of `leg_errors`. `curves`: measured curves by
+    medium and leg. `predicted`: curves of all profiles, of which the map's are compared.
     """
     by_map = dict(iter(predicted[predicted["profile"] == "map"].groupby(["medium", "leg"])))
     offsets = {
@@ -485,8 +511,9 @@ def _compare_component(
 ) -> tuple[dict[str, float], list[Remark]]:
     """Compare one component of a predicted curve with the measured one; returns columns of `leg_errors` and remarks.
 
-    `both`: predicted and measured rows of the same theta, None without a measured curve. `bed_spread`: relative.
-    `peak_by_draws`: peak of the whole predicted curve by its draws.
+    The remarks say why columns are missing. `both`: predicted and measured rows of the same theta, the measured force
+    with the ending ``_measured``; None without a measured curve. `bed_spread`: relative. `peak_by_draws`: peak of the
+    whole predicted curve by its draws; None: the highest pose of the curve is the peak.
     """
     if both is None:
         return {}, [remark("not-measured")]
@@ -524,7 +551,7 @@ def _peak_errors(
     confidence: float,
     peak_by_draws: PeakEnds | None,
 ) -> dict[str, float]:
-    """Return the columns of `leg_errors` on the peak; see `_compare_component`."""
+    """Return the columns of `leg_errors` on the peak, and their intervals; parameters as in `_compare_component`."""
     theta, predicted, measured = _curves(both, component)
     pose = extreme(predicted, component)
     predicted_peak, measured_top = float(predicted[pose]), measured_peak(theta, measured, component)
@@ -576,7 +603,7 @@ def judge(numbers: Mapping[str, float]) -> str:
 
 
 def worst_peak(errors: pd.DataFrame, medium: str, profile: str) -> dict[Any, Any] | None:
-    """Find the row of `leg_errors` that decides the verdict on a profile; None where no leg was measured."""
+    """Find the row of `leg_errors` with the worst peak of a profile in a medium; None where no leg was measured."""
     is_tested = errors["verdict"] != NOT_TESTED
     tested = errors[is_tested & (errors["medium"] == medium) & (errors["profile"] == profile)]
     # by verdict, then by size
@@ -589,7 +616,7 @@ def worst_peak(errors: pd.DataFrame, medium: str, profile: str) -> dict[Any, Any
 
 
 def _curves(both: pd.DataFrame, component: str) -> list[FloatArray]:
-    """Return theta, deg, with predicted and measured force, N."""
+    """Return theta, deg, with predicted and measured force, N, each of shape (n,); `both`: as in `_compare_component`."""
     names = ("theta_deg", f"force_{component}_N", f"force_{component}_N_measured")
     return [both[name].to_numpy(float) for name in names]
 
@@ -605,7 +632,7 @@ def _error_interval(
 ) -> Ends:
     """Return the interval of 100 (predicted / measured - 1), where the errors of both are independent.
 
-    `ends`: interval of `predicted`, N. `se`: standard error of `measured`, N.
+    `ends`: interval of `predicted`, N. `se`: standard error of `measured`, N. NaN where either peak is 0.
     """
     if not measured or not predicted:
         return math.nan, math.nan

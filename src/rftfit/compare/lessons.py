@@ -1,6 +1,8 @@
 """Tests of predictions on measured legs: by plates alone, with another leg, and with the same leg in other media.
 
-A *lesson* is a source of the prediction of a leg. Each lesson predicts each measured leg, which it has not used.
+A *lesson* is what a prediction of a leg is learned from. Each lesson predicts each measured leg, which it has not used;
+the result is `contacts.csv`. A `Contact` is a leg with its motion and the forces that were measured on it, a *pose* one
+of its positions; a component is ``z`` or ``x``.
 """
 
 from __future__ import annotations
@@ -30,7 +32,7 @@ if TYPE_CHECKING:
     from rftfit.results import Results
 
 PLATES, OTHER_LEG, ELSEWHERE = "plates", "other-leg", "same-leg-elsewhere"
-"""Names of the lessons."""
+"""Names of the lessons, in the table."""
 
 COLUMNS = columns_of("contacts.csv")
 
@@ -40,8 +42,9 @@ _CHOSEN = chosen("compare", "lessons")
 def lesson_rows(results: Results, model_error: float | None = None) -> pd.DataFrame:
     """Predict each measured leg in each medium by the map of its plates, with another leg, and with the same leg elsewhere.
 
-    Another leg is one of ``maps.use_legs``. Returns one row for each medium, leg, component and lesson. A prediction
-    never uses the tested leg in the same medium. `model_error`: for plates and another leg; default: that of `results`.
+    Another leg is one of ``maps.use_legs``. Returns one row of `COLUMNS` for each medium, leg, component and lesson. A
+    prediction never uses the tested leg in the same medium. `model_error`: relative error of the force model, for
+    plates and another leg; default: that of `results`.
     """
     rows: list[dict[str, Any]] = []
     measured_legs: list[_MeasuredLegs] = []
@@ -50,6 +53,7 @@ def lesson_rows(results: Results, model_error: float | None = None) -> pd.DataFr
         rows += untested_rows
         if legs is not None:
             measured_legs.append(legs)
+    # what the model gets wrong on each leg in each laboratory medium, from which the last lesson learns
     errors = {
         (legs.medium, leg): error_curve(contact, legs.map_of_plates)
         for legs in measured_legs
@@ -88,7 +92,7 @@ class _MeasuredLegs(NamedTuple):
 
 
 def _measure_legs(results: Results, name: str) -> tuple[_MeasuredLegs | None, list[dict[str, Any]]]:
-    """Return the measured legs of a medium, None without any, and rows of those that cannot be tested."""
+    """Return the measured legs of a medium, None without any, and rows of those that cannot be tested, with the reason."""
     medium = results[name]
     contacts: dict[str, Contact] = {}
     untested_rows: list[dict[str, Any]] = []
@@ -126,8 +130,9 @@ def _untested_rows(medium: str, leg: str, why: Remark) -> list[dict[str, Any]]:
 class Lesson(NamedTuple):
     """A source of predictions of a leg.
 
-    `name`: `PLATES`, `OTHER_LEG` or `ELSEWHERE`. `learned_from`: the leg, or the media, besides the plates. `body_error`: error of the model
-    on the leg, where it was learned.
+    `name`: `PLATES`, `OTHER_LEG` or `ELSEWHERE`. `learned_from`: the leg, or the media, besides the plates. `profile`:
+    map of the medium by which the leg is predicted. `body_error`: error of the model on the leg, where it was learned;
+    None: the error of the model is that of any body.
     """
 
     name: str
@@ -161,7 +166,7 @@ def _lessons(
 
 
 def _peak_poses(contact: Contact, profile: Profile) -> list[int]:
-    """Find the poses in which lift and horizontal force on the body are largest by a profile."""
+    """Find the poses, two indices, in which lift and horizontal force on the body are largest by a profile."""
     assert isinstance(contact.motion, Motion)
     assert isinstance(contact.body, Outline)
     forces = forces_on(profile, contact.body, contact.motion.poses)
@@ -169,7 +174,7 @@ def _peak_poses(contact: Contact, profile: Profile) -> list[int]:
 
 
 def _thin_out(contact: Contact, kept: Sequence[int]) -> Contact:
-    """Return a contact with about 60 of its poses, evenly chosen, and the poses `kept`."""
+    """Return a contact with about 60 of its poses, evenly chosen, and the poses `kept`: each pose takes time."""
     poses = len(contact.frames)
     if poses <= _CHOSEN.most_poses:
         return contact
@@ -184,7 +189,7 @@ def _thin_out(contact: Contact, kept: Sequence[int]) -> Contact:
 
 
 def _measured_peaks(contact: Contact) -> dict[str, float]:
-    """Find the size of the measured peak of each component, N; NaN where too few poses have a force."""
+    """Find the size of the measured peak of each component, N, by component; NaN where too few poses have a force."""
     assert isinstance(contact.motion, Motion)
     theta = contact.motion.columns["theta_deg"]
     peaks = {}
@@ -205,7 +210,8 @@ def _score_prediction(
 ) -> Iterator[dict[str, Any]]:
     """Yield, for each component, the error of the peak, the rms error and the share of poses inside the interval.
 
-    `peaks`: from `_measured_peaks`. `model_error`: of a lesson without a body error.
+    Each a dict of columns of `contacts.csv`; none for a component with too few poses. `peaks`: from `_measured_peaks`.
+    `model_error`: for a lesson without a body error; see `lesson_rows`.
     """
     forces, _ = predict_with_peaks(
         lesson.profile,
@@ -243,7 +249,10 @@ def _score_prediction(
 
 
 def summary_of_lessons(table: pd.DataFrame) -> pd.DataFrame:
-    """Summarize each lesson in a row: curves, error of the peak, rms, poses inside; media and sands together."""
+    """Summarize each lesson in a row, over all curves: their number, median error of the peak and rms, poses inside.
+
+    A curve is one component of a leg in a medium. `table`: rows of `COLUMNS`, from `lesson_rows`.
+    """
     tested = table.dropna(subset=["peak_error_percent"])
     tested = tested.assign(size_percent=tested["peak_error_percent"].abs())
     groups = tested.groupby("lesson", sort=False)

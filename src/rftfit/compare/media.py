@@ -1,4 +1,9 @@
-"""Comparison of two media, sessions or campaigns: finds the runs that are asked for, and tests whether they differ."""
+"""Comparison of two media, sessions or campaigns: finds the runs that are asked for, and tests whether they differ.
+
+A medium with runs is a `_Side`, compared by its runs (`rftfit.compare.contrast`). One that is a profile file, a published
+medium or an estimate has no runs: it is a *named profile*, a pair of name and profile with draws of alpha, and the
+sizes of both are compared.
+"""
 
 from __future__ import annotations
 
@@ -101,7 +106,10 @@ def compare_media(
 
 @dataclass(frozen=True)
 class _Side:
-    """A medium, or its runs of one session; `label`: name of the session, empty for all runs."""
+    """A medium of a campaign, or its runs of one session.
+
+    `name`: as it was asked for. `label`: name of the session in the run sheet; empty: all runs.
+    """
 
     name: str
     medium: Medium
@@ -114,7 +122,7 @@ class _Side:
 
     @property
     def fits(self) -> pd.DataFrame:
-        """Fits of the runs that are compared."""
+        """Rows of the table of fits of the runs that are compared."""
         fits = self.medium.fits
         if not self.label:
             return fits
@@ -141,7 +149,10 @@ class _Side:
 
 
 def with_label(fits: pd.DataFrame, labels: pd.Series[str], label: str) -> pd.DataFrame:
-    """Select the fits of runs with a label; `labels`: label of each run, by run_id."""
+    """Select the fits of runs with a label of a session; raises InputError if no run has it.
+
+    `labels`: label of each run, by run_id.
+    """
     of_runs = fits["run_id"].map(labels).fillna("")
     stated = sorted({*of_runs} - {""})
     choose("session", label, stated, "labels of these runs in the column session of the run sheet")
@@ -153,7 +164,10 @@ PUBLISHED = "published:"
 
 
 def _find_profile(source: KnownMedium | str | Path) -> tuple[str, Profile] | None:
-    """Return name and profile of a medium that is stated otherwise than by runs of a campaign; None for others."""
+    """Return name and profile of a medium that is stated otherwise than by runs of a campaign; None for others.
+
+    `source`: as A or B of `compare_media`.
+    """
     if isinstance(source, Medium):
         return None
     name = str(source)
@@ -170,7 +184,10 @@ def _find_profile(source: KnownMedium | str | Path) -> tuple[str, Profile] | Non
 
 
 def _estimate_profile(source: KnownMedium | str | Path) -> tuple[str, Profile]:
-    """Return name and map of a medium of a campaign, which is compared with a medium without runs."""
+    """Return name and map of a medium of a campaign, which is compared with a medium without runs.
+
+    Raises InputError for a session, of which there is no map.
+    """
     side = _find_side(source)
     if side.label:
         raise InputError(
@@ -181,7 +198,7 @@ def _estimate_profile(source: KnownMedium | str | Path) -> tuple[str, Profile]:
 
 
 def _find_side(source: KnownMedium | str | Path) -> _Side:
-    """Find a medium, or its session after ``@``."""
+    """Find a medium of a campaign, or its session after ``@``; `source`: as A or B of `compare_media`."""
     if isinstance(source, Medium):
         return _Side(source.name, source)
     name = str(source)
@@ -194,11 +211,15 @@ def _find_side(source: KnownMedium | str | Path) -> _Side:
 
 
 def _find_medium(name: str) -> Medium:
-    """Find the medium with a name without '@': FOLDER:MEDIUM, MEDIUM of the current folder, or FOLDER."""
+    """Find the medium with a name without '@': FOLDER:MEDIUM, MEDIUM of the current folder, or FOLDER, in this order.
+
+    Raises InputError that says what is allowed.
+    """
     folder, _, medium = name.rpartition(":")
     if folder and Path(folder).is_dir():
         results = open_results(folder)
         return results[choose("medium", medium, results.media, f"in {folder}")]
+    # a campaign need not be in the current folder
     config: Path | None = None
     with suppress(InputError):
         config = config_of(".")
@@ -247,7 +268,7 @@ def _compare_sizes(
 
 
 def _log_sizes_of_draws(name: str, profile: Profile) -> FloatArray:
-    """Return the logarithm of the root mean square of alpha over the published directions, by draw.
+    """Return the logarithm of the root mean square of alpha over the published directions, shape (draws,).
 
     Raises `InputError` for a profile that has no draws, or no number in one of these directions.
     """

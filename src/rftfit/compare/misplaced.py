@@ -1,8 +1,11 @@
-"""Evidence that runs stand in wrong rows of the run sheet, or with wrong axes in a part of the runs, by the known shape.
+"""Evidence that runs stand in wrong rows of the run sheet, or have wrong axes in a part of the runs, by the known shape.
 
 For each run alone, the shape of known media is fitted to its alpha at the stated angles, at those of a row nearby, and
 with other axes. The error of a run includes the departure of its medium from the shape, and a run that fits nothing
 counts little (Student). `make mixups` shows how often such mistakes are told.
+
+A *mistake* is a name and a number of rows: `ROWS` or `BETA_ROWS` with 1 or -1, by how many rows of plates the angles
+stand above their logs; or one of `AXES` with 0. n is the number of runs.
 """
 
 from __future__ import annotations
@@ -31,23 +34,23 @@ _CHOSEN, _AXES = chosen("compare", "misplaced"), chosen("compare", "axes")
 def find_misplaced(
     runs: RunSlopes, run_ids: list[str], sheet: Mapping[str, Run], medium: str
 ) -> pd.DataFrame:
-    """Weigh each mistake against the sheet as it is: table `MISPLACED_COLUMNS`, the likeliest first.
+    """Weigh each mistake against the sheet as it is, and return a table of `MISPLACED_COLUMNS`, the likeliest first.
 
     Parameters
     ----------
     runs : RunSlopes
         Runs in the order of the run sheet.
     run_ids : list of str
-        Names of these runs.
+        Their run_ids.
     sheet : mapping of str to Run
         All runs of the medium by run_id.
 
     Returns
     -------
     DataFrame
-        A row for each mistake that explains three runs or more. `rows`: By how many rows of plates the angles stand
-        above their logs. `log_bayes_factor`: Of the mistake against the sheet as it is. `run_ids`: Runs that the
-        mistake explains better.
+        A row for each mistake that explains three runs or more in three directions. `rows`: By how many rows of plates
+        the angles stand above their logs, 0 for axes. `log_bayes_factor`: Logarithm of how many times better the mistake
+        explains alpha than the sheet as it is. `run_ids`: Runs that the mistake explains better.
     """
     rows: list[tuple[object, ...]] = []
     if not runs.size:
@@ -75,7 +78,8 @@ _Explained = tuple[float, npt.NDArray[np.bool_]]
 def _explain_scattered(log_ratio: FloatArray) -> _Explained:
     """Find the evidence that a share of the runs, the one that fits best, has a mistake.
 
-    `log_ratio`: from `_log_ratios`, (n,). A run has the mistake with probability p: its likelihood is 1 - p + p ratio.
+    Exchanged cables are a question of days, not of rows. `log_ratio`: from `_log_ratios`, (n,). A run has the mistake
+    with probability p, a share of `_CHOSEN.shares`: its likelihood is 1 - p + p ratio.
     """
     evidence, best_share = 0.0, 0.0
     for share in _CHOSEN.shares:
@@ -91,12 +95,14 @@ def _explain_scattered(log_ratio: FloatArray) -> _Explained:
 def _explain_stretch(log_ratio: FloatArray, direction_of_run: npt.NDArray[np.intp]) -> _Explained:
     """Find the evidence that a stretch of the sheet has a mistake: all of it, from a row on, or between two rows.
 
-    Repeats share how their direction departs from the known shape, and together count as one run.
+    Repeats share how their direction departs from the known shape, and together count as one run. `log_ratio`: from
+    `_log_ratios`, (n,), in the order of the sheet.
     """
     # runs of each direction that the mistake changes
     changed_of_direction = np.bincount(direction_of_run, log_ratio != 0)
     weighted = log_ratio / np.maximum(changed_of_direction, 1)[direction_of_run]
-    # the stretch of consecutive runs with the largest sum
+    # the stretch of consecutive runs with the largest sum: the largest rise of the running sum over its lowest point so
+    # far
     sums = np.concatenate([[0.0], np.cumsum(weighted)])
     lowest = np.minimum.accumulate(sums)
     end = int((sums - lowest).argmax())
@@ -109,17 +115,19 @@ def _explain_stretch(log_ratio: FloatArray, direction_of_run: npt.NDArray[np.int
 def _log_ratios(
     runs: RunSlopes, run_ids: list[str], sheet: Mapping[str, Run]
 ) -> dict[tuple[str, int], FloatArray]:
-    """Calculate the log likelihood ratio of each run with each mistake, by name and rows between angles and logs.
+    """Calculate the log likelihood ratio of each run, shape (n,), with each mistake against the sheet as it is.
 
-    The ratio is 0 where a mistake changes nothing.
+    By name and number of rows of the mistake. The ratio is 0 where a mistake changes nothing.
     """
     as_stated = runs.beta_deg, runs.gamma_deg
     angles_deg = _angles_of_rows(runs, run_ids, sheet)
+    # beta and gamma of all runs as stated, then by each mistake: shape (2, sets n); the shape is found once for all
     all_angles_deg = np.concatenate(
         [np.stack(pair) for pair in (as_stated, *angles_deg.values())], 1
     )
     means, covariances = _shape_at(all_angles_deg[0], all_angles_deg[1])
     count = runs.size
+    # as it was measured: alpha_x of pulls had got the other sign
     alpha = np.stack([runs.alpha[0], runs.side * runs.alpha[1]])
     level = np.hypot(*alpha)
     error = np.hypot(_AXES.scatter * level, _AXES.of_medium * level.max(initial=0.0))
@@ -127,12 +135,17 @@ def _log_ratios(
     size = float(level.sum() / np.hypot(*means[:, :count]).sum())
 
     def log_density(angle_set: int, turned_alpha: FloatArray) -> FloatArray:
-        """Log density of each run at one set of angles, up to a constant."""
+        """Log density of each run, shape (n,), at one set of angles, by its number, up to a constant.
+
+        `turned_alpha`: as measured by the axes of the mistake, (2, n).
+        """
         of_set = slice(angle_set * count, (angle_set + 1) * count)
+        # alpha_x of pulls gets the other sign, as the table has it
         side = np.where(all_angles_deg[1, of_set] < 0, -1.0, 1.0)
         off = np.stack([turned_alpha[0], side * turned_alpha[1]]) - size * means[:, of_set]
         covariance = size**2 * covariances[of_set] + error[:, None, None] ** 2 * np.eye(2)
         distance = np.einsum("in,nij,jn->n", off, np.linalg.inv(covariance), off)
+        # Student's t of two components
         dof = _CHOSEN.t_dof
         log_det = np.log(np.linalg.det(covariance))
         return np.asarray(-0.5 * ((dof + 2) * np.log1p(distance / dof) + log_det))
@@ -152,9 +165,9 @@ def _log_ratios(
 def _angles_of_rows(
     runs: RunSlopes, run_ids: list[str], sheet: Mapping[str, Run]
 ) -> dict[tuple[str, int], tuple[FloatArray, FloatArray]]:
-    """Return the angles (degrees) of each run by each mistake: those of a row nearby, or beta of this row alone.
+    """Return beta and gamma of each run, deg, shape (n,), by each mistake: those of the next row, or beta of it alone.
 
-    A run keeps its stated angles where there is no such row.
+    Only rows of plates count. A run keeps its stated angles where there is no such row.
     """
     plates = sorted((run for run in sheet.values() if run.kind == "plate"), key=lambda run: run.row)
     row_of_run = {run.run_id: row for row, run in enumerate(plates)}
@@ -164,6 +177,7 @@ def _angles_of_rows(
     for shift in (1, -1):
         away = rows - shift
         is_there = (away >= 0) & (away < len(plates))
+        # where there is no row, index 0 stands for it and is not used
         beta_deg, gamma_deg = np.where(
             is_there, stated_deg[:, away * is_there], (runs.beta_deg, runs.gamma_deg)
         )
@@ -173,7 +187,10 @@ def _angles_of_rows(
 
 
 def _shape_at(beta_deg: FloatArray, gamma_deg: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return mean (2, n) and covariance (n, 2, 2) of alpha for a medium of size 1, each direction alone."""
+    """Return mean (2, k) and covariance (k, 2, 2) of alpha, z and x, for a medium of size 1 in k directions.
+
+    Each direction alone, without its covariance with the others.
+    """
     directions, place = np.unique(np.stack([beta_deg, gamma_deg]), axis=1, return_inverse=True)
     # few at a time, as only the blocks of single directions are used
     at_once = 100

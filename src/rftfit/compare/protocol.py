@@ -1,4 +1,4 @@
-"""Errors shared by many runs that a plan of runs can show, before it is measured."""
+"""Rates a plan of runs before it is measured: how large an error must be that many runs share, to be seen in them."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from rftfit.measure.flags import format_remarks, remark
 from rftfit.measure.verdict_words import FEWEST_RUNS
 
 NOISE = 0.02
-"""Standard error of a run's slope, relative to the largest: of a usual log."""
+"""Standard error of a run's slope that a usual log has, relative to the largest slope."""
 
 NEEDED_CAUSES = {("gain", FROM_RUN): "repeat-first", ("turn", ALL): "push-mirror-image"}
-"""Kind and group of the errors that a campaign must be able to show, and code of the remark on what makes it able
-to."""
+"""Kind and group (`rftfit.compare.joint.Cause`) of the errors that a campaign must be able to show: a gain that changes
+from one run on, and a turn of the mount in all runs. To the code of the remark on which runs would show it."""
 
 LARGE = {"gain": 0.2, "turn": 5.0}
 """Sizes that must not stay unseen, a share and degrees: where only larger ones would be told, the cure is named too."""
@@ -30,7 +30,8 @@ LARGE = {"gain": 0.2, "turn": 5.0}
 class PlanPower(NamedTuple):
     """Least error shared by many runs that the planned runs of a medium show.
 
-    `least_seen`: least size that is told with a probability of 80 %, a share or degrees; NaN where it cannot be told.
+    `kind`, `group`: of the error, a key of `NEEDED_CAUSES`. `least_seen`: least size that is told with a probability of
+    80 %, a share for a gain or degrees for a turn; NaN where it cannot be told.
     """
 
     medium: str
@@ -51,7 +52,7 @@ class PlanPower(NamedTuple):
 
 
 def rate_plan(campaign: Campaign) -> list[PlanPower]:
-    """Rate the plate runs of each medium that have no log yet, by `NEEDED_CAUSES`.
+    """Rate the plate runs of each medium that have no log yet, once for each of `NEEDED_CAUSES`.
 
     The joint model finds what it would see in a medium of the published shape, with noise of `NOISE` and beds of the
     assumed spread. So the runs alone decide: their directions, repeats, order and labels.
@@ -73,7 +74,10 @@ def rate_plan(campaign: Campaign) -> list[PlanPower]:
 
 
 def scan_plan(planned: Sequence[Run]) -> list[dict[str, Any]]:
-    """Return rows of `CAUSE_COLUMNS` with the least size of each cause that these runs would show; none for few runs."""
+    """Return rows of the table of causes with the least size of each that these runs would show; none for few runs.
+
+    `planned`: plate runs of one medium. Keys of a row: `rftfit.compare.causes.CAUSE_COLUMNS`.
+    """
     if len(planned) < FEWEST_RUNS:
         return []
     filed = [filed_under(run) for run in planned]

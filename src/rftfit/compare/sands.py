@@ -11,7 +11,7 @@ import pandas as pd
 from rftfit.campaign.load import Campaign
 from rftfit.conventions import FloatArray
 from rftfit.directions import is_straight_down
-from rftfit.measure.alpha import bed_spread, cell_at, column
+from rftfit.measure.alpha import bed_spread, cell_down, column
 from rftfit.measure.errors import ErrorTerm, SurfaceError, combined_half_width, errors_of
 from rftfit.measure.fits import Row, fit_medium
 from rftfit.measure.flags import Remark, quoted, reason_columns, reason_of, remark
@@ -135,7 +135,7 @@ def penetration_rows(
 
 def _bed_and_rod_error(alpha: pd.DataFrame, tolerance_deg: float) -> float:
     """Return the relative error of a single test by its bed and by the bed of its rod, which no window changes."""
-    cell = cell_at(alpha, 0, 90, tolerance_deg)
+    cell = cell_down(alpha, tolerance_deg)
     if cell is None:
         return 0.0
     rod = float(cell.get(column("z", "_rod"), 0.0)) / (float(cell[column("z")]) or math.nan)

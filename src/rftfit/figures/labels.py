@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.figures.style import format_number
-from rftfit.measure.alpha import cell_at, column
+from rftfit.measure.alpha import cell_down, column
 from rftfit.measure.errors import (
     AS_PREPARED,
     ASSUMED,
@@ -83,7 +83,7 @@ def name_of_mean(cell: Mapping[Any, Any]) -> str:
 
 def cell_straight_down(results: Results, medium: str) -> pd.Series[Any] | None:
     """Return the row of the table of alpha of a flat push straight down; None where there was none."""
-    return cell_at(results[medium].alpha, 0, 90, results.config.grid.angle_tolerance_deg)
+    return cell_down(results[medium].alpha, results.config.grid.angle_tolerance_deg)
 
 
 def beds_of_intervals(results: Results, media: Sequence[str]) -> str:

@@ -640,12 +640,20 @@ def cell_at(
     return None if row < 0 else table.iloc[row]
 
 
+def cell_down(table: pd.DataFrame, tolerance_deg: float) -> pd.Series[Any] | None:
+    """Row of an alpha table for a level plate that is pushed straight down, (0, 90) deg; None where it has none.
+
+    Size, zeta and the scatter of beds of a medium are judged by this direction.
+    """
+    return cell_at(table, 0, 90, tolerance_deg)
+
+
 def spread_of_next_bed(table: pd.DataFrame, tolerance_deg: float, confidence: float) -> float:
     """Relative spread of beds by which the interval of the next bed is wider than that of the mean; 0 without repeats.
 
     In standard deviations of a normal distribution: of few repeats it is larger than their scatter, by Student's t.
     """
-    cell = cell_at(table, 0, 90, tolerance_deg)
+    cell = cell_down(table, tolerance_deg)
     if cell is None or not (cell["n_runs"] > 1 and cell[column("z")] > 0):
         return 0.0
     mean, next_bed = (
@@ -663,7 +671,7 @@ def bed_spread(table: pd.DataFrame, tolerance_deg: float) -> float:
 
     A bed is looser or denser as a whole: its spread is that of alpha_z(0, 90 deg), relative.
     """
-    cell = cell_at(table, 0, 90, tolerance_deg)
+    cell = cell_down(table, tolerance_deg)
     if cell is None:
         return 0.0
     alpha, spread = float(cell[column("z")]), float(cell.get("run_to_run_z_N_per_cm3", 0.0))

@@ -50,18 +50,20 @@ def same_readings(sheet: Mapping[str, Run], runs: pd.DataFrame) -> dict[str, tup
     runs of a table of stress are all in one file, and may be copies.
     """
     groups: dict[str, list[Run]] = {}
-    for name, digest in zip(runs["run_id"], runs["readings"], strict=True):
-        if digest and sheet[name].kind in ("plate", "leg"):
-            groups.setdefault(digest, []).append(sheet[name])
+    for name, digests in zip(runs["run_id"], runs["readings"], strict=True):
+        if sheet[name].kind in ("plate", "leg"):
+            for digest in digests.split():
+                groups.setdefault(digest, []).append(sheet[name])
     copies: dict[str, tuple[str, ...]] = {}
     for group in groups.values():
         for run in group:
             is_stress_table = run.intruder == UNIT_AREA
-            copies[run.run_id] = tuple(
+            names = [
                 other.run_id
                 for other in group
                 if other is not run and (is_stress_table or other.force_log != run.force_log)
-            )
+            ]
+            copies[run.run_id] = tuple(dict.fromkeys([*copies.get(run.run_id, ()), *names]))
     return copies
 
 

@@ -141,13 +141,24 @@ def readings_digest(readings: FloatArray) -> str:
     return hashlib.sha256(readings.tobytes()).hexdigest()[:16]
 
 
+_CHANGES_OF_NO_CHANCE: int = chosen("measure", "copies").shortest
+"""Fewest changes of a channel from reading to reading that two runs never share by chance."""
+
+
 def channel_facts(channels: FloatArray, in_stroke: np.ndarray) -> dict[str, object]:
-    """Return facts of each channel, and a digest of all readings.
+    """Return facts of each channel, and digests of the readings: of all channels, then of each that differs in every copy.
 
     The keys are columns of the table of runs: see `CHANNEL_FACTS`. `channels`: N, shape (3, n). `in_stroke`: shape (n,).
     """
     moves = bool(np.ptp(channels, axis=1).any())
-    facts: dict[str, object] = {"readings": readings_digest(channels) if moves else ""}
+    # where a program of the lab turned the forces of each log by its own angle, the channel across the plane is still that of the copy
+    telling = [
+        readings
+        for readings in channels
+        if np.count_nonzero(np.diff(readings)) >= _CHANGES_OF_NO_CHANCE
+    ]
+    digests = [readings_digest(readings) for readings in [channels, *telling]] if moves else []
+    facts: dict[str, object] = {"readings": " ".join(digests)}
     inside = channels.compress(in_stroke, axis=1)
     outside = channels.compress(~in_stroke, axis=1)
     for name, readings, readings_at_rest in zip(CHANNELS, inside, outside, strict=True):

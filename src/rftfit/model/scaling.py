@@ -18,7 +18,7 @@ import pandas as pd
 
 from rftfit.conventions import COMPONENTS, FloatArray
 from rftfit.directions import TOLERANCE_DEG
-from rftfit.measure.alpha import alpha_columns, cell_at, column, directions, flagged, rows_at
+from rftfit.measure.alpha import alpha_columns, cell_down, column, directions, flagged, rows_at
 from rftfit.measure.flags import Remark, format_remarks, quoted, remark
 from rftfit.measure.slopes import student_quantile
 from rftfit.measure.verdict_words import is_usable
@@ -588,7 +588,7 @@ class MediumFit:
     @property
     def alpha_z_draws(self) -> FloatArray:
         """Draws of `alpha_z` within its error, shape (draws,)."""
-        cell = cell_at(self.table, 0, 90, self.config.grid.angle_tolerance_deg)
+        cell = cell_down(self.table, self.config.grid.angle_tolerance_deg)
         if self.reason or cell is None:
             return np.full(self.config.fourier.draws, np.nan)
         return self._alpha_draws[0][:, self.table.index.get_loc(cell.name)]
@@ -657,7 +657,7 @@ def fit_terms(table: pd.DataFrame, config: Config, method: str) -> MediumFit:
             with contextlib.suppress(ValueError):  # too few cells are left
                 unflagged = unflagged_z, unflagged_x
                 without_flagged = _fit_coefficients(method, angles, unflagged, keep)
-    cell = cell_at(table, 0, 90, config.grid.angle_tolerance_deg)
+    cell = cell_down(table, config.grid.angle_tolerance_deg)
     measured = np.nan if cell is None else float(cell[column("z")])
     return MediumFit(
         _medium_of(table),

@@ -30,7 +30,7 @@ from rftfit.figures.labels import (
 from rftfit.figures.maps import lies_on_grid, pivot
 from rftfit.figures.style import degrees, format_number
 from rftfit.forces.peaks import OTHER_FORM, STEEP
-from rftfit.measure.alpha import alpha_columns, cell_at, column
+from rftfit.measure.alpha import alpha_columns, cell_down, column
 from rftfit.measure.depths import curved_law
 from rftfit.measure.flags import codes_of
 from rftfit.measure.verdict_words import DOUBTFUL, NOT_CHECKED, NOTHING, SOUND
@@ -237,7 +237,7 @@ def tabulate_at_depths(results: Results) -> PageTable:
         if law is None:
             continue
         for depth, table in medium.alpha_at_depth.groupby("depth_cm"):
-            cell = cell_at(table, 0, 90, tolerance_deg)
+            cell = cell_down(table, tolerance_deg)
             if cell is not None and math.isfinite(cell[column("z")]):
                 row |= {f"{end}{depth:g}": cell[column("z", end)] for end in ("", "_lo", "_hi")}
         # a row without any alpha is left out

@@ -1,1 +1,1 @@
-"""From a file to a table: its text, its cells, and what numbers and units are written as."""
+"""From a file to a table, for logs and sheets alike: its text, its cells, and the spellings of numbers, units, times."""

@@ -1,4 +1,9 @@
-"""Parses lines of a table to columns: fast by Arrow where a block is clean, line by line where it is not."""
+"""Parses lines of a table to columns: fast by Arrow where a block is clean, line by line where it is not.
+
+A *block* is some whole lines of a file, in bytes (`body`); a file is parsed block by block. A `Layout` states how its
+lines are split into cells and what each column holds; it is guessed by `rftfit.logs.delimited` or stated by a dialect.
+The result is `ParsedRows`: columns of the good rows, and counts of the bad ones by the reasons below.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +26,7 @@ from rftfit.table.text import cells_of, decoded
 
 _FEED, _RETURN, _TAB, _BLANK = b"\n\r\t "
 
-# --- Reasons why a row is left out, under which it is counted
+# --- Reasons why a row is left out: sentences of the ledger, under which the rows are counted
 
 
 NAN_OR_INFINITE = "NaN or infinite"
@@ -38,7 +43,7 @@ OF_CELLS = frozenset({NO_NUMBER, NO_TIME, NAN_OR_INFINITE, BLANK, GROUPED})
 
 
 def add_counts(*counts: Mapping[str, int]) -> dict[str, int]:
-    """Add up counts by reason."""
+    """Add up counts of rows by reason: one dict with the sum of each reason."""
     total: Counter[str] = Counter()
     for count in counts:
         total.update(count)
@@ -48,9 +53,11 @@ def add_counts(*counts: Mapping[str, int]) -> dict[str, int]:
 def finite_rows(
     columns: Mapping[str, np.ndarray], blank: Mapping[str, np.ndarray]
 ) -> tuple[np.ndarray, dict[str, int]]:
-    """Return which rows have only finite numbers, bool of shape (n,), and column to its number of not finite cells.
+    """Find the rows that have only finite numbers, as no other row can be used.
 
-    `blank`: Column to the rows in which it has no value, bool of shape (n,): NaN is allowed there.
+    `columns`: Name to values, shape (n,), of which those of type float count. `blank`: Column to the rows in which it
+    has no value, bool of shape (n,): NaN is allowed there. Returns which rows are good, bool of shape (n,), and column
+    to its number of cells that are not finite, only of columns with such cells.
     """
     is_good = np.ones(next(iter(columns.values())).size, dtype=bool)
     not_finite = {}
@@ -66,10 +73,14 @@ def finite_rows(
 
 
 def are_allowed(labels: Sequence[object], allowed: Sequence[str]) -> npt.NDArray[np.bool_]:
-    """Return which of the labels of n rows are `allowed`, bool of shape (n,); as numbers, 2 and 2.0 are equal."""
+    """Return which of the labels of n rows are `allowed`, bool of shape (n,); as numbers, 2 and 2.0 are equal.
+
+    A log may hold several sources, told apart by a label in each row; the config states which of them counts.
+    """
     numbers = {*map(_number_or_none, allowed)} - {None}
 
     def is_allowed(label: str) -> bool:
+        """Return whether a stripped label is allowed, as a text or as a number."""
         return label in allowed or _number_or_none(label) in numbers
 
     # few different labels stand in many rows
@@ -89,18 +100,9 @@ def _number_or_none(label: str) -> float | None:
 
 
 Kind = Literal["number", "integer", "stamp", "label", "word", "skip"]
-
-_NUMPY_TYPES: dict[str, Any] = {
-    "number": float,
-    "integer": np.int64,
-    "stamp": float,
-    "label": object,
-}
-
-
-_INTEGER = re.compile(r"-?\d{1,19}")
-
-_EMPTY_LINES = re.compile(rb"[ \t]*(?:\r\n|\n|\r)[\s]*")
+"""What the cells of a column hold: a number, read as float; an integer, exact within 64 bits; a stamp, a time as text,
+read in s by `rftfit.table.stamps`; a label, any text; a word, a text of which few differ, for `read_cells_of` alone; a
+cell that is skipped, whatever it holds."""
 
 
 @dataclass(frozen=True)
@@ -108,20 +110,20 @@ class Layout:
     """How to split a line into cells, and what each cell holds. Indices of columns count from 0.
 
     `names`: Unique names of the columns.
-    `kinds`: Kind of each column; by default all are numbers. Integers are exact within 64 bits; labels are
-        words; skipped cells may hold anything. For `read_cells_of` alone: words are texts, few of which differ.
+    `kinds`: Kind of each column; by default all are numbers.
     `delimiter`: One character; a blank stands for any number of blanks and tabs.
     `decimal`: Decimal mark, ``.`` or ``,``. `other_decimal`: Indices of columns whose numbers have the other mark.
     `quote`: Whether cells may be in double quotes.
     `comment`: Beginning of lines that are no data lines; empty: there are none.
     `optional`: Number of columns at the end, all skipped ones, that a line may lack.
-    `regrouped`: Indices of columns whose digits a spreadsheet has regrouped.
+    `regrouped`: Indices of columns whose digits a spreadsheet has regrouped (see `REGROUPED`).
     `dates`: Order of day, month and year in dates (``dmy``); empty: each date must show the order.
     `no_value`: Texts of cells without a value; the other cells of such a row are still read.
-    `void`: Numbers that stand for no value.
+    `void`: Numbers that stand for no value, such as -999.
     `mixed`: Indices of columns of numbers with words among them; a word there is no value.
-    `rewrites`: Patterns and their replacements in each line, before it is split into cells.
-    `where`: Index of a column, and the labels of which a row to be read has one there, for each such column.
+    `rewrites`: Patterns and their replacements in each line, before it is split into cells, for lines with words
+        around their cells.
+    `where`: Pairs of the index of a column and of labels: a row is read if its cell there is one of these labels.
     """
 
     names: tuple[str, ...]
@@ -146,7 +148,7 @@ class Layout:
 
     @property
     def columns_to_read(self) -> list[int]:
-        """Indices of the columns that are read."""
+        """Indices of the columns that are read: all but the skipped ones."""
         return [column for column, kind in enumerate(self.kinds) if kind != "skip"]
 
     def decimal_of(self, column: int) -> str:
@@ -156,7 +158,10 @@ class Layout:
         return self.decimal
 
     def split(self, line: bytes) -> list[str]:
-        """Return the cells of a line as Latin-1, which any bytes can be read as; no cell if quotes do not match."""
+        """Return the cells of a line as Latin-1, which any bytes can be read as; no cell if quotes do not match.
+
+        Numbers are the same in Latin-1; a cell of words gets its true letters by `_decoded_cell`.
+        """
         return cells_of(line.decode("latin-1"), self.delimiter, quote=self.quote) or []
 
     def is_data(self, line: bytes) -> bool:
@@ -167,13 +172,18 @@ class Layout:
 
 @dataclass(frozen=True)
 class ParsedRows:
-    """Columns of the good rows of some lines, and counts of the bad ones.
+    """Columns of the n good rows of some lines, and counts of the bad ones. A data line is no blank line or comment.
 
-    `columns`: Name to values of the n good rows: float64, int64, or words. `line_numbers`: Number of the data
-    line of each good row, from 0, shape (n,); bad lines are counted, too, but not those of another source. `rows`:
-    Number of data lines, which is n plus all counts in `dropped` (by reason). `not_finite`: Column to the number of its cells that are NaN or infinite.
-    `blank`: Column to which good rows have no value, bool of shape (n,), and NaN in `columns`; only for columns with
-    such a row. `word_lines`: Number and cells of the data lines with as many cells as there are columns and no number.
+    `columns`: Name of each column that is read to its values, shape (n,): float64, int64, or texts.
+    `line_numbers`: Number of the data line of each good row, from 0, shape (n,); bad lines are counted, too, but not
+        those of another source.
+    `rows`: Number of data lines, which is n plus all counts in `dropped`.
+    `dropped`: Reason to the number of rows that are left out for it.
+    `not_finite`: Column to the number of its cells that are NaN or infinite.
+    `blank`: Column to the good rows in which it has no value, bool of shape (n,), and NaN in `columns`; only of
+        columns with such a row.
+    `word_lines`: Number and cells of the data lines with as many cells as there are columns and no number, such as a
+        header that is repeated where a log was started again.
     """
 
     columns: dict[str, np.ndarray]
@@ -185,7 +195,7 @@ class ParsedRows:
     word_lines: tuple[tuple[int, list[str]], ...] = ()
 
     def take(self, keep: np.ndarray, reason: str) -> ParsedRows:
-        """Return the rows where `keep` is True; the others are counted under `reason`."""
+        """Return the rows where `keep`, bool of shape (n,), is True; the others are counted under `reason`."""
         lost = int(keep.size - np.count_nonzero(keep))
         if not lost:
             return self
@@ -206,11 +216,11 @@ def parse(
     *,
     keep_blanks: bool = False,
 ) -> ParsedRows:
-    """Parse a block of whole lines (`body`), and the text behind the last line end of the file.
+    """Parse a block of whole lines, and for the last block of a file the text behind its last line end.
 
     `last_line`: This text: the program that wrote it may have been stopped within the line. Unless it is as complete
-    as the lines `before` it, it is counted and left out. `keep_blanks`: Keep rows with cells that have no value; such
-    cells are NaN.
+    as the lines `before` it, it is left out and counted as `CUT`. `before`: Some bytes of the file before `last_line`.
+    `keep_blanks`: True: rows with cells without a value are kept, with NaN there; False: they are left out as `BLANK`.
     """
     body, last_line, before = (
         rewritten(part, layout.rewrites) for part in (body, last_line, before)
@@ -236,7 +246,7 @@ def parse(
 
 
 def _without_voids(layout: Layout, rows: ParsedRows) -> ParsedRows:
-    """Return the rows with NaN, marked as blank, in place of the numbers that stand for no value."""
+    """Return the rows with NaN, marked as blank, in place of the numbers that stand for no value (`Layout.void`)."""
     columns, blank = dict(rows.columns), dict(rows.blank)
     for name, kind in zip(layout.names, layout.kinds, strict=True):
         if kind != "number" or name not in columns:
@@ -249,7 +259,7 @@ def _without_voids(layout: Layout, rows: ParsedRows) -> ParsedRows:
 
 
 def _lines_of_source(layout: Layout, body: bytes) -> tuple[bytes, int]:
-    """Return the lines of the wanted source, and the number of the other lines."""
+    """Return the data lines of the wanted source (`Layout.where`) as a block, and the number of the other data lines."""
     lines = [line for line in body.splitlines(keepends=True) if layout.is_data(line)]
     is_wanted = np.ones(len(lines), dtype=bool)
     for column, allowed in layout.where:
@@ -267,6 +277,7 @@ def _decoded_cell(cell: str) -> str:
 _NUMBER_PARTS = re.compile(
     r"[+-]?(?P<digits>\d+)(?:[.,](?P<decimals>\d*))?(?:[eE](?P<exponent>[+-]?\d+))?"
 )
+"""A number with its digits before the decimal mark, its decimals and its exponent."""
 
 _FEWEST_BEFORE = 3
 """Fewest numbers before a last number by which it is judged to be complete."""
@@ -294,13 +305,14 @@ def _is_complete_line(layout: Layout, before: bytes, last_line: bytes) -> bool:
     number = _NUMBER_PARTS.fullmatch(last_cell)
     if len(numbers) < _FEWEST_BEFORE or number is None:
         return False
-    exponents = {len(match["exponent"] or "") for match in numbers}
-    if exponents != {len(number["exponent"] or "")}:
+    exponent_lengths = {len(match["exponent"] or "") for match in numbers}
+    # the exponent must have as many digits as in every line before, 0 where there is none
+    if exponent_lengths != {len(number["exponent"] or "")}:
         return False
     decimals = [len(match["decimals"] or "") for match in numbers]
     last_decimals = len(number["decimals"] or "")
     # a fixed format: always as many decimals, or an exponent
-    if max(decimals) == min(decimals) > 0 or exponents != {0}:
+    if max(decimals) == min(decimals) > 0 or exponent_lengths != {0}:
         return last_decimals >= max(decimals)
     if last_decimals < min(decimals) or not last_cell[-1].isdigit():
         return False
@@ -314,14 +326,18 @@ def _is_complete_line(layout: Layout, before: bytes, last_line: bytes) -> bool:
 
 
 def rewritten(body: bytes, rewrites: Iterable[tuple[re.Pattern[bytes], bytes]]) -> bytes:
-    """Return a block with each pattern replaced, so that only cells and delimiters are left."""
+    """Return a block with each pattern replaced (`Layout.rewrites`), so that only cells and delimiters are left."""
     for pattern, replacement in rewrites:
         body = pattern.sub(replacement, body)
     return body
 
 
 def _parse_block(layout: Layout, body: bytes) -> list[ParsedRows]:
-    """Parse a block by Arrow as a whole; in parts where it has a bad line or an odd number."""
+    """Parse a block by Arrow as a whole; in parts, returned in their order, where it has a bad line or an odd number.
+
+    Arrow refuses a whole block for one line that it cannot read: spellings of numbers that leave no doubt are changed
+    first, then halves are parsed, so that only lines near a bad one are parsed one by one, which takes long.
+    """
     if not body.isascii():
         body = MINUS.sub(b"-", body)
     if layout.regrouped:
@@ -330,20 +346,21 @@ def _parse_block(layout: Layout, body: bytes) -> list[ParsedRows]:
     if rows is not None:
         return [rows]
     plain = _without_thousands(layout, _with_plain_numbers(layout, body))
+    # unchanged: Arrow would refuse the whole block again
     return _parse_halves(layout, body) if plain == body else _parse_part(layout, plain)
 
 
 def _parse_part(layout: Layout, body: bytes) -> list[ParsedRows]:
-    """Parse a part of a block by Arrow, or its halves where it has a bad line."""
+    """Parse a part of a block, whole lines, by Arrow, or its halves where it has a bad line."""
     rows = _parse_fast(layout, body)
     return _parse_halves(layout, body) if rows is None else [rows]
 
 
 def _parse_halves(layout: Layout, body: bytes) -> list[ParsedRows]:
-    """Parse the halves of a part with a bad line; few lines are parsed one by one."""
+    """Parse the halves of a part with a bad line, each by `_parse_part`; few lines are parsed one by one."""
     if count_lines(body) > 64:
         middle = len(body) // 2
-        # never between \r and \n
+        # the second half starts behind the last line end before the middle, but never between \r and \n
         start = body.rfind(b"\n", 0, middle) + 1 or body.rfind(b"\r", 0, middle) + 1
         if 0 < start < len(body) and body[start : start + 1] != b"\n":
             return [*_parse_part(layout, body[:start]), *_parse_part(layout, body[start:])]
@@ -352,7 +369,10 @@ def _parse_halves(layout: Layout, body: bytes) -> list[ParsedRows]:
 
 @lru_cache
 def _odd_cell_pattern(delimiter: str) -> re.Pattern[bytes]:
-    """Return the pattern of whole cells that may be numbers in an odd spelling: ="007", 12-, (12) and 1.2D3."""
+    """Return the pattern of whole cells that may be numbers in an odd spelling: ="007", 12-, (12) and 1.2D3.
+
+    It finds them in a block, before this is split into cells: behind a delimiter, blank, quote or line start.
+    """
     edge = rb"[\s\"%b]" % re.escape(delimiter.encode())
     # a comma that separates cells is no part of a number
     number = rb"\d[\d%b]*" % b".,".replace(delimiter.encode(), b"")
@@ -370,11 +390,15 @@ def _with_plain_numbers(layout: Layout, body: bytes) -> bytes:
     )
 
 
+_SPACE = rb"(?:[ '\xa0\x92]|\xc2\xa0|\xe2\x80[\x89\xaf\x99])"
+"""Blanks, narrow blanks and apostrophes, in UTF-8 and Windows-1252."""
+
+
 def _without_thousands(layout: Layout, body: bytes) -> bytes:
-    """Return a block without separators of thousands, where they leave no doubt.
+    """Return a block without separators of thousands, where they leave no doubt; neither Arrow nor float reads them.
 
     1,442.21 has both marks and leaves none. In 1 442.21 and 1'442 the separator may be a damaged digit or decimal
-    mark: there the other numbers of the column decide.
+    mark: there the other numbers of the column decide (`_doubtful_in_block`).
     """
     separator, decimal = (b",", b".") if layout.decimal == "." else (b".", b",")
     delimiter = layout.delimiter.encode()
@@ -387,6 +411,7 @@ def _without_thousands(layout: Layout, body: bytes) -> bytes:
         grouped += _grouped_pattern(re.escape(separator), decimal, delimiter, b"?").finditer(body)
         grouped.sort(key=re.Match.start)
     doubtful = _doubtful_in_block(layout, body, grouped, separator.decode()) if grouped else set()
+    # the block, in pieces: numbers without their separators, and what stands between them
     pieces: list[bytes] = []
     stop = 0
     for number in grouped:
@@ -402,11 +427,15 @@ def _without_thousands(layout: Layout, body: bytes) -> bytes:
 def _doubtful_in_block(
     layout: Layout, body: bytes, grouped: Sequence[re.Match[bytes]], separator: str
 ) -> set[re.Match[bytes]]:
-    """Return those of the numbers with separators for which other numbers of their columns leave a doubt."""
+    """Return those of the numbers with separators for which other numbers of their columns leave a doubt.
+
+    `grouped`: Matches of all numbers with separators in `body`. `separator`: Comma or point, whichever is not the
+    decimal mark.
+    """
     numbers_by_column: dict[int, list[re.Match[bytes]]] = {}
     for number in grouped:
         numbers_by_column.setdefault(_column_of(layout, body, number.start()), []).append(number)
-    # the numbers of these lines decide
+    # the numbers of the first lines decide
     lines = islice(filter(layout.is_data, body.splitlines()), 1000)
     rows = [*map(layout.split, lines)]
     doubtful: set[re.Match[bytes]] = set()
@@ -424,6 +453,7 @@ def _column_of(layout: Layout, body: bytes, offset: int) -> int:
     """Return the column, from 0, of the cell that begins at an offset, in bytes, of a block."""
     line_start = body.rfind(b"\n", 0, offset) + 1
     line_start = max(line_start, body.rfind(b"\r", line_start, offset) + 1)
+    # the 0 stands for the cell itself, which a delimiter at the end would otherwise not open
     cells_before = layout.split(body[line_start:offset].rstrip(b'"') + b"0")
     return max(len(cells_before) - 1, 0)
 
@@ -433,9 +463,10 @@ def _doubtful_thousands(
 ) -> set[re.Match[bytes]]:
     """Return the numbers of a column whose separators may not stand between thousands.
 
-    All are doubtful if another number in the column has as many digits before its decimal mark and no separator. Those
-    without a decimal mark are doubtful if the column has decimal marks, unless it has both whole numbers, and grouped
-    numbers with a mark. `grouped`: Numbers with separators. `column_cells`: All cells. `decimal`: Decimal mark.
+    All are doubtful if another number in the column has as many digits before its decimal mark and no separator: a
+    program that writes separators writes them in each large number. Those without a decimal mark are doubtful if the
+    column has decimal marks, unless it has both whole numbers, and grouped numbers with a mark. `grouped`: Numbers of
+    the column with separators. `column_cells`: All its cells. `decimal`: Decimal mark.
     """
     mark = decimal.encode()
     plain = [
@@ -450,20 +481,18 @@ def _doubtful_thousands(
     has_marks = len(without_mark) < len(grouped)
     has_wholes = not all("." in cell for cell in plain)
     is_safe = has_wholes if has_marks else not any("." in cell for cell in plain)
+    # numbers with both a separator and a decimal mark are clear in any case
     return set() if is_safe else without_mark
-
-
-_SPACE = rb"(?:[ '\xa0\x92]|\xc2\xa0|\xe2\x80[\x89\xaf\x99])"
-"""Blanks, narrow blanks and apostrophes, in UTF-8 and Windows-1252."""
 
 
 @lru_cache
 def _grouped_pattern(
     separator: bytes, decimal: bytes, delimiter: bytes, repeat: bytes
 ) -> re.Pattern[bytes]:
-    """Return the pattern of numbers with a separator (a pattern) between thousands.
+    """Return the pattern of whole cells that are numbers with a separator, itself a pattern, between thousands.
 
-    `decimal`: Decimal mark. `repeat`: How often it stands in a number: ``?`` once or not, empty once.
+    `decimal`: Decimal mark. `repeat`: How often it stands in a number: ``?`` once or not, empty once. `delimiter`:
+    Between cells; where it is the separator, too, such a number must stand in quotes.
     """
     number = rb"[+-]?\d{1,3}(?:%b\d{3})+(?:%b\d*)%b(?:[eE][+-]?\d+)?" % (
         separator,
@@ -477,7 +506,7 @@ def _grouped_pattern(
 
 
 def _join_parts(parts: list[ParsedRows]) -> ParsedRows:
-    """Join the parts of a block."""
+    """Join the parts of a block in their order, with line numbers that go on from part to part."""
     if len(parts) == 1:
         return parts[0]
     starts = np.cumsum([0, *(rows.rows for rows in parts)])
@@ -510,7 +539,7 @@ def _join_parts(parts: list[ParsedRows]) -> ParsedRows:
 
 
 def count_lines(body: bytes) -> int:
-    """Count the lines of a body that ends with a line end."""
+    r"""Count the lines of a block that ends with a line end; line ends are \n, \r and \r\n."""
     # several times faster than bytes.count where lines are short
     letters = np.frombuffer(body, dtype=np.uint8)
     feeds = letters == _FEED
@@ -522,8 +551,15 @@ def count_lines(body: bytes) -> int:
     return lines
 
 
+_EMPTY_LINES = re.compile(rb"[ \t]*(?:\r\n|\n|\r)[\s]*")
+"""A line end with the blank lines around it."""
+
+
 def _parse_fast(layout: Layout, body: bytes) -> ParsedRows | None:
-    """Parse lines by Arrow; None where a line is bad, or Arrow may read it otherwise than `_parse_line`."""
+    """Parse whole lines by Arrow; None where a line is bad, or Arrow may read it otherwise than `_parse_line`.
+
+    Fast and slow parsing must agree on every line: the result would otherwise depend on how a file is cut into blocks.
+    """
     if "integer" in layout.kinds and (b"x" in body or b"X" in body):
         return None  # Arrow would read 0x10 as a number
     if not body or body.isspace():
@@ -549,9 +585,10 @@ def _parse_fast(layout: Layout, body: bytes) -> ParsedRows | None:
 
 
 def read_cells_of(layout: Layout, body: bytes, width: int) -> Any | None:
-    """Read lines of `width` cells into an Arrow table; None where a cell does not fit.
+    """Read lines of `width` cells into an Arrow table; None where a cell does not fit its kind, or a line its width.
 
-    Columns of the table have the index of the column as their name: ``0``, ``1``...
+    Columns of the table have the index of the column as their name: ``0``, ``1``... Skipped columns are left out. Cells
+    without a value are null.
     """
     import pyarrow as pa
     import pyarrow.csv as pacsv
@@ -563,7 +600,7 @@ def read_cells_of(layout: Layout, body: bytes, width: int) -> Any | None:
 
 
 def _rows_of_table(layout: Layout, table: Any) -> ParsedRows | None:
-    """Convert the cells of an Arrow table; None where a cell cannot be converted, or an integer has no value."""
+    """Convert a table of `read_cells_of`; None where a cell cannot be converted, or an integer has no value."""
     import pyarrow as pa
 
     columns: dict[str, np.ndarray] = {}
@@ -583,9 +620,10 @@ def _rows_of_table(layout: Layout, table: Any) -> ParsedRows | None:
 
 
 def _convert_cells(layout: Layout, column: int, chunks: Any) -> tuple[np.ndarray | None, Any]:
-    """Return the values of the cells of a column, shape (n,), None where a time cannot be read; and the Arrow column.
+    """Convert a column as Arrow has read it, `chunks`, by its kind.
 
-    In the returned Arrow column cells without a value are null. `chunks`: The column as Arrow has read it.
+    Returns the values of its n cells, shape (n,), or None where a time cannot be read; and the Arrow column in which
+    cells without a value are null, by which the caller marks them as blank. `column`: Index of the column.
     """
     import pyarrow as pa
     import pyarrow.compute as pc
@@ -604,7 +642,7 @@ def _convert_cells(layout: Layout, column: int, chunks: Any) -> tuple[np.ndarray
 
 
 def _labels_of(cells: Any) -> np.ndarray:
-    """Return the stripped texts of an Arrow column of bytes, shape (n,)."""
+    """Return the stripped texts of an Arrow column of bytes, shape (n,); empty where a cell is null."""
     encoded = cells.dictionary_encode()
     # few different labels stand in many rows: each is decoded once
     labels = [decoded(label or b"").strip() for label in encoded.dictionary.to_pylist()]
@@ -614,7 +652,10 @@ def _labels_of(cells: Any) -> np.ndarray:
 
 
 def numbers_among_words(cells: Any, decimal: str = ".") -> Any:
-    """Read the numbers of an Arrow column of text; any other cell becomes null."""
+    """Read the numbers of an Arrow column of text or bytes as float64; any other cell becomes null.
+
+    `decimal`: Decimal mark of the column, a point or a comma.
+    """
     import pyarrow as pa
     import pyarrow.compute as pc
 
@@ -629,7 +670,10 @@ def numbers_among_words(cells: Any, decimal: str = ".") -> Any:
 
 @lru_cache(64)
 def _arrow_options(layout: Layout, width: int) -> dict[str, Any]:
-    """Return the settings of Arrow's parser; cached, as making them takes as long as parsing some hundred rows."""
+    """Return the settings of Arrow's parser for lines of `width` cells, as arguments of `pyarrow.csv.read_csv`.
+
+    Cached, as making them takes as long as parsing some hundred rows.
+    """
     import pyarrow as pa
     import pyarrow.csv as pacsv
 
@@ -662,7 +706,10 @@ def _arrow_options(layout: Layout, width: int) -> dict[str, Any]:
 
 
 def _single_blanks(body: bytes) -> bytes:
-    """Return lines with a single blank between cells, and none at either end of a line."""
+    """Return lines with a single blank between cells, and none at either end of a line, as Arrow needs them.
+
+    Blanks and tabs are dropped by masks over all bytes at once.
+    """
     letters = np.frombuffer(body.replace(b"\t", b" "), dtype=np.uint8)
     # the last blank of each run stays, if a cell follows
     is_blank = letters == _BLANK
@@ -678,12 +725,21 @@ def _single_blanks(body: bytes) -> bytes:
 
 
 def _is_line_end(letters: np.ndarray) -> np.ndarray:
-    """Return where a text, in bytes, has a character of a line end."""
+    """Return where a text has a character of a line end; `letters`: its bytes, uint8 of shape (k,)."""
     return np.asarray((letters == _FEED) | (letters == _RETURN))
 
 
+_NUMPY_TYPES: dict[str, Any] = {
+    "number": float,
+    "integer": np.int64,
+    "stamp": float,
+    "label": object,
+}
+"""Type of the values of a column, by its kind."""
+
+
 def _parse_by_hand(layout: Layout, body: bytes) -> ParsedRows:
-    """Parse line by line, and count the bad lines by reason."""
+    """Parse line by line, and count the bad lines by reason; slow, for blocks that Arrow refuses."""
     values_by_column: dict[int, list[Any]] = {column: [] for column in layout.columns_to_read}
     line_numbers: list[int] = []
     dropped: dict[str, int] = {}
@@ -719,15 +775,26 @@ def _parse_by_hand(layout: Layout, body: bytes) -> ParsedRows:
 
 
 def _only_words(layout: Layout, line: bytes) -> list[str]:
-    """Return the cells of a line without any number, such as a repeated header; empty for another line."""
+    """Return the cells of a line without any number, such as a repeated header; no cells for another line."""
     cells = cells_of(decoded(line), layout.delimiter, quote=layout.quote) or []
     if any(PLAIN_NUMBER.fullmatch(cell.strip().replace(",", ".")) for cell in cells):
         return []
     return cells
 
 
+REGROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
+"""A number with a comma before each three digits, as a spreadsheet regroups them: where the decimal mark is a comma, it
+may have been another number."""
+
+_INTEGER = re.compile(r"-?\d{1,19}")
+
+
 def _parse_line(layout: Layout, line: bytes) -> list[Any] | str:
-    """Return the values of the cells to be read, None for a cell without a value, or the reason why the line is bad."""
+    """Parse one line: return the value of each column to be read, None for a cell without a value.
+
+    A bad line gives the reason, a text, in place of the list. What this function accepts decides: `_parse_fast` may
+    only be stricter.
+    """
     cells = layout.split(line)
     most = len(layout.names)
     if not most - layout.optional <= len(cells) <= most:
@@ -761,7 +828,3 @@ def _parse_line(layout: Layout, line: bytes) -> list[Any] | str:
             else:
                 return NO_NUMBER
     return values
-
-
-REGROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
-"""A number with a comma before each three digits, as a spreadsheet regroups them."""

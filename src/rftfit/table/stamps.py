@@ -1,4 +1,10 @@
-"""Reads times that are written as text, with a date or without one, as seconds."""
+"""Reads times that are written as text (stamps), with a date or without one, as seconds; clocks that start again.
+
+A stamp is read alone by `seconds_of`, or a whole Arrow column of stamps by `seconds_of_column`, which is many times
+faster and must give the same. `order` is the order of year, month and day in a date of three numbers: ``ymd``, ``dmy``
+or ``mdy``; empty: not known. Of a stamp without a date the seconds count from midnight, of minutes and seconds alone
+from the full hour, of all others from 1970 in UTC.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +18,7 @@ import numpy as np
 from rftfit.conventions import FloatArray
 from rftfit.table.units import TIME_TO_S
 
+# notes on how a column of times is read, which `rftfit inspect` and the ledger show
 NO_ZONE = "time has no time zone, taken as UTC"
 CLOCK_TIME = "time is a clock time, in s from midnight; a day is added where it passes midnight"
 MINUTES = "time is minutes and seconds, in s; an hour is added where it passes the full hour"
@@ -39,6 +46,7 @@ _MONTHS = {
     for name in names.split("/")
 }
 """First three letters of a month in English, German or Spanish, to its number."""
+# dates with the name of the month: 3. Feb 2026, Feb 3, 2026 and 2026-Feb-03
 _MONTH = r"(?P<month>[A-Za-zä]{3,10})\.?"
 _DAY_FIRST = re.compile(rf"(?P<day>\d\d?)\.?[-/. ]{_MONTH}[-/. ,]+(?P<year>\d{{4}}|\d\d)(?=[T ])")
 _MONTH_FIRST = re.compile(rf"{_MONTH}[- ](?P<day>\d\d?)(?:, ?|[- ])(?P<year>\d{{4}})(?=[T ])")
@@ -47,9 +55,11 @@ _NAMED_MONTHS = (_DAY_FIRST, _MONTH_FIRST, _YEAR_FIRST)
 _CLOCK = re.compile(
     r"(\d\d?:[0-5]\d:[0-5]\d(?:[.,:]\d{1,9})?|[0-5]?\d:[0-5]\d[.,]\d{1,9})" + _AM_PM
 )
+"""A clock time, hours:minutes:seconds, or minutes and seconds with a fraction."""
 _COLON_BEFORE_FRACTION = re.compile(r"(\d\d?:[0-5]\d:[0-5]\d):(\d{1,9})")
 """A clock time with a colon before the fraction of a second."""
 _ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:[^AaPp]*")
+"""A time that Arrow reads as it stands."""
 
 
 def is_stamp(text: str) -> bool:
@@ -60,7 +70,10 @@ def is_stamp(text: str) -> bool:
 
 
 def _named_month(text: str) -> re.Match[str] | None:
-    """Match a date with the name of the month at the beginning of a text; None where there is none."""
+    """Match a date with the name of the month at the beginning of a text; None where there is none.
+
+    The match has the groups `day`, `month` and `year`, and ends before the time of day.
+    """
     for pattern in _NAMED_MONTHS:
         date = pattern.match(text)
         if date and date["month"][:3].casefold() in _MONTHS:
@@ -81,7 +94,8 @@ def _with_month_number(text: str) -> str:
 def date_order(texts: Iterable[str]) -> str:
     """Return the order of day, month and year (``dmy``) of the dates in a column; empty: several orders fit.
 
-    A date with points has the day first, a date with AM or PM the month first; a number above 12 is a day.
+    A date with points has the day first, a date with AM or PM the month first; a number above 12 is a day. Texts that
+    are no dates do not count; without any date the order is ``ymd``.
     """
     dates = [date for date in map(_DATE.fullmatch, map(_with_month_number, texts)) if date]
     if all(len(date["d0"]) == 4 for date in dates):
@@ -99,7 +113,10 @@ def is_clock_time(text: str) -> bool:
 
 
 def note_of(text: str, order: str) -> str:
-    """Return the note on how a column of times is read, by its first time; empty where the file leaves no doubt."""
+    """Return the note on how a column of times is read, by its first time; empty where the file leaves no doubt.
+
+    `text`: This time. `order`: As the config or the column states it, not empty for a date.
+    """
     if _CLOCK.fullmatch(text):
         return CLOCK_TIME if is_clock_time(text) else MINUTES
     date = _DATE.fullmatch(_with_month_number(text))
@@ -107,12 +124,13 @@ def note_of(text: str, order: str) -> str:
     return note if order == "ymd" else f"{note}; dates: {_WORDS_OF_ORDER[order]}".removeprefix("; ")
 
 
-def seconds_of(text: str, order: str = "") -> float:
-    """Return a time in s since 1970, or since midnight where it has no date; NaN where the text is no time.
+def seconds_of(text: str, order: str) -> float:
+    """Return a time in s, see the module for its zero; NaN where the text is no time.
 
     `order`: Order of day, month and year (``dmy``); empty: the text must show the order, else NaN.
     """
     if clock := _CLOCK.fullmatch(text):
+        # read as a time of the first day of 1970, so that its seconds count from midnight
         text = _COLON_BEFORE_FRACTION.sub(r"\1.\2", clock[0])
         hours = "" if text.count(":") == 2 else "00:"
         text, order = f"1970-01-01 {hours}{text}", "ymd"
@@ -120,7 +138,7 @@ def seconds_of(text: str, order: str = "") -> float:
         text, order = _with_month_number(text), "ymd"
     date = _DATE.fullmatch(text)
     order = order or date_order([text])
-    # a year has four digits, or two
+    # group d0, d1 or d2 is the year, by its place in the order; it has four digits, or two
     if not date or not order or len(date[f"d{order.index('y')}"]) == 1:
         return np.nan
     year, month, day = (int(date[f"d{order.index(letter)}"]) for letter in "ymd")
@@ -147,9 +165,10 @@ def seconds_of(text: str, order: str = "") -> float:
     return moment.timestamp() - ahead_of_utc_s + float(f"0.{date['fraction'] or 0}")
 
 
-def seconds_of_column(cells: Any, order: str = "") -> FloatArray | None:
-    """Return the times of an Arrow column of text, s as of `seconds_of`, all at once; NaN where a cell is null.
+def seconds_of_column(cells: Any, order: str) -> FloatArray | None:
+    """Return the times of an Arrow column of text, s as of `seconds_of`, shape (n,); NaN where a cell is null.
 
+    The first cell shows the form of all: all cells are rewritten to ISO 8601 by the same patterns, and Arrow reads them.
     None where Arrow cannot read each cell as `seconds_of` would: the caller then reads cell by cell.
     """
     import pyarrow as pa
@@ -159,6 +178,7 @@ def seconds_of_column(cells: Any, order: str = "") -> FloatArray | None:
     if cells.null_count == len(cells):
         return times
     if cells.null_count:
+        # the times of the other cells, put back in their places
         times_stated = seconds_of_column(cells.drop_null(), order)
         if times_stated is None:
             return None
@@ -196,7 +216,10 @@ def seconds_of_column(cells: Any, order: str = "") -> FloatArray | None:
 
 
 def _with_month_numbers(cells: Any) -> Any:
-    """Return an Arrow column with 2026-02-03 in place of dates such as 03-Feb-2026."""
+    """Return an Arrow column with 2026-02-03 in place of dates such as 03-Feb-2026, as `_with_month_number` does.
+
+    Month by month, as a pattern of Arrow cannot turn a name into a number. Raises ValueError for a month without a number.
+    """
     import pyarrow.compute as pc
 
     first = cells[0].as_py()
@@ -218,10 +241,10 @@ def _with_month_numbers(cells: Any) -> Any:
 
 
 def _as_iso(cells: Any, order: str) -> tuple[Any, np.ndarray]:
-    """Return an Arrow column with dates by ISO 8601, and how many half days to add to each time: -1, 0 or 1.
+    """Return an Arrow column with dates by ISO 8601, and how many half days to add to each time: -1, 0 or 1, shape (n,).
 
-    Half days come of AM and PM, which are removed. `order`: Order of day, month and year in `cells`. Raises ValueError
-    for an hour that AM and PM cannot have.
+    Half days come of AM and PM, which Arrow does not read and which are removed. `order`: Order of day, month and year
+    in `cells`. Raises ValueError for an hour that AM and PM cannot have.
     """
     import pyarrow.compute as pc
 
@@ -229,12 +252,14 @@ def _as_iso(cells: Any, order: str) -> tuple[Any, np.ndarray]:
         """Return 1 for each cell in which a pattern is found, else 0."""
         return np.asarray(pc.match_substring_regex(cells, pattern)).astype(int)
 
+    # number of the group, from 1, in which the pattern below finds each of them
     year, month, day = (order.index(letter) + 1 for letter in "ymd")
     iso = rf"\{year}-\{month}-\{day}T"
     cells = pc.replace_substring_regex(cells, r"^(\d+)[-/.](\d+)[-/.](\d+)[T ] *", iso)
     # a 0 before a single digit; twice, as two neighbouring numbers of one digit share the character between them
     for _ in range(2):
         cells = pc.replace_substring_regex(cells, r"([-T:])(\d)([-T:])", r"\10\2\3")
+    # a year of two digits
     cells = pc.replace_substring_regex(cells, r"^(\d\d)-", r"20\1-")
     is_pm, has_half = matches(r"[Pp]\.?[Mm]\.?$"), matches(r"[AaPp]\.?[Mm]\.?$")
     if (has_half > matches(r"T(0[1-9]|1[0-2]):")).any():
@@ -245,15 +270,22 @@ def _as_iso(cells: Any, order: str) -> tuple[Any, np.ndarray]:
 
 
 class RestartingClock:
-    """Makes times of a clock without a date continuous, block by block; the clock starts again after `period`, s."""
+    """Makes times of a clock without a date continuous, block by block; the clock starts again after `period`, s.
+
+    Without this, a log that passes midnight would go back by a day. `period`: Of `PERIOD_S`.
+    """
 
     def __init__(self, period: float) -> None:
         self._period = period
+        # of the blocks before: last time as it was written, and time that was added to it
         self._last = 0.0
         self._added = 0.0
 
     def follow(self, times: FloatArray) -> FloatArray:
-        """Return the next times, s, shape (n,), made continuous: a step back by half a period is a new start."""
+        """Return the next times, s, shape (n,), made continuous: a step back by half a period is a new start.
+
+        `times`: Those of the next block; NaN stays NaN. The object keeps the last of them for the block after it.
+        """
         is_finite = np.isfinite(times)
         if not is_finite.all():
             with_gaps = times.copy()

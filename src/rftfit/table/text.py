@@ -1,4 +1,7 @@
-"""Text of a table: its encoding, its lines, and the cells of a line."""
+"""Text of a table: its encoding (UTF-8, UTF-16, Windows-1252), text or binary, its lines, and the cells of a line.
+
+`head` stands for the first bytes of a file, from which all is guessed: logs are too large to be read twice.
+"""
 
 from __future__ import annotations
 
@@ -10,13 +13,13 @@ from itertools import islice
 from typing import NamedTuple
 
 _UTF16 = {codecs.BOM_UTF16_LE: "utf-16-le", codecs.BOM_UTF16_BE: "utf-16-be"}
+"""Byte order mark, the first two bytes of a file in UTF-16, to the encoding."""
 _SAMPLE_BYTES = 1000
-"""First bytes of a file by which its encoding is guessed."""
-_LINE_END = re.compile(rb"\r\n|\n|\r")
+"""Number of first bytes of a file by which its encoding is guessed."""
 
 
 def utf16_of(head: bytes) -> str:
-    """Return the encoding of a file in UTF-16, with a byte order mark or without; empty for any other encoding."""
+    """Return the encoding of a file in UTF-16, as a name of Python, with a byte order mark or without; else empty."""
     if head[:2] in _UTF16:
         return _UTF16[head[:2]]
     sample = head[:_SAMPLE_BYTES]
@@ -25,7 +28,7 @@ def utf16_of(head: bytes) -> str:
         ("utf-16-be", first_bytes, second_bytes),
         ("utf-16-le", second_bytes, first_bytes),
     ):
-        # in UTF-16 the high bytes of most letters are 0, and no low byte is
+        # two bytes a letter: in UTF-16 the high bytes of most letters are 0, and no low byte is
         most_are_zero = high_bytes.count(0) * 4 > len(sample) and 0 not in low_bytes
         if most_are_zero and any(line_end.encode(encoding) in sample for line_end in "\r\n"):
             return encoding
@@ -38,15 +41,23 @@ def without_byte_order_mark(head: bytes) -> bytes:
 
 
 def as_utf8(head: bytes) -> bytes:
-    """Return the first bytes of a file without a byte order mark; UTF-16 becomes UTF-8."""
+    """Return the first bytes of a file without a byte order mark; UTF-16 becomes UTF-8, other bytes stay as they are.
+
+    A letter in UTF-16 that the end of `head` cuts in half is left out.
+    """
     utf16, head = utf16_of(head), without_byte_order_mark(head)
     return head.decode(utf16, "ignore").encode() if utf16 else head
 
 
-def text_head(head: bytes) -> bytes:
-    """Return the first bytes of a text as `as_utf8` does, but empty for a binary file.
+_CONTROLS = bytes({*range(32)} - set(b"\t\n\v\f\r\x1a\x1b")) + b"\x7f"
+"""Control characters that no text has."""
 
-    A damaged text keeps the lines before its first zero byte.
+
+def text_head(head: bytes) -> bytes:
+    """Return the first bytes of a text as `as_utf8` does, but nothing for a binary file, so that no reader tries it.
+
+    Zero bytes and control characters show a binary file. A text may have some where a disk was full or a line was
+    disturbed; such a damaged text keeps the lines before its first zero byte.
     """
     if b"\x00" in head and not utf16_of(head):
         whole_lines, _, _ = head.partition(b"\x00")[0].rpartition(b"\n")
@@ -60,8 +71,8 @@ def text_head(head: bytes) -> bytes:
     return b"" if controls * 50 > len(text) else text
 
 
-_CONTROLS = bytes({*range(32)} - set(b"\t\n\v\f\r\x1a\x1b")) + b"\x7f"
-"""Control characters that no text has."""
+_WEB_PAGE = re.compile(rb"\s*<(?:!doctype\s+html|html|table|meta)\b", re.IGNORECASE)
+"""First tag of a page of HTML, or of a table of such a page alone."""
 
 
 def is_web_page(head: bytes) -> bool:
@@ -69,13 +80,11 @@ def is_web_page(head: bytes) -> bool:
     return bool(_WEB_PAGE.match(as_utf8(head[:_SAMPLE_BYTES])))
 
 
-_WEB_PAGE = re.compile(rb"\s*<(?:!doctype\s+html|html|table|meta)\b", re.IGNORECASE)
-
-
 class Line(NamedTuple):
     """One line among the first bytes of a file.
 
-    `stop`: Offset in bytes at which the next line begins. `whole`: Whether the line has a line end.
+    `text`: The line, decoded, without its line end. `stop`: Offset in bytes at which the next line begins.
+    `whole`: Whether the line has a line end; the last line may have been cut with the first bytes.
     """
 
     text: str
@@ -88,8 +97,14 @@ def decode_first_lines(head: bytes, most: int = 400) -> list[Line]:
     return list(islice(each_line(head), most))
 
 
+_LINE_END = re.compile(rb"\r\n|\n|\r")
+
+
 def each_line(head: bytes, encoding: str = "") -> Iterator[Line]:
-    """Yield the lines of the first bytes of a file; `encoding`: as in `decoded`."""
+    r"""Yield the lines of the first bytes of a file, which end with \r\n, \n or \r.
+
+    `encoding`: As in `decoded`, line by line: one line that is not UTF-8 does not change how the others are read.
+    """
     start = 0
     while start < len(head):
         end = _LINE_END.search(head, start)
@@ -100,7 +115,10 @@ def each_line(head: bytes, encoding: str = "") -> Iterator[Line]:
 
 
 def decoded(raw: bytes, encoding: str = "") -> str:
-    """Decode bytes; `encoding` empty: UTF-8, or Windows-1252 where they are not UTF-8."""
+    """Decode bytes; `encoding` empty: UTF-8, or Windows-1252 where they are not UTF-8. Never raises an error.
+
+    Bytes that the encoding does not have become the sign for an unknown letter.
+    """
     if encoding:
         return raw.decode(encoding, "replace")
     try:
@@ -112,7 +130,8 @@ def decoded(raw: bytes, encoding: str = "") -> str:
 def cells_of(line: str, delimiter: str, *, quote: bool = True) -> list[str] | None:
     """Split a line into its cells; None where the quotes do not match.
 
-    `delimiter`: One character; a blank stands for any number of blanks and tabs. `quote`: Whether cells may be in quotes.
+    `delimiter`: One character; a blank stands for any number of blanks and tabs, and cells are then never in quotes.
+    `quote`: Whether cells may be in double quotes, which are taken off; False leaves them in the cells.
     """
     if delimiter == " ":
         return _split_at_blanks(line)
@@ -125,9 +144,9 @@ def cells_of(line: str, delimiter: str, *, quote: bool = True) -> list[str] | No
 
 
 def records_of(lines: Iterable[str], delimiter: str) -> Iterator[list[str]]:
-    """Yield the cells of each row of a table; a cell in quotes may hold line ends.
+    """Yield the cells of each row of a table; a cell in quotes may hold line ends, so that a row has several lines.
 
-    Raises csv.Error where quotes do not match.
+    `delimiter`: As in `cells_of`. Raises csv.Error where quotes do not match.
     """
     if delimiter == " ":
         return map(_split_at_blanks, lines)
@@ -140,7 +159,10 @@ def _split_at_blanks(line: str) -> list[str]:
 
 
 def unique_names(names: list[str]) -> tuple[str, ...]:
-    """Make the names of columns unique: the second ``Mz`` becomes ``Mz_2``, a blank name ``column 3``."""
+    """Make the names of columns unique, as columns are found by name: the second ``Mz`` becomes ``Mz_2``.
+
+    A blank name becomes ``column 3`` (counted from 1), and runs of blanks within a name one blank.
+    """
     distinct_names: list[str] = []
     for column, name in enumerate(names, start=1):
         base = " ".join(name.split()) or f"column {column}"

@@ -1,4 +1,8 @@
-"""Units in the spellings of log files: finds them in names and cells, and converts them."""
+"""Units in the spellings of log files and run sheets: finds them in names and cells, and converts them.
+
+A unit of this program is one of the names on the left of the tables below, such as ``N m``. First their spellings and
+how they are found beside a name; then, below `FORCE_TO_N`, factors, and ratios of units such as ``N/cm^3``.
+"""
 
 from __future__ import annotations
 
@@ -34,6 +38,7 @@ _SPELLINGS = {
     "h": "h hr hrs hour hours",
     "d": "d day days",
 }
+"""Unit to its spellings in small letters."""
 QUANTITY_UNITS = frozenset(_SPELLINGS)
 """Units of the quantities that the program reads."""
 _UNIT_BY_SPELLING = {word: unit for unit, words in _SPELLINGS.items() for word in words.split()}
@@ -67,9 +72,9 @@ def _without_brackets(text: str) -> str:
 
 
 def canonical_unit(text: str) -> str:
-    """Return a unit in the spelling of this program: ``N`` for ``Newtons``.
+    """Return a unit in the spelling of this program: ``N`` for ``Newtons`` or ``[newton]``.
 
-    An unknown unit comes back unchanged, a sign for no unit such as ``?`` as an empty text.
+    An unknown unit comes back as it is, without brackets; a sign for no unit such as ``?`` as an empty text.
     """
     text = _without_brackets(text.translate(_WIDE))
     if since := _SINCE.fullmatch(text):
@@ -78,6 +83,7 @@ def canonical_unit(text: str) -> str:
         return ""
     if text in _EXACT:
         return _EXACT[text]
+    # any sign of a product as *, micro as u
     plain = re.sub(r"[\s·⋅\u00d7]+", "*", text.replace("µ", "u").replace("μ", "u")).casefold()
     return _UNIT_BY_SPELLING.get(plain, text)
 
@@ -96,13 +102,20 @@ def is_unit(text: str) -> bool:
     )
 
 
+COUNTED_TIMES = ("s", "ms", "us", "ns")
+"""Units in which computers count time; as the name of a column, they say that the column holds times."""
+
+
 @lru_cache(1024)
 def split_unit(cell: str, more: frozenset[str] = frozenset()) -> tuple[str, str]:
-    """Split ``Force [kN]``, ``Force (kN)``, ``force_kN`` or ``Force / kN`` into name and unit.
+    """Split ``Force [kN]``, ``Force (kN)``, ``force_kN`` or ``Force / kN`` into name and unit, here ("Force", "kN").
 
-    `more`: Further units that may stand behind a name without brackets.
+    The unit is in the spelling of this program where it is known, and empty where the cell states none. A unit behind
+    a name without brackets must be one of this module, so that ``Axial A`` stays a name. `more`: Further units that may
+    stand so.
     """
     cell = cell.translate(_WIDE).strip().strip('"').strip()
+    # the number behind the unit belongs to the name
     numbered = _NUMBERED.fullmatch(cell)
     if numbered and is_unit(numbered["unit"]):
         number = " ".join(numbered["number"].split())
@@ -123,12 +136,11 @@ def split_unit(cell: str, more: frozenset[str] = frozenset()) -> tuple[str, str]
     return cell, canonical_unit(cell) if is_time else ""
 
 
-COUNTED_TIMES = ("s", "ms", "us", "ns")
-"""Units in which computers count time; as the name of a column, they say that the column holds times."""
-
-
 def is_units_row(cells: Sequence[str], width: int) -> bool:
-    """Return whether a row above data of `width` columns holds units: all in brackets, or most of them known."""
+    """Return whether a row above data of `width` columns holds units: all in brackets, or most of them known.
+
+    The others must be short and without digits, as units of other quantities are; a row of names is thus ruled out.
+    """
     filled = [cell.strip() for cell in cells if cell.strip()]
     if not filled or not width - 1 <= len(cells) <= width + 1:
         return False
@@ -139,7 +151,8 @@ def is_units_row(cells: Sequence[str], width: int) -> bool:
     return short and len(unknown_cells) * 2 < len(filled) and len(filled) * 2 > width
 
 
-# --- Factors that convert a unit to the unit of this program, and the unit that a header or a cell states
+# --- Factors that convert a unit to the unit of this program, and the unit that a header or a cell states.
+# Each table of factors is of one dimension; the last two have ratios, which `canonical_unit` does not know.
 
 
 FORCE_TO_N = {
@@ -195,7 +208,10 @@ _DIGITS = str.maketrans("\u00b2\u00b3\u2074\u207b", "234-")
 
 
 def units_like(unit: str) -> dict[str, float]:
-    """Return all units of the same dimension, each to its factor in `unit`; empty for an unknown unit."""
+    """Return all units of the same dimension, each to its factor in `unit`; empty for an unknown unit.
+
+    ``units_like("mm")["cm"]`` is 10: a number in cm times 10 is in mm.
+    """
     for dimension in _DIMENSIONS:
         if spelling := unit_among(unit, dimension):
             return {name: factor / dimension[spelling] for name, factor in dimension.items()}
@@ -203,7 +219,7 @@ def units_like(unit: str) -> dict[str, float]:
 
 
 def unit_among(text: str, units: Mapping[str, float]) -> str | None:
-    """Return the unit among `units` that a text spells in any way; None where there is none."""
+    """Return the unit among the keys of `units` that a text spells in any way; None where there is none."""
     word = canonical_unit(text)
     if word in units:
         return word
@@ -218,12 +234,18 @@ def unit_among(text: str, units: Mapping[str, float]) -> str | None:
 def _plain_ratio(unit: str) -> str:
     """Spell a unit in small letters, as a ratio, without spaces and ``^``: ``n/cm3`` for ``N cm⁻³``."""
     unit = unit.strip(" )]").casefold().translate(_DIGITS)
-    unit = re.sub(r"[\s*·]*\b([a-z]+)\^?-(\d)", r"/\1\2", re.sub(r"[\s_]per[\s_]", "/", unit))
-    return re.sub(r"/m1$", "/m", re.sub(r"[\s^]", "", unit))
+    with_slash = re.sub(r"[\s_]per[\s_]", "/", unit)
+    # a negative power is below the line
+    as_ratio = re.sub(r"[\s*·]*\b([a-z]+)\^?-(\d)", r"/\1\2", with_slash)
+    return re.sub(r"/m1$", "/m", re.sub(r"[\s^]", "", as_ratio))
 
 
 def cut_header(header: str) -> Iterator[tuple[str, str]]:
-    """Yield each way to cut a header into a name, in the spelling of `folded_name`, and a text that may be a unit."""
+    """Yield each way to cut a header into a name, in the spelling of `folded_name`, and a text that may be a unit.
+
+    The caller knows the names and units that may stand in the table: ``rod depth_cm`` gives ("rod", "depth_cm") and
+    ("rod_depth", "cm").
+    """
     header = header.translate(_WIDE)
     for between in re.finditer(r"[\s_/,(\[]+", header):
         yield folded_name(header[: between.start()]), header[between.end() :].strip(" )]")
