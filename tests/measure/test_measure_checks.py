@@ -244,7 +244,13 @@ def test_a_pair_that_contradicts_its_mirror_image_is_no_symmetry():
 def peers_of(count, **columns):
     """Runs r2, r3 and so on beside their repeats, none of which stands apart but for these columns."""
     usual = {"times_spread": 1.0, "apart": False, "beside": "repeats", "seen_from_ratio": 0.2}
-    usual |= {"off_z_ratio": 0.0, "off_x_ratio": 0.0}
+    usual |= {
+        "off_z_ratio": 0.0,
+        "off_x_ratio": 0.0,
+        "beta_deg": 0.0,
+        "gamma_deg": 90.0,
+        "n_others": 5,
+    }
     return pd.DataFrame({"run_id": [f"r{n}" for n in range(2, 2 + count)], **usual, **columns})
 
 
@@ -256,16 +262,34 @@ def test_a_difference_that_would_not_be_seen_is_not_checked(least, verdict):
     assert (check.code == "repeats-blind") == (verdict == "not checked")
 
 
-@pytest.mark.parametrize("apart", [1, 2])
-def test_a_run_that_is_next_is_named_where_a_single_one_is_apart(apart):
-    # of two exchanged runs both are apart, and the next one is innocent
-    is_apart = [True, apart == 2, False]
-    peers = peers_of(3, times_spread=[8.1, 7.5, 2.0], apart=is_apart, off_z_ratio=0.1)
-    for c in "zx":
-        peers[f"alpha_{c}_N_per_cm3"], peers[f"others_{c}_N_per_cm3"] = 0.35, 0.55
+@pytest.mark.parametrize(
+    ("others", "apart", "is_named"),
+    [
+        ((0.55, 0.35, 0.1), 1, True),
+        # it does not agree at its own angles either, but a third run would explain the first one as well
+        ((0.55, 0.35, 0.36), 1, False),
+        ((0.55, 0.55, 0.1), 1, False),
+        # of two exchanged runs both may be apart
+        ((0.55, 0.35, 0.1), 2, False),
+    ],
+)
+def test_a_run_is_exchanged_with_the_only_one_at_whose_angles_both_agree(others, apart, is_named):
+    peers = peers_of(3, times_spread=[8.1, 2.0, 7.5], apart=[True, False, False], off_z_ratio=0.1)
+    peers.loc[1, "apart"] = apart == 2
+    peers["alpha_z_N_per_cm3"] = 0.35, 0.55, 0.5
+    peers["others_z_N_per_cm3"] = others
+    peers["alpha_x_N_per_cm3"] = peers["others_x_N_per_cm3"] = 0.0
+    sentence = judge("repeats", measured(sheet_of("ppp"), peers=peers)).sentence
+    assert ("exchanged with r3" in sentence) == is_named
+    assert "with r4" not in sentence
+
+
+def test_two_runs_against_one_may_be_the_wrong_ones():
+    peers = peers_of(3, apart=[False, True, False], beside="repeats", n_others=2)
+    for name in ("alpha_z", "others_z", "alpha_x", "others_x"):
+        peers[f"{name}_N_per_cm3"] = 0.3
     check = judge("repeats", measured(sheet_of("ppp"), peers=peers))
-    assert ("the likeliest is r3" in check.sentence) == (apart == 1)
-    assert "the likeliest is r4" not in check.sentence
+    assert "If r2 and r4 share a mistake, r3 is the good one" in check.sentence
 
 
 NEXT_TO_EACH_OTHER = "3 of the 4 runs in rows 4 to 7 of the run sheet"

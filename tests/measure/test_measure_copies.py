@@ -111,6 +111,9 @@ def test_copies_are_told_from_runs_of_one_file():
     table = pd.DataFrame({"run_id": list(by_id), "readings": ["1", "1", "2", "2", "3", "3"]})
     # c and d are one file by the sheet, the rods may be copies
     assert same_readings(by_id, table) == {"a": ("b",), "b": ("a",), "c": (), "d": ()}
+    # one channel is enough
+    mixed = table.assign(readings=["1 8", "9 8", "2", "2", "3", "3"])
+    assert same_readings(by_id, mixed)["a"] == ("b",)
     # of a log that says nothing there is no digest
     assert same_readings(by_id, table.assign(readings="")) == {}
     # legs are runs too

@@ -35,7 +35,7 @@ from rftfit.measure.levels import FEW_RUNS, MODES, median_of_runs, sd_by_median
 from rftfit.measure.rods import estimate_share_too_much
 from rftfit.measure.samples import split_runs
 from rftfit.measure.slopes import student_limit, student_quantile
-from rftfit.measure.verdict_words import DOUBTFUL, FAILED, MAP, NOT_CHECKED, PAIR, UNUSABLE
+from rftfit.measure.verdict_words import DOUBTFUL, FAILED, MAP, NOT_CHECKED, PAIR, REPEATS, UNUSABLE
 from rftfit.store.chosen import chosen
 
 _CHOSEN = chosen("checks", "runs")
@@ -334,7 +334,7 @@ def _format_ratio(ratio: float) -> str:
             "{count} of {size} runs {differ} from the others, the most by {most_spreads:.1f} times the spread",
             "no run differs; a difference below {median:.0%} of the largest alpha (median; at most {most:.0%}) is not "
             "detected",
-            "{found} ({values} N/cm^3; {rows}): {opposite}look at the medium, the unit, the angles and the logs of these runs{next}. "
+            "{found} ({values} N/cm^3; {rows}): {opposite}look at the medium, the unit, the angles and the logs of these runs{exchanged}. "
             "{together}{pairs}They are used; exclude what is a mistake, and check again: more runs may then stand apart.",
         ),
         "repeats-single": Sentences(
@@ -418,13 +418,9 @@ def _fail_by_apart(
         for c, runs in opposite.items()
     ]
     of_one_cause = set[str]().union(*opposite.values()) or runs_apart
-    next_apart = ""
-    if len(apart) == 1 and len(not_apart):
-        # the next run may be exchanged with a single one that is apart; several are exchanged among themselves
-        run, times = not_apart.nlargest(1, "times_spread")[["run_id", "times_spread"]].iloc[0]
-        next_apart = str(
-            remark("next-apart", run=run, rows=describe_rows([run], sheet), times=times)
-        )
+    exchanged = ""
+    if len(apart) == 1 and (run := _find_exchanged(apart.iloc[0], not_apart)):
+        exchanged = str(remark("exchanged-with", run=run, rows=describe_rows([run], sheet)))
     return Check.judge(
         "repeats",
         False,
@@ -437,9 +433,49 @@ def _fail_by_apart(
         rows=describe_rows(runs_apart, sheet),
         opposite="".join(opposite_remarks),
         together=_describe_together(of_one_cause, compared["run_id"], measured),
-        pairs=str(remark("one-of-pair")) if apart["beside"].eq(PAIR).any() else "",
-        next=next_apart,
+        pairs=_describe_open_sides(apart, compared, measured.tolerance_deg),
+        exchanged=exchanged,
     )
+
+
+def _find_exchanged(run: pd.Series[Any], others: pd.DataFrame) -> str:
+    """Return the run_id of the run that may be exchanged with one that is apart; empty where none is, or several may be.
+
+    At the angles of the other each of the two must differ less from the others there than a run that is apart does.
+    `run`: row of the table of peers; `others`: rows of the runs that are not apart.
+    """
+
+    def misfit(runs: Any, places: Any) -> Any:
+        """Difference of `runs` from the others at the angles of `places`, in units of what stands apart there."""
+        # alpha_x of a pull is filed with the other sign
+        turn = np.where((runs["gamma_deg"] < 0) == (places["gamma_deg"] < 0), 1.0, -1.0)
+        off_z = runs[column("z")] - places["others_z_N_per_cm3"]
+        off_x = turn * runs[column("x")] - places["others_x_N_per_cm3"]
+        seen_from = places["seen_from_ratio"] * largest
+        return np.hypot(np.nan_to_num(off_z), np.nan_to_num(off_x)) / seen_from
+
+    largest = max(np.nanmax(np.abs(others[[column("z"), column("x")]].to_numpy(float))), 0.0)
+    of_both = np.maximum(misfit(run, others), misfit(others, run))
+    fitting = others["run_id"][of_both < 1]
+    return str(fitting.iloc[0]) if len(fitting) == 1 else ""
+
+
+def _describe_open_sides(apart: pd.DataFrame, compared: pd.DataFrame, tolerance_deg: float) -> str:
+    """Say of runs that are apart from one other run, or from two, that these may be the wrong ones; empty otherwise.
+
+    `apart`: rows of the table of peers, of runs that are apart; `compared`: of all runs.
+    """
+    sentences = [str(remark("one-of-pair"))] if apart["beside"].eq(PAIR).any() else []
+    direction = number_rows(compared, tolerance_deg)
+    for run_id in apart["run_id"][apart["beside"].eq(REPEATS) & apart["n_others"].eq(2)]:
+        is_repeat = (direction == direction[compared["run_id"] == run_id]) & (
+            compared["run_id"] != run_id
+        )
+        both = " and ".join(compared["run_id"][is_repeat])
+        # level pushes of another depth have the direction, but are no repeats
+        if np.count_nonzero(is_repeat) == 2:
+            sentences.append(str(remark("one-of-three", run=run_id, others=both)))
+    return "".join(sentences)
 
 
 def _find_opposite(compared: pd.DataFrame, measured: MediumMeasurements) -> dict[str, set[str]]:

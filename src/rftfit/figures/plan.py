@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def draw_plan(plan: Plan, medium_map: Map) -> Figure:
     """Draw the half width of the interval over the number of pushes (left), and the directions of the pushes (right)."""
     page, ((left_axes, right_axes),) = style.panels([7.0], 2, 7.5)
-    widths = [100 * step.typical for step in plan.steps]
+    widths = [100 * step.widest for step in plan.steps]
     left_axes.plot(range(len(widths)), widths, "o-", color=style.OKABE_ITO["blue"], markersize=3)
     left_axes.set(
         xlabel="further pushes", ylabel=f"half width\n(% of {plan.divisor_name})", yscale="log"

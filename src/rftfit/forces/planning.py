@@ -14,7 +14,6 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import compress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -242,8 +241,8 @@ class Step:
     """One more push of a plan, or one turn of a body, with the `runs` that it takes.
 
     `directions`: (beta, gamma) in degrees, one, or two where the way back is measured too; empty for a turn, and for the
-    state before the first push. `half_width`: half width of the interval of each number of the target after this step,
-    over the target's divisor, (t,). `turn`: name of the body that is turned; empty for a push.
+    state before the first push. `half_width`: half width of the interval of each part of the target after this step,
+    over the target's divisor; of a part of many numbers, as alpha in all directions, root mean square over them. `turn`: name of the body that is turned; empty for a push.
     """
 
     directions: tuple[tuple[float, float], ...]
@@ -252,9 +251,9 @@ class Step:
     turn: str = ""
 
     @property
-    def typical(self) -> float:
-        """Root mean square of the half widths: one number for all of the target."""
-        return float(np.sqrt(np.mean(self.half_width**2)))
+    def widest(self) -> float:
+        """Largest of the half widths: a mean would hide the lift of a foot pressed down behind a force sideways of 0."""
+        return float(self.half_width.max())
 
 
 @dataclass(frozen=True)
@@ -300,15 +299,15 @@ class Plan:
         -------
         pandas.DataFrame
             ``push`` (0: now), ``beta_deg, gamma_deg``, ``way_back`` (whether the plate is also measured
-            on its way back), ``runs`` (of the plan so far), ``half_width_percent`` of the target's interval, root
-            mean square over its parts; where turns of bodies were offered too ``turn``, the body.
+            on its way back), ``runs`` (of the plan so far), ``half_width_percent`` of the target's interval, the
+            largest of its parts; where turns of bodies were offered too ``turn``, the body.
         """
         rows, runs = [], 0
         for number, step in enumerate(self.steps):
             runs += step.runs
             beta, gamma = step.directions[0] if step.directions else (np.nan, np.nan)
             back = len(step.directions) > 1
-            rows.append((number, beta, gamma, back, runs, 100 * step.typical))
+            rows.append((number, beta, gamma, back, runs, 100 * step.widest))
         names = ["push", "beta_deg", "gamma_deg", "way_back", "runs", "half_width_percent"]
         table = pd.DataFrame(rows, columns=names)
         turns = [step.turn for step in self.steps]
@@ -327,7 +326,7 @@ class Plan:
                 cells = [f"({push['beta_deg']:g}, {push['gamma_deg']:.4g})", way, f"{push['runs']}"]
             rows.append([str(push["push"]), *cells, f"{push['half_width_percent']:.1f} %"])
         head = ["push", "(beta, gamma), deg", "", "new runs so far", "half width"]
-        widths = [100 * step.typical for step in self.steps]
+        widths = [100 * step.widest for step in self.steps]
         by_alpha, remainder = "", ""
         if self.of_model:
             by_alpha = ", as far as alpha decides"
@@ -346,10 +345,12 @@ class Plan:
                 are = "is" if enough == 1 else "are"
                 enough_for = f"\n{pushes}{in_runs} {are} enough for {self.target} within {limit} %{by_alpha}."
         before = f"{self.made_already} made already" if self.made_already else "none made yet"
+        largest = f", the larger of {'; '.join(self.parts)}" if len(self.parts) > 1 else ""
+        of_map = ", root mean square over all directions" if self.target == WHOLE_MAP.name else ""
         return (
             f"Pushes for {self.target}, {before}\n\n{format_table(head, rows)}\n\n"
-            f"Half width of the {100 * self.confidence:g} % interval, percent of {self.divisor_name}, root mean square "
-            f"over {'; '.join(self.parts)}.{enough_for}{remainder}"
+            f"Half width of the {100 * self.confidence:g} % interval, percent of {self.divisor_name}{largest}{of_map}."
+            f"{enough_for}{remainder}"
         )
 
     def as_dict(self) -> dict[str, Any]:
@@ -432,12 +433,6 @@ def plan(
     alpha = current_map.alpha
     divisor = target.divisor(np.atleast_1d(target.numbers(alpha, current_map)))
     errors, target_errors = _errors_of_target(target, current_map)
-    parts = target.parts
-    if len(parts) == divisor.size:
-        # a force that is 0 by symmetry whatever alpha is, as sideways on a foot pressed down, is known already
-        is_open = np.abs(target_errors).max(axis=0) > _CERTAIN * divisor
-        parts = tuple(compress(parts, is_open))
-        divisor, target_errors = divisor[is_open], target_errors[:, is_open]
     joint = np.hstack([errors.reshape(len(errors), -1), target_errors / divisor])
     # of alpha at all nodes, in the first `size` rows, and of the target behind them
     covariance, size = joint.T @ joint, alpha.size
@@ -450,7 +445,13 @@ def plan(
     # a body that is named twice is offered once
     turns_by_body = {body.name: _make_turn(current_map, body, motion) for body, motion in turns}
     candidates = [*_list_pushes(current_map, rig, noise), *turns_by_body.values()]
-    steps = [Step((), 0, quantile * np.sqrt(np.diag(covariance)[size:]))]
+
+    def half_width_of_parts(covariance: FloatArray) -> FloatArray:
+        """Half width of the interval of each part, by the covariance of alpha at the nodes and of the target."""
+        variances = np.maximum(np.diag(covariance)[size:], 0.0).reshape(len(target.parts), -1)
+        return quantile * np.sqrt(variances.mean(axis=1))
+
+    steps = [Step((), 0, half_width_of_parts(covariance))]
     for _ in range(count):
         variance = np.diag(covariance)[size:].sum()
         gains = []
@@ -465,11 +466,10 @@ def plan(
         covariance = covariance - across @ np.linalg.solve(measured, across.T)
         if turn:
             candidates.pop(best)
-        variance_left = np.maximum(np.diag(covariance)[size:], 0.0)
-        steps.append(Step(directions, runs, quantile * np.sqrt(variance_left), turn))
+        steps.append(Step(directions, runs, half_width_of_parts(covariance), turn))
     return Plan(
         target.name,
-        parts,
+        target.parts,
         tuple(steps),
         confidence,
         current_map.pushes,
@@ -543,9 +543,6 @@ def _make_turn(medium_map: Map, body: Outline, motion: Motion) -> _Candidate:
 
     return _Candidate(observe, 1, turn=body.name)
 
-
-_CERTAIN = 1e-9
-"""Largest error of a number over its divisor that is rounding: such a number does not depend on alpha."""
 
 _EXACT = 1e-10
 """Least variance of a push, over the largest variance of alpha in the map."""

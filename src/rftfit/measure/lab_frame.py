@@ -18,6 +18,7 @@ from rftfit.measure.levels import find_equal_stretches, find_stretches, median
 from rftfit.measure.log_columns import ANGLE_TO_RAD, unit_factor
 from rftfit.measure.slopes import GIVEN_DOF, weighted_sum_variance
 from rftfit.measure.strokes import IntruderPath
+from rftfit.store.chosen import chosen
 from rftfit.table.units import FORCE_TO_N, LENGTH_TO_CM, TIME_TO_S
 
 CHANNELS = ("F1", "F2", "F3")
@@ -155,7 +156,7 @@ def channel_facts(channels: FloatArray, in_stroke: np.ndarray) -> dict[str, obje
     telling = [
         readings
         for readings in channels
-        if np.count_nonzero(np.diff(readings)) >= _CHANGES_OF_NO_CHANCE
+        if np.count_nonzero(np.diff(readings[np.isfinite(readings)])) >= _CHANGES_OF_NO_CHANCE
     ]
     digests = [readings_digest(readings) for readings in [channels, *telling]] if moves else []
     facts: dict[str, object] = {"readings": " ".join(digests)}

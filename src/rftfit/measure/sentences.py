@@ -343,7 +343,7 @@ SENTENCES = {
     "in-pulls": ", {pull} in pulls{interval}",
     "interval-starts": " ({low} to {high})",
     "surface-and-lag": ", by the surface {mm:.1f} mm, by a lag {s:.2f} s",
-    "next-apart": "; if two rows of the run sheet were exchanged, a second run is wrong as well: the likeliest is {run} ({rows}), apart by {times:.1f} times the spread",
+    "exchanged-with": "; it may be exchanged with {run} ({rows}): each of the two agrees with the others at the angles of the other",
     "opposite-z": "alpha_z has about the opposite value of the others in {count} runs ({rows}): look at the cable and the sign of "
     "the channel along z there; else ",
     "opposite-x": "alpha_x has about the opposite value of the others in {count} runs ({rows}): look at the cable and the sign of "
@@ -352,6 +352,7 @@ SENTENCES = {
     "together-rows": "{count} of the {size} runs in rows {first} to {last} of the run sheet",
     "together-label": "all with {column} {label}",
     "one-of-pair": "Of two runs of one direction that differ from each other one may be good. ",
+    "one-of-three": "If {others} share a mistake, {run} is the good one of the three. ",
     "alpha-beside": "{run}: alpha_{component} {alpha:.3g} beside {others:.3g}",
     **{
         f"axes-{name}": words
