@@ -449,7 +449,7 @@ def plan(
     def half_width_of_parts(covariance: FloatArray) -> FloatArray:
         """Half width of the interval of each part, by the covariance of alpha at the nodes and of the target."""
         variances = np.maximum(np.diag(covariance)[size:], 0.0).reshape(len(target.parts), -1)
-        return quantile * np.sqrt(variances.mean(axis=1))
+        return np.asarray(quantile * np.sqrt(variances.mean(axis=1)))
 
     steps = [Step((), 0, half_width_of_parts(covariance))]
     for _ in range(count):
