@@ -364,7 +364,7 @@ def scaled_media_of_page(directions):
     config = Config.model_validate(values)
     results = results_of([table], config)
     rows = [penetration_row(fit_terms(table, config, "lsq"))]
-    map_table = results["sand"].map().table().assign(reason="")
+    map_table = results["sand"].map().table().assign(reason="", chance_if_it_belongs=1.0)
     results._tables |= {"penetration.csv": pd.DataFrame(rows), "maps/sand.csv": map_table}
     outcome: Any = SimpleNamespace(dropped=())
     (row,) = tabulate_media(results, outcome).rows
@@ -379,7 +379,7 @@ def test_zeta_beside_the_papers_is_of_all_directions_though_twelve_were_pushed()
     # nine terms of the pushed directions are far from both, and the cell says so
     assert fit["zeta_lo"] > zeta
     assert fit["chi_hi"] < chi
-    assert f"of the map; pushes alone: {fit['zeta']:.4f}" in row["zeta_note"]
+    assert f"of the map, to quote; pushes alone: {fit['zeta']:.4f} (" in row["zeta_note"]
 
 
 def test_zeta_of_a_whole_grid_is_that_of_its_nine_terms():

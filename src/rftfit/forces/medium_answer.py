@@ -216,10 +216,8 @@ def _describe_doubt(medium_map: Map) -> str:
     return (
         "this medium does not belong to those whose shape is known: pushes lie so far from "
         f"it once in {media}. "
-        f"{_describe_horizontal(medium_map, ' as in the known media')}. Farthest from the shape is (beta, gamma) = ("
-        f"{worst.beta_deg:g}, {worst.gamma_deg:g}) deg, alpha_{worst.component}: found "
-        f"{worst.measured:.3g}, expected by the other pushes {worst.expected:.3g} +- {worst.error:.2g} "
-        "N/cm^3. A wet, cohesive or angular medium, a wrong sign or angle; estimated alpha is not "
+        f"{_describe_horizontal(medium_map, ' as in the known media')}. Farthest from the shape is {worst.describe()}. "
+        "A wet, cohesive or angular medium, a wrong sign or angle; estimated alpha is not "
         "to be trusted."
     )
 

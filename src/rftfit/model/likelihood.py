@@ -283,3 +283,10 @@ class PushResidual(NamedTuple):
     measured: float
     expected: float
     error: float
+
+    def describe(self) -> str:
+        """Say the direction, and what was found and expected there."""
+        return (
+            f"(beta, gamma) = ({self.beta_deg:g}, {self.gamma_deg:g}) deg, alpha_{self.component}: found "
+            f"{self.measured:.3g}, expected by the other pushes {self.expected:.3g} +- {self.error:.2g} N/cm^3"
+        )

@@ -135,10 +135,12 @@ def describe_other_kind(results: Results, medium: str) -> str:
     if not chance < NOT_ALIKE:
         return ""
     media = float(f"{1 / max(chance, 1e-9):.1g}")
+    worst = results[medium].map().farthest
+    farthest = f"; farthest from their shape is {worst.describe()}" if worst else ""
     return (
         f"only one in {media:,.0f} media of the known kind lies so far from their shape: the medium is "
         "of another kind, or a sign or an angle of the run sheet is wrong; the intervals of its zeta and of directions that "
-        "nobody pushed hold for media of the known kind alone"
+        f"nobody pushed hold for media of the known kind alone{farthest}"
     )
 
 

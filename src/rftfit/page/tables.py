@@ -311,11 +311,17 @@ def _describe_scale_of_pushes(
     `notes`: Further notes on zeta and chi, which are written behind.
     """
     notes_on_pushes = {}
-    for name, (value, *_) in fitted_scale(results, medium).items():
+    is_of_other_kind = bool(describe_other_kind(results, medium))
+    whose = (
+        "of the map, true of media of the known kind"
+        if is_of_other_kind
+        else "of the map, to quote"
+    )
+    for name, numbers_of_fit in fitted_scale(results, medium).items():
         note = f"of the {directions} pushed directions alone, not comparable with the paper's"
         if has_scale_of_map(results, medium):
-            number = format_number(value, ALPHA_DIGITS)
-            note = f"of the map; pushes alone: {number}"
+            value, low, high = (format_number(number, ALPHA_DIGITS) for number in numbers_of_fit)
+            note = f"{whose}; pushes alone: {value} ({low} to {high})"
         key = f"{name}_note"
         notes_on_pushes[key] = "; ".join(filter(None, (note, notes.get(key, ""))))
     return notes_on_pushes
