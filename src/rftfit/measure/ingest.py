@@ -271,7 +271,7 @@ def _account_for_logs(
 
 
 def _account_for_left_out_rows(ledger: Ledger, run: Run, file: str, log: Log) -> None:
-    """Enter rows of a log that were left out into the ledger, and those that the instrument counted but the file lacks."""
+    """Enter the rows of a log that were left out into the ledger, and lost rows: those that the file lacks."""
     for fate, counts in ((DROPPED, log.dropped), (LOST, log.missing)):
         for reason, rows in counts.items():
             ledger.add(run, file, fate, rows, dropped_rows(reason))
