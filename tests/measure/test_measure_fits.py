@@ -130,11 +130,7 @@ def test_a_window_of_the_users_own_is_not_called_the_containers(paper_config, se
         (90.0, "extraction", (1, 1), "gives-back"),
     ],
 )
-# as `run` fits it, and as `check` does
-@pytest.mark.parametrize("verdicts_only", [False, True])
-def test_a_force_with_the_wrong_sign_is_flagged(
-    paper_config, gamma, direction, signs, code, verdicts_only
-):
+def test_a_force_with_the_wrong_sign_is_flagged(paper_config, gamma, direction, signs, code):
     depth = np.full(701, 5.08) if direction == "horizontal" else DOWN
     samples = stroke(depth, path=np.linspace(0, 7, depth.size))
     force = samples.force * np.array(signs)[:, None]
@@ -143,7 +139,7 @@ def test_a_force_with_the_wrong_sign_is_flagged(
     for size, expected_code in ((0.0, code), (0.1, code), (10.0, "")):
         turned = dataclasses.replace(samples, force=force + size * noise)
         sheet_run = run(direction, 0.0, gamma)
-        flags = fit_run(sheet_run, turned, paper_config, verdicts_only=verdicts_only).flags
+        flags = fit_run(sheet_run, turned, paper_config).flags
         assert ("gives-back" in codes_of(flags)) == bool(expected_code)
 
 

@@ -1,4 +1,14 @@
-"""Two clocks aligned by the force alone: it grows only where the intruder goes deeper."""
+"""Two clocks aligned by the force alone: it grows only where the intruder goes deeper.
+
+Two programs that log force and motion on unrelated clocks share no event but the push itself. `estimate_clocks` finds
+the *offset* (time of the motion log minus time of the force log, s) at which the force is best explained as one smooth
+function of depth, and its *drift* (change of the offset per s). First `search_lags` tries all offsets, here *lags*, by
+a coarse function; then `_refine_offset` refines the best ones by least squares.
+
+``time``, ``force``: readings on the force clock, s and N (lift plus any constant), shape (n,), in the order of time.
+``motion_time``, ``depth``: readings on the motion clock, s and cm, growing downward from any zero, shape (m,).
+*Explained* is the share of the variance of the force that the function of depth gives, 0 to 1; the rest is unexplained.
+"""
 
 from __future__ import annotations
 
@@ -21,9 +31,13 @@ _CHOSEN = chosen("measure", "alignment")
 
 
 def smooth_basis(depth: FloatArray, knots: int, span: FloatArray | None = None) -> FloatArray:
-    """Values of the cubic B-splines on even knots (at least 2) at each depth (n,): shape (n, knots + 2).
+    """Values of the cubic B-splines on even knots (at least 2) at each depth, shape (n, knots + 2).
 
-    `span`: Depths whose range the knots cover, by default `depth`. A depth beyond the range counts as its nearest end.
+    Weighted sums of the columns are smooth functions of depth, so least squares of the force on them asks no law of
+    depth.
+
+    `span`: Depths, cm, whose range the knots cover, by default `depth`. A depth beyond the range counts as its nearest
+    end.
     """
     abscissa = depth if span is None else span
     low, high = float(abscissa.min()), float(abscissa.max())
@@ -42,9 +56,10 @@ def smooth_basis(depth: FloatArray, knots: int, span: FloatArray | None = None) 
 
 
 def contact_basis(depth: FloatArray, surface: float, deepest: float, knots: int) -> FloatArray:
-    """Basis of a force that is constant above the surface and, below it, depth below it times a smooth function of that.
+    """Basis of a force that is constant above the surface and, below it, its depth times a smooth function of that.
 
-    Shape (n, knots + 3), for depths (n,) of which `deepest` is the largest, cm.
+    With the surface in it, the offset and the surface can be told apart. Shape (n, knots + 3): first the constant.
+    `surface`: Depth of the surface, cm. `deepest`: Largest depth, cm.
     """
     depth_below = np.maximum(depth - surface, 0.0)
     inner = smooth_basis(depth_below, knots, np.array([0.0, max(deepest - surface, 1e-6)]))
@@ -52,9 +67,9 @@ def contact_basis(depth: FloatArray, surface: float, deepest: float, knots: int)
 
 
 def contact_depth(depth: FloatArray, force: FloatArray) -> float:
-    """Depth of the last reading at which the force has made less than a small share of its rise.
+    """Depth of the last reading at which the force has made less than a small share of its rise, cm: about the surface.
 
-    `depth`, `force`: Readings in the order of time, the largest force last.
+    `depth`, `force`: Readings at the same times, in the order of time, the largest force last.
     """
     start = float(np.median(force[: max(8, force.size // 50)]))
     below = np.flatnonzero(force < start + _CHOSEN.first_share * (force[-1] - start))
@@ -64,10 +79,13 @@ def contact_depth(depth: FloatArray, force: FloatArray) -> float:
 
 @dataclass(frozen=True)
 class LagProfile:
-    """Share of the force that no smooth function of depth explains, for each lag; arrays of shape (m,).
+    """Share of the force that no smooth function of depth explains, for each lag that was tried.
 
-    `lag`: Motion clock minus force clock, s, increasing.
-    `unexplained`: Share of the force's variance, 0 to 1.
+    A clear push has one deep minimum. `best`, `ends` and `rivals` are the lags from which the offset is refined, as the
+    coarse search may rank them wrongly.
+
+    `lag`: Motion clock minus force clock, s, increasing, shape (k,).
+    `unexplained`: Share of the force's variance, 0 to 1, shape (k,).
     """
 
     lag: FloatArray
@@ -98,7 +116,7 @@ class LagProfile:
         return rival_lags
 
     def _valley(self, index: int) -> slice:
-        """Lags around an index, up to the nearest clearly worse lags on both sides."""
+        """Lags around an index that belong to the same minimum: up to the nearest clearly worse ones on both sides."""
         high = self.unexplained > _CHOSEN.barrier * self.unexplained[index] + 1e-4
         left, right = np.flatnonzero(high[:index]), np.flatnonzero(high[index:])
         return slice(
@@ -115,7 +133,6 @@ def search_lags(
 ) -> LagProfile:
     """Try every lag at which the logs overlap by at least half of the shorter log, by a spline of force over depth.
 
-    `time` (s, on the force clock), `force` (N): shape (n,). `motion_time` (s, on the motion clock), `depth` (cm): shape (m,).
     `starts`: Offsets, s; the steps of the lags are counted from the one nearest to their middle.
     """
     lag = _make_lags(time, motion_time, starts)
@@ -125,6 +142,7 @@ def search_lags(
     time, force = (
         readings[:used].reshape(-1, block_size).mean(axis=1) for readings in (time, force)
     )
+    # sum of squares about the mean, of which the spline leaves a share unexplained
     total = float(((force - force.mean()) ** 2).sum())
     share = np.ones(lag.size)
     if not total > 0:
@@ -161,16 +179,17 @@ def _make_lags(time: FloatArray, motion_time: FloatArray, starts: Sequence[float
 
 
 BUILD_UP_S: float = _CHOSEN.build_up_s
-"""Standard error of the offset by the lag of the force: it needs some travel to build up, and relaxes at rest."""
+"""Standard error of the offset by the lag of the force, s: it needs some travel to build up, and relaxes at rest."""
 
 
 @dataclass(frozen=True)
 class Alignment:
-    """Estimated offset and drift of two clocks, with the readings behind them.
+    """Estimated offset and drift of two clocks, with the readings behind them; what `estimate_clocks` returns.
 
     `clock`: Offset and drift; its whole hours are 0 where the clocks have unrelated zeros.
+    `drift_se`: Standard error of the drift.
     `explained`: Share of the force's variance that one smooth function of depth explains.
-    `profile`: Share that is not explained, for all lags that were tried.
+    `profile`: Share that is not explained, for all lags that were tried; a figure shows it.
     `time` (force clock, s), `force` (N), `depth` at that time (cm), `fitted` (N): The n readings used.
     `candidates`: Offsets (s) at which the fit ended from each of k starts, and the share not explained there, shape (2,
     k); the offset with the smallest share counts.
@@ -188,7 +207,10 @@ class Alignment:
 
 
 class _OffsetFit(NamedTuple):
-    """Offset (s), drift and reference time (s) by least squares; depth (cm) and fitted force (N) of each reading."""
+    """Offset (s), drift and reference time (s) by least squares; depth (cm) and fitted force (N) of each reading.
+
+    Motion time = force time + offset + drift x (force time - reference), as in `ClockFit`.
+    """
 
     offset: float
     drift: float
@@ -209,9 +231,10 @@ def estimate_clocks(
 ) -> Alignment:
     """Estimate offset and drift between the clocks of a force and a motion log, from one push into the medium.
 
-    `force`: Lift plus any constant, N.
-    `depth`: Depth, growing downward from any zero, cm.
-    `max_drift`: Standard deviation of the relative difference of two clocks' rates.
+    Refused are a push whose force shows no clear rise, is not explained by depth, fits two offsets, or leaves the
+    offset uncertain.
+
+    `max_drift`: Standard deviation of the relative difference of two clocks' rates, known beforehand.
     `max_se_s`: Largest standard error of the offset, s; a less certain offset is refused.
     """
     time, pushed = _cut_to_push(force_time, force)
@@ -228,34 +251,34 @@ def estimate_clocks(
     # the middle number of knots counts, the others show its bias
     few_knots, usual_knots, many_knots = _CHOSEN.knots_of_fit
     candidates = [refine(start, usual_knots) for start in starts]
-    chosen = _choose_best_fit(candidates, pushed)
-    fits = [refine(chosen.offset, few_knots), chosen, refine(chosen.offset, many_knots)]
+    best_fit = _choose_best_fit(candidates, pushed)
+    fits = [refine(best_fit.offset, few_knots), best_fit, refine(best_fit.offset, many_knots)]
     # the right number of knots is unknown: how the offsets differ with it is part of the error
     spread = float(np.var([fit.offset for fit in fits], ddof=1))
-    se = math.sqrt(chosen.offset_variance + spread + BUILD_UP_S**2)
+    se = math.sqrt(best_fit.offset_variance + spread + BUILD_UP_S**2)
     if not se <= max_se_s:
         raise Refused("clocks-uncertain", seconds=se, most=max_se_s)
-    residual = pushed - chosen.fitted
-    rise, noise = float(np.ptp(chosen.fitted)), float(residual.std())
+    residual = pushed - best_fit.fitted
+    rise, noise = float(np.ptp(best_fit.fitted)), float(residual.std())
     if rise < _CHOSEN.rise_to_slow_noise * noise:
         raise Refused("no-rise", newtons=rise, noise=noise)
-    whole_hours = round(chosen.offset / HOUR_S) if are_hours else 0
+    whole_hours = round(best_fit.offset / HOUR_S) if are_hours else 0
     shares = [float(((pushed - fit.fitted) ** 2).mean() / pushed.var()) for fit in candidates]
     return Alignment(
-        ClockFit(chosen.offset, chosen.drift, chosen.reference, se_s=se, hours=whole_hours),
-        drift_se=math.sqrt(chosen.drift_variance),
+        ClockFit(best_fit.offset, best_fit.drift, best_fit.reference, se_s=se, hours=whole_hours),
+        drift_se=math.sqrt(best_fit.drift_variance),
         explained=1 - float(residual.var() / pushed.var()),
         profile=profile,
         time=time,
         force=pushed,
-        depth=chosen.depth,
-        fitted=chosen.fitted,
+        depth=best_fit.depth,
+        fitted=best_fit.fitted,
         candidates=np.array([[fit.offset for fit in candidates], shares]),
     )
 
 
 def _choose_best_fit(candidates: list[_OffsetFit], force: FloatArray) -> _OffsetFit:
-    """Return the fit with the smallest misfit; refuse if a fit at another offset is about as good."""
+    """Return the fit with the smallest sum of squared residuals; refuse if one at another offset is about as good."""
     misfit = [float(((force - fit.fitted) ** 2).sum()) for fit in candidates]
     best = candidates[int(np.argmin(misfit))]
     for fit, size in zip(candidates, misfit, strict=True):
@@ -267,7 +290,11 @@ def _choose_best_fit(candidates: list[_OffsetFit], force: FloatArray) -> _Offset
 
 
 def _cut_to_push(time: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return time and force of the push, which ends at the largest force; a value that the log repeats counts once."""
+    """Return time and force of the push alone, which ends at the largest force; refuse a force that shows no push.
+
+    A value that the log repeats counts once. What follows the largest force, a rest or a pull, depends on depth in
+    another way.
+    """
     fresh = new_readings(force[None])
     time, force = time[fresh], force[fresh]
     if time.size < _CHOSEN.min_readings:
@@ -325,12 +352,14 @@ def _refine_offset(
     """Refine an offset by least squares (Gauss-Newton) of offset, drift and surface.
 
     The force at time t is a smooth function of depth(t + offset + drift x (t - reference)), the basis of which
-    `contact_basis` gives. Its weights are fitted in each step and projected out of the derivatives (variable projection).
+    `contact_basis` gives. Its weights are fitted in each step and projected out of the derivatives (variable
+    projection).
 
-    `offset`: Start, s. `knots`: Number of knots of the function.
+    `offset`: Start, s. `knots`: Number of knots of the function. `max_drift`: see `estimate_clocks`.
     """
     drift, reference = 0.0, float(time.mean())
     surface = contact_depth(np.interp(time + offset, motion_time, depth), force)
+    # in each step: force fitted at the present offset, its derivatives, least squares, and a new offset
     for _ in range(12):
         on_motion = time + offset + drift * (time - reference)
         depth_now, ahead, behind = np.interp(
@@ -361,11 +390,13 @@ def _refine_offset(
         )
         offset += drift * (new_reference - reference)
         reference = new_reference
+        # derivatives by offset, drift and surface, without what a change of the weights would do as well
         jacobian = np.stack([change_per_s, change_per_s * (time - reference), change_per_cm])
         jacobian -= (jacobian @ basis_columns) @ basis_columns.T
         lever = jacobian[1]
         # a prior of standard deviation max_drift keeps the drift small unless the data show one
         variance = float(weighted_sum_variance(residual[None], lever)[0][0])
+        # standard deviations known before of offset (s), drift and surface (cm): none but that of the drift matters
         prior_sd = np.array([1e3, max_drift, 1.0])
         prior_weights = variance / max(float(lever @ lever), 1e-300) / prior_sd**2
         normal = jacobian @ jacobian.T + np.diag(prior_weights + 1e-12 * power)

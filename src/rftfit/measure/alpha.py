@@ -1,4 +1,18 @@
-"""The table alpha(beta, gamma) of one medium: made from the fits of its runs, with every error, and read by columns and cells."""
+"""The alpha table of a medium: made from the fits of its runs, with every error, and read by columns and cells.
+
+Which runs make a cell? What is alpha of a cell, how large is each of its errors, and what will the next push give?
+`alpha_table` answers; the functions from `directions` on read such a table.
+
+- A *cell* is a direction (beta, gamma), degrees, of a plate: a row of the table. `Row` is a row of the table of fits
+  (``fits/MEDIUM.csv``, of `rftfit.measure.fits`), one run: its angles, ``alpha_{z,x}_N_per_cm3``, errors of that as
+  ``alpha_z_se_N_per_cm3``, ``depth_from_cm``, ``depth_to_cm``, ``lever_per_cm`` (relative change of alpha for a surface
+  that is 1 cm off), ``clock_cm`` (error of its depths by the clock that runs share), ``mirrored`` and ``tare_run``.
+- A *level* run or cell has gamma = 0. Each run is at one depth, so several depths make its line through zero.
+- An `ErrorTerm` is one error of alpha by its cause (`SOURCES`): standard deviation and degrees of freedom.
+- The *mean* is alpha of the medium over many beds prepared alike; the *next* push is one more run in one more bed.
+- Alpha and all errors are in N/cm^3; arrays of shape (2, ...) hold z, then x. A component is ``z`` or ``x``, here
+  ``c``.
+"""
 
 from __future__ import annotations
 
@@ -75,20 +89,24 @@ def alpha_table(
 
     Cells are the planned ones of the grid, or else the distinct directions of the runs. A cell with
     several runs gets their mean. Planned cells at beta = -90 and +90 degrees are one and the same plate
-    and share their runs. A horizontal cell is the zero-intercept fit through the steady-state means at
+    and share their runs. A level cell is the zero-intercept fit through the steady-state means at
     the depths of its runs. The interval of alpha holds every error of `SOURCES`; each error has a column, and the
     column `spread` says where the error of the beds is known from. The interval of the next push holds also the noise,
     surface, angle and bed of one further run.
 
+    `fits`: Table of fits.
     `confidence`: Probability of the intervals, 0 to 1.
-    `depths`: Number of depths that a horizontal cell should have.
+    `depths`: Number of depths that a level cell should have.
     `errors`, `surface`: Errors that no log shows, from `errors_of`; default: none.
+    `grid`: Planned cells and the tolerance of angles; default: none planned, and the usual tolerance.
     `outliers`: alpha_z and alpha_x of an outlying run minus the alpha of the other runs, N/cm^3, by run_id. The
     estimate of how beds differ leaves out these runs, and the interval of their cell reaches the other runs.
-    `shape`: Function whose slopes replace those of alpha where a cell has no neighbours; default: none, so that
-    an angle has no error there.
-    `law`: Law of stress against depth by which `fits` were made; the means of a horizontal cell are fitted by the same
-    law. A cell whose window does not hold the depth of the law is NaN.
+    `shape`: Function whose slopes replace those of alpha where a cell has no neighbours; default: none, so that an
+    angle has no error there.
+    `law`: Law of stress against depth by which `fits` were made; the means of a level cell are fitted by the same law.
+    A cell whose window does not hold the depth of the law is NaN.
+
+    Returns a table with the columns `_COLUMNS`.
     """
     from rftfit.campaign.config import ErrorSettings, Grid
 
@@ -158,10 +176,10 @@ def _group_runs_by_cell(
 
 
 def _collect_repeats(cells: list[list[Row]]) -> list[tuple[FloatArray, FloatArray]]:
-    """Return alpha and its error (z and x, shape (2, runs)) for each cell, to estimate how beds differ.
+    """Return alpha and its error, z and x, shape (2, runs), for each cell, to estimate how beds differ.
 
-    A horizontal cell gives one such pair for each depth. Runs of a cell that is planned twice, at beta = -90 and 90
-    degrees, count once.
+    A level cell gives one such pair for each depth, as only runs at one depth are repeats. Runs of a cell that is
+    planned twice, at beta = -90 and 90 degrees, count once. `cells`: Runs of each cell.
     """
     counted_run_ids: set[str] = set()
     groups = []
@@ -178,14 +196,17 @@ def _collect_repeats(cells: list[list[Row]]) -> list[tuple[FloatArray, FloatArra
 
 
 def _variance_between(runs: list[Row]) -> FloatArray:
-    """Variance of alpha between runs of one direction that errors of the logs explain, (N/cm^3)^2, shape (2, runs)."""
+    """Variance by which errors of the logs let alpha differ between repeats, (N/cm^3)^2, shape (2, runs).
+
+    Repeats that differ by more show that their beds differ.
+    """
     shares_tare = len({run.get("tare_run", "") for run in runs}) < len(runs)
     # runs that share a tare, a clock and the same curvature do not differ by these
     return _variance_without(runs, ("_tare", "_curvature") if shares_tare else ("_curvature",))
 
 
 def _variance_without(runs: list[Row], errors: Sequence[str]) -> FloatArray:
-    """Variance of alpha of each run less the variance of its clock and of `errors`, (N/cm^3)^2, shape (2, runs).
+    """Variance of alpha of each run less that by the clock and by `errors`, (N/cm^3)^2, shape (2, runs).
 
     `errors`: Endings of the columns of these errors, for example ``_tare``.
     """
@@ -222,12 +243,13 @@ def _split_by_depth(runs: list[Row]) -> list[list[Row]]:
 
 @dataclass(frozen=True)
 class _Cell:
-    """The runs of one direction that count, as rows of fits; alpha of the cell is the sum of weight times alpha of each.
+    """The runs of one direction that count; alpha of the cell is the sum of weight times alpha of each.
 
-    `weights`: shape (runs,).
-    `is_level`: True for horizontal runs, whose means at several depths are fitted.
+    `runs`: Empty if none counts; the reason is in `columns`.
+    `weights`: shape (runs,): 1 / n for a mean of n runs, other ones for level runs, as deeper ones fix the line better.
+    `is_level`: True for level runs, whose means at several depths are fitted.
     `is_line`: True where the law of stress is a line through zero of depth.
-    `columns`: Depths, runs and reasons of the row in the alpha table.
+    `columns`: Cells of the alpha table that are no numbers of alpha: depths, runs, reasons, blank marks.
     """
 
     runs: list[Row]
@@ -265,13 +287,17 @@ _COLUMNS = [
 """Columns of an alpha table; numbers that a cell does not have are NaN."""
 
 
-def _combine_runs(runs: list[Row], horizontal: bool, depths: int, law: DepthLaw) -> _Cell:
-    """Choose the runs of one cell that count, their weights in its alpha, and the reasons why others do not count."""
+def _combine_runs(runs: list[Row], is_level: bool, depths: int, law: DepthLaw) -> _Cell:
+    """Choose the runs of one cell that count, their weights in its alpha, and the reasons why others do not count.
+
+    `is_level`: True for a cell with gamma = 0. `depths`: Number of depths that such a cell should have; where it is 2
+    or more, a single one is refused. `law`: see `alpha_table`.
+    """
     good = [run for run in runs if math.isfinite(run[column("z")])]
     # a campaign without logs may hold the stress at all depths of a horizontal motion as one run
-    horizontal &= all(run.get("direction", "horizontal") == "horizontal" for run in good)
+    is_level &= all(run.get("direction", "horizontal") == "horizontal" for run in good)
     reasons = [why for run in runs for why in attach_run(run["run_id"], reason_of(run))]
-    n_depths = len(_split_by_depth(good)) if horizontal else depths
+    n_depths = len(_split_by_depth(good)) if is_level else depths
     used_runs = good
     if not runs:
         reasons.append(remark("no-run"))
@@ -279,7 +305,7 @@ def _combine_runs(runs: list[Row], horizontal: bool, depths: int, law: DepthLaw)
         # one depth cannot show that stress is proportional to depth
         reasons.append(remark("too-few-depths", found=n_depths, wanted=depths))
         used_runs = []
-    elif good and horizontal and not any(run["depth_to_cm"] for run in good):
+    elif good and is_level and not any(run["depth_to_cm"] for run in good):
         reasons.append(remark("zero-depths"))
         used_runs = []
     top = min((run.get("depth_from_cm", math.nan) for run in used_runs), default=math.nan)
@@ -291,9 +317,10 @@ def _combine_runs(runs: list[Row], horizontal: bool, depths: int, law: DepthLaw)
     # by default alpha is the mean of the runs
     weights = np.full(len(used_runs), 1 / max(len(used_runs), 1))
     # runs at one depth cannot be fitted by another law: their mean counts
-    if horizontal and used_runs and (n_depths > 1 or law.name == "through_zero"):
+    if is_level and used_runs and (n_depths > 1 or law.name == "through_zero"):
         depth = (_values_of(used_runs, "depth_from_cm") + _values_of(used_runs, "depth_to_cm")) / 2
         alpha = _of_components(used_runs, "")
+        # one set of weights serves both components: those of the larger one
         larger = alpha[int(np.square(alpha).sum(axis=1).argmax())]
         weights = law.weights(depth, larger * depth)
     tares = dict.fromkeys(str(run.get("tare_run", "")) for run in used_runs)
@@ -301,7 +328,7 @@ def _combine_runs(runs: list[Row], horizontal: bool, depths: int, law: DepthLaw)
         "depth_from_cm": top,
         "depth_to_cm": deep,
         "n_runs": len(good),
-        "n_depths": n_depths if good and horizontal else 0,
+        "n_depths": n_depths if good and is_level else 0,
         "run_ids": " ".join(run["run_id"] for run in good),
         "lost_run_ids": " ".join(
             run["run_id"] for run in runs if not math.isfinite(run[column("z")])
@@ -309,7 +336,7 @@ def _combine_runs(runs: list[Row], horizontal: bool, depths: int, law: DepthLaw)
         "tare_runs": " ".join(filter(None, tares)),
     }
     columns |= mark_columns() | reason_columns(reasons)
-    return _Cell(used_runs, weights, horizontal, law.name == "through_zero", columns)
+    return _Cell(used_runs, weights, is_level, law.name == "through_zero", columns)
 
 
 def _calculate_numbers(
@@ -322,7 +349,11 @@ def _calculate_numbers(
     outliers: Mapping[str, tuple[float, float]],
     shape: Slopes | None,
 ) -> list[dict[str, float | str]]:
-    """Return the numbers in the row of each cell: alpha, its errors by name, its interval, that of the next push."""
+    """Return the numbers in the row of each cell: alpha, its errors by name, its interval, that of the next push.
+
+    `directions`: Beta and gamma of each cell, degrees. `spread`: How alpha differs from bed to bed. Other parameters:
+    see `alpha_table`. A cell without runs has only ``spread``.
+    """
     # shape (2, cells): z and x
     alpha = np.array(
         [
@@ -331,6 +362,7 @@ def _calculate_numbers(
         ]
     )
     beta, gamma = np.array(directions, dtype=float).reshape(-1, 2).T
+    # how fast alpha changes with the angles, N/cm^3 per degree: of z and of x an array of shape (cells,)
     alpha_per_deg = [
         np.hypot(*gradient(beta, gamma, alpha_of_component, slopes).T)
         for alpha_of_component, slopes in zip(
@@ -345,9 +377,11 @@ def _calculate_numbers(
             continue
         for k, c in enumerate(COMPONENTS):
             angle = float(alpha_per_deg[k][i]) * errors.angle_deg
+            # of one run in one bed
             bed_error = spread.error_at(alpha[:, i], k)
             errors_of_mean = _errors_of_runs(cell, c, surface, bed_error)
             errors_of_mean |= _errors_of_setup(cell, c, alpha[:, i], angle, errors)
+            # what one further run adds, of its own surface, angle, noise and bed
             lever = math.sqrt(float(np.mean(cell.values_of("lever_per_cm") ** 2)))
             errors_of_next: dict[Source, ErrorTerm] = {
                 "surface": ErrorTerm(surface.run * abs(alpha[k, i]) * lever, surface.dof),
@@ -381,7 +415,7 @@ def _make_component_columns(
 ) -> dict[str, float]:
     """Return the columns of one component: alpha, the ends of its intervals, and its errors by name.
 
-    `errors_of_next`: What the next push adds to the errors of the mean.
+    `c`: ``z`` or ``x``. `errors_of_next`: What the next push adds to the errors of the mean.
     """
     mean_terms = errors_of_mean.values()
     half_width = combined_half_width(mean_terms, confidence)
@@ -420,7 +454,12 @@ def _outlier_errors(
 def _errors_of_runs(
     cell: _Cell, c: str, surface: SurfaceError, bed_error: ErrorTerm
 ) -> dict[Source, ErrorTerm]:
-    """Errors of one component of alpha that come from the logs, the tares, the surface and the clocks."""
+    """Errors of one component of alpha that come from the logs, the tares, the surface and the clocks, by source.
+
+    Errors that each run has of its own add in squares, so that more runs make them smaller; errors that runs share add
+    with their signs. `c`: ``z`` or ``x``. `bed_error`: Error of one run by its bed; within it no curvature over depth
+    is seen.
+    """
     noise_variances = _noise_variance(cell, c) * cell.weights**2
     # the error of a shared tare is the same in all its runs, but has the other sign in a mirrored run
     is_mirrored_x = (c == "x") & (cell.values_of("mirrored") != 0)
@@ -484,8 +523,9 @@ def _noise_variance(cell: _Cell, c: str) -> FloatArray:
 def _noise_of_next(cell: _Cell, c: str, *, scatter: bool) -> ErrorTerm:
     """Noise of one further run like those of the cell.
 
-    A row of a table may be the mean of n runs: a single run then has n times its variance. With `scatter` the
-    scatter of the rows counts as an error too and holds their variance once, so that n - 1 times the variance remains.
+    A row of a campaign that is a table of alpha may be the mean of n runs: a single run then has n times its variance.
+    With `scatter` the error of the bed is the scatter of the rows, which holds their noise once, so that n - 1 times
+    the variance remains.
     """
     variance = _noise_variance(cell, c) * (_runs_behind(cell) - scatter)
     # the weights add up to 1, but where stress over depth depends on depth
@@ -499,7 +539,11 @@ def _runs_behind(cell: _Cell) -> FloatArray:
 
 
 def _nonlinearity_over_depths(cell: _Cell, c: str, bed_error: ErrorTerm) -> float:
-    """Error of a horizontal cell, N/cm^3, whose runs leave the line through zero by more than noise and bed; else 0."""
+    """Error of a level cell, N/cm^3, whose runs leave the line through zero by more than noise and bed; else 0.
+
+    Stress that is no line of depth gives another alpha at other depths. Half the width of a uniform distribution over
+    sqrt(3) is its standard deviation.
+    """
     alpha, se = cell.values_of(column(c)), cell.values_of(column(c, "_se"))
     if not (cell.is_level and cell.is_line) or alpha.size < 3:
         return 0.0
@@ -520,17 +564,19 @@ def _add_bed_errors(
     spread_source: str,
     confidence: float,
 ) -> str:
-    """Add the error of the bed to the errors of the mean and of one further run; return the source of that error.
+    """Add noise and bed to both dicts of errors, and return the source of the error by the bed.
 
     Repeats differ also by their surfaces and angles. So where repeats show the error of the bed, the errors of
     surface and angle are subtracted from it.
 
-    `bed_error`, `spread_source`: Error of a single bed, and the source of it.
+    `bed_error`, `spread_source`: Error of a single bed as estimated from the whole medium, and how that is known:
+    `Spread.source`. The source returned is the same, or `OF_CELL` where the scatter of the runs of this cell counts.
     """
     alpha, noise = cell.values_of(column(c)), errors_of_mean["noise"]
     errors_of_mean["noise"], errors_of_mean["bed"], source = bed_of_mean(
         alpha, cell.weights, noise, bed_error, spread_source, shown_by_runs=not cell.is_level
     )
+    # `bed_of_mean` changes the noise where it takes the scatter of the runs for noise and bed together
     scatter = source == OF_CELL and errors_of_mean["noise"] != noise
     errors_of_next["noise"] = _noise_of_next(cell, c, scatter=scatter)
     if spread_source == AS_PREPARED:
@@ -558,13 +604,16 @@ def directions(table: Columns) -> tuple[FloatArray, FloatArray]:
 
 
 def alpha_columns(table: Columns, quantity: str = "") -> tuple[FloatArray, FloatArray]:
-    """alpha_z and alpha_x of the cells of an alpha table, or a quantity of both (see `column`), N/cm^3, shape (n,)."""
+    """alpha_z and alpha_x of the n cells of an alpha table, N/cm^3, or a quantity of both: see `QUANTITIES`."""
     of_z, of_x = (np.asarray(table[column(c, quantity)], float) for c in COMPONENTS)
     return of_z, of_x
 
 
 def flagged(table: pd.DataFrame) -> npt.NDArray[np.bool_]:
-    """True for cells whose alpha comes from nonlinear stress or too few depths, shape (n,); False without flags."""
+    """True for cells with alpha whose column ``flagged`` is true, shape (n,); False in a table without that column.
+
+    `with_flagged` makes the column: alpha comes from nonlinear stress or from too few depths.
+    """
     if "flagged" not in table:
         return np.zeros(len(table), dtype=bool)
     weak: npt.NDArray[np.bool_] = table["flagged"].to_numpy(bool)
@@ -572,10 +621,10 @@ def flagged(table: pd.DataFrame) -> npt.NDArray[np.bool_]:
 
 
 def flags_of_cells(alpha: pd.DataFrame, flags: Flags, depths: int) -> list[Remark]:
-    """Return doubts about cells of an alpha table that concern no single run.
+    """Return doubts about cells of an alpha table that concern no single run: runs of two plates, or few depths.
 
     `flags`: Flags of the runs.
-    `depths`: Number of depths that a horizontal cell should have.
+    `depths`: Number of depths that a level cell should have.
     """
     cell_flags = []
     plates = flags.runs_with("several-plates")
@@ -592,7 +641,10 @@ def flags_of_cells(alpha: pd.DataFrame, flags: Flags, depths: int) -> list[Remar
 
 
 def with_flagged(alpha: pd.DataFrame, flags: Flags) -> pd.DataFrame:
-    """Add the column `flagged` to an alpha table: True for cells that `fit.flagged` of the config may leave out."""
+    """Add the column `flagged` to an alpha table: True for cells that `fit.flagged` of the config may leave out.
+
+    These have a flag that is marked as weak in `FLAGS`: their own one, or that of one of their runs. `flags`: of both.
+    """
     weak = [
         any(FLAGS[flag.code].weak for flag in flags.of_cell(cell))
         for cell in alpha.to_dict("records")
@@ -601,7 +653,10 @@ def with_flagged(alpha: pd.DataFrame, flags: Flags) -> pd.DataFrame:
 
 
 def window_of(table: Columns) -> tuple[float, float]:
-    """Least and greatest depth behind an alpha table, cm; 0 and infinity where the table does not state them."""
+    """Least and greatest depth behind an alpha table, cm; 0 and infinity where the table does not state them.
+
+    Forces at other depths are beyond what was measured.
+    """
     depths_from, depths_to = (
         np.asarray(table.get(name, []), float) for name in ("depth_from_cm", "depth_to_cm")
     )
@@ -649,9 +704,11 @@ def cell_down(table: pd.DataFrame, tolerance_deg: float) -> pd.Series[Any] | Non
 
 
 def spread_of_next_bed(table: pd.DataFrame, tolerance_deg: float, confidence: float) -> float:
-    """Relative spread of beds by which the interval of the next bed is wider than that of the mean; 0 without repeats.
+    """Relative spread by which the interval of the next push is wider than that of the mean; 0 without repeats.
 
-    In standard deviations of a normal distribution: of few repeats it is larger than their scatter, by Student's t.
+    It is that of alpha_z(0, 90 deg): sqrt(w_next^2 - w_mean^2) / (q alpha), with the half widths w of both intervals
+    and q the normal quantile of `confidence`, so that other modules widen an interval again by q times this number. Of
+    few repeats it is larger than their scatter, as their intervals are by Student's t.
     """
     cell = cell_down(table, tolerance_deg)
     if cell is None or not (cell["n_runs"] > 1 and cell[column("z")] > 0):
@@ -667,7 +724,7 @@ def spread_of_next_bed(table: pd.DataFrame, tolerance_deg: float, confidence: fl
 
 
 def bed_spread(table: pd.DataFrame, tolerance_deg: float) -> float:
-    """Relative spread of forces from one prepared bed of a medium to the next; 0 where not known.
+    """Relative standard deviation of forces from one prepared bed of a medium to the next; 0 where not known.
 
     A bed is looser or denser as a whole: its spread is that of alpha_z(0, 90 deg), relative.
     """

@@ -1,4 +1,9 @@
-"""Two clocks aligned by what both logs saw: the arm starting and stopping."""
+"""Two clocks aligned by what both logs saw: the arm starting and stopping; the clock of a run as a `ClockFit`.
+
+A force log with a *sync line* (a channel that is 1 while the arm moves) shows the same starts and stops as the motion
+log, each on its own clock. `moving_spans` finds them in a log, `align` matches both. A *span* is the start and end of a
+stretch of motion, s; k of them have the shape (k, 2). An *edge* is a start or an end.
+"""
 
 from __future__ import annotations
 
@@ -14,21 +19,19 @@ from rftfit.measure.levels import find_stretches
 HOUR_S = 3600.0
 LONGEST_RAMP_S = 0.1
 """Longest time in which the arm speeds up or slows down."""
-_JITTER_S = 0.1
-"""Longest motion or rest that counts as jitter."""
 
 
 @dataclass(frozen=True)
 class ClockFit:
-    """Fit of two clocks: motion time = force time + offset + drift x (force time - reference).
+    """Fit of two clocks: motion time = force time + offset + drift x (force time - reference), s.
 
-    By default both logs are on one clock. An edge is a time at which the arm starts or stops.
+    By default both logs are on one clock.
 
     `residual_s`: Root mean square of the edges about the fit.
-    `edges`: Number of edges; 0 for logs on one clock.
+    `edges`: Number of edges; 0 for logs on one clock, or where the force gave the offset.
     `se_s`, `hours`: Standard error of the offset and whole hours in it, where the force alone gave the offset
-    (`measure.alignment`); else None.
-    `shared_se_s`: Standard error that all runs have in common.
+    (`measure.alignment`); else None: both follow from the edges and the offset.
+    `shared_se_s`: Part of the standard error that all runs of a session have in common, s.
     """
 
     offset_s: float = 0.0
@@ -63,15 +66,18 @@ class ClockFit:
 
 
 _MOVING = 0.5
-"""Speed above which the arm moves, relative to the stated one; a line that marks motion has 0 and 1."""
+"""Speed above which the arm moves, relative to the stated one; a sync line has 0 and 1."""
+_JITTER_S = 0.1
+"""Longest motion or rest that counts as jitter, s."""
 
 
 def moving_spans(time: FloatArray, speed: FloatArray) -> FloatArray:
     """Start and end of every stretch in which the arm moves, s, shape (k, 2).
 
-    An edge is where the relative speed (n,) crosses `_MOVING`, interpolated between samples; stretches of
-    less than 0.1 s are jitter and left out, and so are rests: an arm that changes its direction
-    without a pause does not stop.
+    An edge is where `speed` crosses `_MOVING`, interpolated between samples; stretches of less than 0.1 s are jitter
+    and left out, and so are rests: an arm that changes its direction without a pause does not stop.
+
+    `time`: s, shape (n,). `speed`: Speed relative to the stated one, or a sync line, shape (n,).
     """
     first, stop = find_stretches(speed > _MOVING)
     starts = _interpolate_crossing(time, speed, first - 1, first)
@@ -85,21 +91,30 @@ def moving_spans(time: FloatArray, speed: FloatArray) -> FloatArray:
 
 
 def is_encoder_noise(time: FloatArray, speed: FloatArray) -> bool:
-    """Return True if most stretches of motion are so short that they are the noise of an encoder."""
+    """Return True if most stretches of motion are so short that they are the noise of an encoder.
+
+    `time`, `speed`: see `moving_spans`. The speed must then be taken over a longer time.
+    """
     first, stop = find_stretches(speed > _MOVING)
     short = time[stop - 1] - time[first] < _JITTER_S
     return bool(short.size and short.mean() > 0.5)
 
 
 def whole_spans(spans: FloatArray, first: float, last: float) -> FloatArray:
-    """Leave out stretches whose start or end lies outside a log, which goes from `first` to `last`, s."""
+    """Leave out stretches whose start or end lies outside a log, which goes from `first` to `last`, s.
+
+    The arm was already moving when such a log began, or still when it ended.
+    """
     return spans[(spans[:, 0] > first) & (spans[:, 1] < last)]
 
 
 def _interpolate_crossing(
     time: FloatArray, speed: FloatArray, before: np.ndarray, after: np.ndarray
 ) -> FloatArray:
-    """Time between two neighbouring samples at which the speed passes `_MOVING`."""
+    """Times between two neighbouring samples at which the speed passes `_MOVING`, s, shape (k,).
+
+    `before`, `after`: Rows of the samples on both sides, shape (k,); -1 or n beyond the ends of the log.
+    """
     low, high = np.maximum(before, 0), np.minimum(after, time.size - 1)
     rise = speed[high] - speed[low]
     # at either end of the log there is no neighbour: the log's first or last sample is the edge
@@ -114,6 +129,8 @@ def align(force_spans: FloatArray, motion_spans: FloatArray, max_residual_s: flo
     The two logs see a start or an end at slightly different speeds of the arm; because each stretch has a start and an
     end, this cancels in the offset. A log that was cut short may lack stretches at either end: every shift of the
     shorter list along the longer one is tried, and only one may fit.
+
+    `max_residual_s`: Largest root mean square of the edges about a fit; else the logs are not of one run.
     """
     short, long = sorted((force_spans, motion_spans), key=len)
     if len(short) == 0:
@@ -132,7 +149,7 @@ def align(force_spans: FloatArray, motion_spans: FloatArray, max_residual_s: flo
 
 
 def _fit_edges(force_edges: FloatArray, motion_edges: FloatArray) -> ClockFit:
-    """Fit offset and drift to the times (k,) of the same edges on both clocks, s: starts and ends in turn."""
+    """Fit offset and drift to the times of the same edges on both clocks, s, shape (2 k,): starts and ends in turn."""
     difference = motion_edges - force_edges
     offset = float(difference.mean())
     reference = float(force_edges.mean())

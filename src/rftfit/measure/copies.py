@@ -1,4 +1,12 @@
-"""Find copies of a log that were filed as repeats: their noise is the same, even if they were cut, rounded or moved."""
+"""Find copies of a log that were filed as repeats: their noise is the same, even if they were cut, rounded or moved.
+
+A log that is filed twice would make the scatter of repeats too small, so only the first of a set of copies counts
+(`counted_once`). Copies have the same readings (`same_readings`) or, if they were changed, the same noise
+(`near_copies`): noise is what is left of the force by second differences from sample to sample.
+
+``tared`` is a row a sample: ``run_id``, forces and the tare that was subtracted, N. ``fits`` is a row a plate run. A
+*direction* is (beta, gamma), the same within ``tolerance_deg``.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +34,10 @@ def copies_of(
     tared: pd.DataFrame,
     tolerance_deg: float,
 ) -> dict[str, tuple[str, ...]]:
-    """Return the run_ids of the copies of each run that can be compared: runs with the same readings or noise."""
+    """Return the run_ids of the copies of each run that can be compared: runs with the same readings or noise.
+
+    `sheet`: Runs by run_id. `runs`: Table of runs, with ``run_id`` and ``readings``, a digest of F1 to F3.
+    """
     noise_copies: dict[str, tuple[str, ...]] = {}
     # rows of a table of stress have no noise from sample to sample
     if not any(run.intruder == UNIT_AREA for run in sheet.values()):
@@ -74,6 +85,7 @@ def near_copies(groups: Sequence[Sequence[str]], tared: pd.DataFrame) -> dict[st
     sample remove it and leave the noise.
     """
     rows_by_run = split_runs(tared)
+    # the force before the tare was subtracted: a copy may have another tare
     force = tared[["force_z_N", "force_x_N"]].to_numpy(float)
     force = force + np.nan_to_num(tared[["tare_z_N", "tare_x_N"]].to_numpy(float))
     copies: dict[str, list[str]] = {}
@@ -96,7 +108,8 @@ def near_copies(groups: Sequence[Sequence[str]], tared: pd.DataFrame) -> dict[st
 def _hold_equal_readings(first: FloatArray, second: FloatArray) -> bool:
     """Return True if many readings are equal at the shift where two noises fit best.
 
-    A hum of the drive is similar in all runs, but its readings are not equal.
+    A hum of the drive is similar in all runs, but its readings are not equal. `first`, `second`: Noises, N, shape (n,)
+    and (m,).
     """
     # cross-correlation at all shifts of `second`; a power of two, for a fast transform
     size = 1 << (first.size + second.size).bit_length()
@@ -139,8 +152,8 @@ def _noise_of_force(force: FloatArray) -> FloatArray:
 def _find_pairs_with_same_noise(noise: Sequence[FloatArray]) -> Iterator[tuple[int, int]]:
     """Yield the indices of two noises that are the same but for a shift by some samples.
 
-    The noises have standard deviation 1. Their cross-correlation must have a high peak that stands alone: a hum has
-    many.
+    The noises have standard deviation 1 and the shape (n,), with an n of their own. Their cross-correlation must have a
+    high peak that stands alone: a hum has many.
     """
     sizes = np.array([series.size for series in noise], dtype=int)
     size = 1 << (2 * int(sizes.max(initial=1))).bit_length()
@@ -172,10 +185,12 @@ def counted_once(
 ) -> tuple[pd.DataFrame, dict[str, Remark]]:
     """Keep the numbers of the first run of each set of copies in one direction; set those of the others to NaN.
 
-    Returns the fits, and the reason of each run that is left out, by run_id.
+    `copies`: run_ids of the copies of each run, of `copies_of`. Returns the fits, and the reason of each run that is
+    left out, by run_id. Angles and depths stay, as the run is still listed.
     """
     kept_run_ids: set[str] = set()
     left_out: dict[str, Remark] = {}
+    # by run_id: all runs of its direction
     groups = {
         name: set(group) for group in _group_by_direction(fits, tolerance_deg) for name in group
     }

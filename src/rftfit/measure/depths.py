@@ -1,4 +1,12 @@
-"""Alpha at stated depths, for a medium whose stress is no line through zero of depth."""
+"""Alpha at stated depths, for a medium whose stress is no line through zero of depth; the law of such a medium.
+
+Where stress is curved, alpha (stress over depth, N/cm^3) depends on depth. `curved_law` reads from the checks which law
+the medium follows, and `alpha_at_depths` makes its table of alpha anew by that law at each depth of ``fit.depths_cm``.
+
+``fits`` is the table of fits, a row a plate run: ``gamma_deg``, ``direction``, ``alpha_z_N_per_cm3``, ``exponent_z``
+(of depth), ``offset_cm`` (depth at which a straight line has no stress), ``depth_from_cm``, ``depth_to_cm`` (its
+window). ``checks`` is the table of checks, a row a check: ``check`` (its name), ``verdict``, ``code`` (what it found).
+"""
 
 from __future__ import annotations
 
@@ -20,7 +28,7 @@ from rftfit.measure.verdict_words import ACCEPTED, FAILED
 from rftfit.store.chosen import chosen
 
 CLEAR_ALPHA: float = chosen("measure", "laws").clear_alpha
-"""Standard errors from which alpha of a run is clear, so that its law of depth counts."""
+"""Number of standard errors above which alpha of a run is clear, so that its law of depth counts."""
 
 
 def is_steep(fits: pd.DataFrame) -> pd.Series[bool]:
@@ -61,7 +69,10 @@ _LAW_OF_CODE: dict[str, LawName] = {
 
 
 def median_over_directions(runs: pd.DataFrame, column: str, tolerance_deg: float) -> float:
-    """Median over directions of the mean of their runs."""
+    """Median over directions of the mean of a `column` over their runs, so that no direction with many runs outweighs.
+
+    `tolerance_deg`: Difference of each angle up to which directions are one.
+    """
     return float(runs.groupby(number_rows(runs, tolerance_deg))[column].mean().median())
 
 
@@ -85,8 +96,9 @@ def curved_law(fits: pd.DataFrame, checks: pd.DataFrame, tolerance_deg: float) -
 def offset_of_law(curved: CurvedLaw, fits: pd.DataFrame) -> FloatArray:
     """Depth at which the straight line fitted to a run reaches zero stress because stress is curved, cm.
 
-    Shape (runs,). For a power law this is the zero of the straight line through depth^p over the window of the run,
-    evenly sampled. For a line with an intercept it is the median of the zeros of all runs.
+    Shape (runs,). Else such an offset would look like a surface that is off. For a power law this is the zero of the
+    straight line through depth^p over the window of the run, evenly sampled. For a line with an intercept it is the
+    median of the zeros of all runs.
     """
     if curved.law == "free_intercept":
         return np.full(len(fits), float(fits["offset_cm"].median()))
@@ -111,8 +123,8 @@ def alpha_at_depths(
 ) -> pd.DataFrame:
     """Stress over depth of every cell at each of `fit.depths_cm`, by the curved law of the medium.
 
-    Without a curved law the table has no rows. The part of the runs' offsets that the law explains is not counted
-    as an error of the surface.
+    Returns an alpha table with the further column ``depth_cm``, a row a cell and depth; without a curved law it has no
+    rows. The part of the runs' offsets that the law explains is not counted as an error of the surface.
 
     `tables`: ``runs``, ``tares``, ``fits``, ``tared``, ``checks`` and ``alpha`` of the medium.
     `cells`: Function that makes a table of alpha from fits, their law at a depth, and the error of the surface.

@@ -1,7 +1,12 @@
 """Errors of alpha by name: of one log, from run to run, and common to many runs.
 
-`rftfit.measure.slopes` estimates the errors that a log itself shows: noise, zero, clocks, start-up.
-This module adds the errors that no single log shows: the free surface, the angles, the bed, the tare.
+`rftfit.measure.slopes` estimates the errors that a log itself shows: noise, zero, clocks, start-up. This module adds
+the errors that no single log shows: the free surface (`surface_error`), the angles (`gradient`), the bed
+(`spread_of_beds`, `bed_of_mean`, `bed_of_next`), and joins errors to an interval (`combined_half_width`).
+
+Alpha and its errors are in N/cm^3, with z, then x, where an array has two rows. A *cell* is the runs of one direction
+(beta, gamma). *Beds* are prepared anew for each run and differ in density, so repeats differ by more than their logs
+show.
 """
 
 from __future__ import annotations
@@ -57,10 +62,10 @@ LEAST_DOF: int = _CHOSEN.least_dof
 AS_PREPARED, REPEATS = "scatter between beds not included", "repeats"
 STATED, ASSUMED = "stated", "assumed"
 FEW_REPEATS = "few repeats"
-"""Source of a spread that combines an assumed spread with the few repeats of all cells."""
+"""How the difference between beds is known: column `spread` of an alpha table, explained at `Spread.source`."""
 
 OF_CELL = "repeats of the cell"
-"""Source of a spread that is the scatter of the few runs of this cell."""
+"""The same where it is the scatter of the few runs of this cell alone."""
 
 
 @dataclass(frozen=True)
@@ -86,14 +91,17 @@ def combined_half_width(errors: Iterable[ErrorTerm], confidence: float) -> float
 
 
 def wider(first: ErrorTerm, second: ErrorTerm, confidence: float) -> ErrorTerm:
-    """Return the error with the wider interval; the first one if both are equal."""
+    """Return the error with the wider interval at this `confidence`; the first one if both are equal."""
     return max(first, second, key=lambda error: combined_half_width([error], confidence))
 
 
 def without_included(
     error: ErrorTerm, included: Iterable[ErrorTerm], confidence: float
 ) -> ErrorTerm:
-    """Subtract from an error others that its estimate includes, so that all together are as wide as the wider of both."""
+    """Subtract from an error others that its estimate includes, so that they do not count twice.
+
+    With them it then has the half width of the wider of both: its own as estimated, or theirs alone.
+    """
     quantile = _quantile(confidence, error.dof)
     square = (quantile * error.sd) ** 2 - combined_half_width(included, confidence) ** 2
     return ErrorTerm(math.sqrt(max(square, 0.0)) / quantile, error.dof)
@@ -113,14 +121,14 @@ class Spread:
     ----------
     constant, relative : float
         Standard deviations of each component, in N/cm^3 and relative to the component, where they are stated or
-        assumed.
+        assumed; unused where there is `scatter`.
     scatter : RunScatter or None
         Scatter of repeats, where there are any.
     largest : float
         Largest alpha (length of z and x) of the medium, N/cm^3.
     source : str
-        `REPEATS` of the run sheet; `STATED` in the config; `FEW_REPEATS`; `ASSUMED` without any of these; or
-        `AS_PREPARED`, where the config states that no spread is included.
+        How the spread is known: `REPEATS` of the run sheet; `STATED` in the config; `FEW_REPEATS`, which an assumed spread
+        supplements; `ASSUMED` without any of these; or `AS_PREPARED`, where the config states that no spread is included.
     """
 
     constant: float = 0.0
@@ -151,14 +159,14 @@ def half_width_of_bed(spread: float, confidence: float) -> float:
     return normal_quantile(confidence) * spread
 
 
-RepeatedRuns = tuple["FloatArray", "FloatArray"]
+RepeatedRuns = tuple[FloatArray, FloatArray]
 """alpha and its standard error, N/cm^3, of the runs of one cell and depth; z and x, shape (2, runs), NaN if unknown."""
 
 
 def spread_of_beds(
     groups: Sequence[RepeatedRuns], stated: tuple[float, float] | None = None
 ) -> Spread:
-    """Estimate how alpha differs between beds, from the first of these that there is.
+    """Estimate how alpha differs between beds, from the first of these that there is; `groups`: the runs of each cell.
 
     1. Repeats with at least `LEAST_DOF` degrees of freedom.
     2. `stated`: standard deviations of the config, N/cm^3 and relative.
@@ -193,7 +201,10 @@ def spread_of_beds(
 
 
 def _make_repeats(groups: Sequence[RepeatedRuns], largest: float) -> Repeats:
-    """Make the `Repeats` of some cells; `largest`: largest alpha of the medium, N/cm^3."""
+    """Make the `Repeats` of some cells: squares of the differences of their runs, along the mean force and across it.
+
+    `largest`: Largest alpha of the medium, N/cm^3.
+    """
     squares, sizes, has_both = [], [], []
     for alpha, se in groups:
         is_measured = np.isfinite(alpha).all(axis=1).reshape(2, 1)
@@ -224,15 +235,15 @@ def bed_of_mean(
     *,
     shown_by_runs: bool = True,
 ) -> tuple[ErrorTerm, ErrorTerm, str]:
-    """Return the errors of a mean of runs by noise and by beds, and the source of the latter.
+    """Return the errors of a mean of runs by noise and by beds, and the source of the latter (`OF_CELL` or `source`).
 
     Where the spread is assumed or comes from few repeats, the scatter of these runs counts instead, if it is larger
     than the assumed spread and the noise together. This scatter includes the noise, which is then returned as 0.
 
     `alpha`, `weights`: alpha of the n runs, N/cm^3, and their weights in the mean, shape (n,).
     `noise`: Error of the mean by the noise of the logs.
-    `bed_error`, `source`: Error of a single bed, and its source.
-    `shown_by_runs`: False where the runs are no repeats of one another.
+    `bed_error`, `source`: Error of a single bed, and how it is known, of a `Spread`.
+    `shown_by_runs`: False where the runs are no repeats of one another, as level runs at several depths.
     """
     n = alpha.size
     expected = ErrorTerm(bed_error.sd * math.sqrt(float(weights @ weights)), bed_error.dof)
@@ -260,7 +271,8 @@ def bed_of_next(
 ) -> ErrorTerm:
     """Error of one further run by its bed: `bed_error`, or with `scatter` the scatter of the runs, if that is larger.
 
-    `alpha`: Alpha of the runs of the cell, N/cm^3, shape (n,).
+    `alpha`: Alpha of the runs of the cell, N/cm^3, shape (n,). `scatter`: True where their scatter counts as the error
+    of the mean too.
     """
     if not scatter:
         return bed_error
@@ -296,6 +308,7 @@ def surface_error(
     is_clear = np.isfinite(offset) & (se <= _CHOSEN.clear_cm)
     offset, noise = offset[is_clear], se[is_clear] ** 2
     n, prior_runs = int(offset.size), _CHOSEN.prior_runs
+    # standard deviations, cm, from run to run and common to all
     run, session, dof = 0.0, 0.0, GIVEN_DOF
     if is_given and n >= prior_runs:
         median = float(np.median(offset))
@@ -339,6 +352,9 @@ def errors_of(
     return config.errors, surface_error(offset, se, config.errors, is_given=is_given)
 
 
+# --- How alpha changes with the angles, by which an error of an angle becomes one of alpha
+
+
 Slopes = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 """Function of beta and gamma, degrees, shape (n,), that returns alpha (z and x) of a known profile, shape (2, n), and
 its changes per degree of beta and gamma, shape (2, n, 2)."""
@@ -347,7 +363,11 @@ its changes per degree of beta and gamma, shape (2, n, 2)."""
 def scaled_slopes(
     shape: Slopes | None, beta_deg: FloatArray, gamma_deg: FloatArray, alpha: FloatArray
 ) -> FloatArray:
-    """Slopes of a known shape, scaled to `alpha` (2, n), N/cm^3 per degree, shape (2, n, 2); 0 without a shape."""
+    """Changes of a known profile with beta and gamma, as large as those of `alpha`, N/cm^3 per degree, shape (2, n, 2).
+
+    They serve where a direction has no neighbours from which its own changes follow. `shape`: The profile; None: all 0.
+    `alpha`: z and x of n directions, shape (2, n); the profile is scaled to the sum of its sizes.
+    """
     measured = np.isfinite(alpha)
     if shape is None or not measured.any():
         return np.zeros((*alpha.shape, 2))
@@ -362,7 +382,7 @@ def gradient(
     values: FloatArray,
     elsewhere: FloatArray | float = 0.0,
 ) -> FloatArray:
-    """Change of a quantity with beta and gamma, per degree, from neighbours: shape (n, 2).
+    """Change of `values`, shape (n,), with beta and gamma, per degree, from neighbouring directions: shape (n, 2).
 
     Least squares of the differences to all neighbours, nearer ones with more weight. In a direction in which there is
     no neighbour, the slope is that of `elsewhere`, shape (n, 2).
@@ -373,6 +393,7 @@ def gradient(
     is_near = (distance > 0) & (distance <= _CHOSEN.near_deg) & np.isfinite(values)
     weight = np.where(is_near, 1 / np.maximum(distance, 1.0) ** 2, 0.0)
     rise = np.where(is_near, values - values[:, None], 0.0)
+    # normal equations of each direction: square x gradient = target
     square = np.einsum("nm,inm,jnm->nij", weight, step, step)
     target = np.einsum("nm,inm,nm->ni", weight, step, rise)
     # singular where all neighbours lie in one direction: there the pseudo-inverse keeps `elsewhere`

@@ -1,9 +1,26 @@
-"""From the tared strokes of plates to alpha of each run: the slope of stress over depth, through zero."""
+"""Fit the tared strokes of plates: alpha of a run as the slope of stress over depth; its window, flags and reasons.
+
+Which readings count? What slope have they? When has a run no slope, and which doubts has it? `fit_medium` answers for
+all plate runs of a medium, `fit_run` for one: a `Stroke` goes in, a `RunFit` comes out. `judge_run` finds only the
+reasons and the doubt that `rftfit check` reports.
+
+- Force is that of the medium on the plate, N, z upward and x forward; stress is force over the area of one face,
+  N/cm^2. Arrays with two rows or of shape (2,) hold z, then x. Depth is below the free surface, cm, positive.
+- The *cell* of a run is the direction (beta, gamma) of the alpha table to which it belongs: see `filed_under`.
+- The *window* of a run is the range of depths whose samples are fitted: see `classify_samples`.
+- ``status``, table ``runs/MEDIUM.csv``, a row a run: ``run_id``, its reason if its logs gave no stroke, ``note``, and
+  errors that its log shows: ``zero_var_{z,x}_N2``, ``zero_dof``, ``clock_se_s``, ``clock_shared_se_s``,
+  ``surface_se_mm``.
+- ``tared``, a row a sample of a stroke: ``run_id``, ``depth_cm``, ``x_cm``, ``path_cm`` (length travelled since the
+  start), ``force_{z,x}_N`` without the tare, ``tare_{z,x}_N`` (the tare: the force on the rod alone), ``why``
+  (`RowStatus`).
+- ``tares``, a row a plate run: ``run_id``, and the reason if it has no tare.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -49,56 +66,98 @@ def fit_medium(
     only: Collection[str] | None = None,
     *,
     law: DepthLaw | None = None,
-    verdicts_only: bool = False,
 ) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
     """Fit every plate run of a medium, from the tables of the ingest and tare stages.
 
     `status`, `tared`, `tares`: Tables of the runs, of their samples, and of the tares.
-    `linear_to_cm`: End of the linear regime by run_id, where it is not the one that the config states.
+    `linear_to_cm`: End of the linear regime by run_id, cm; a run that it lacks has the one that the config states.
     `only`: run_ids to be fitted; default: all.
-    `law`: Law of stress against depth; default: that of the config.
-    `verdicts_only`: Calculate only what decides on reasons and on the flag of a force that pulls the plate.
+    `law`: Law of stress against depth; default: ``fit.law`` of the config.
 
-    Returns a row for each plate run of the sheet, also of those without alpha; the `RowStatus` of each row of `tared`,
-    by which it was fitted or not; and the ledger with the rows of the strokes and the flags of the runs.
+    Returns a row for each plate run of the sheet with the columns `FIT_COLUMNS`, also of those without alpha; the
+    columns ``run_id`` and ``why`` of `tared`, where ``why`` now says also whether the window holds the sample; and the
+    ledger with the rows of the strokes and the flags of the runs.
     """
     ledger = Ledger()
-    rows_by_run = split_runs(tared)
-    columns = {name: tared[name].to_numpy() for name in tared.columns.drop("run_id")}
-    facts: dict[str, Row] = {row["run_id"]: row for row in status.to_dict("records")}
-    rows_of_tares = tares.filter(["run_id", *REASON]).to_dict("records")
-    why_no_tare = {row["run_id"]: reason_of(row) for row in rows_of_tares}
     runs = [run for run in campaign.runs_of(medium) if run.kind == "plate"]
     n_plates = len({run.intruder for run in runs})
     if only is not None:
         runs = [run for run in runs if run.run_id in only]
-    rows = []
-    why = columns["why"].copy()
-    for run in runs:
-        facts_of_run, stroke_rows = facts[run.run_id], rows_by_run.get(run.run_id)
+    notes = status.set_index("run_id")["note"]
+    fit_rows = []
+    why = tared["why"].to_numpy().copy()
+    for run, stroke_rows, stroke in find_strokes(runs, status, tared, tares):
         if n_plates > 1:
             ledger.flag(run, remark("several-plates", plate=run.intruder, count=n_plates))
-        if stroke_rows is None:
-            reason = reason_of(facts_of_run) or why_no_tare.get(run.run_id, ())
-            fit, clock_cm = RunFit(*filed_under(run)[:2], reason=reason), 0.0
-        else:
-            # a tare that was not read has no row in `status`
-            run_and_tare_facts = [
-                facts[name] for name in (run.run_id, run.tare_run) if name in facts
-            ]
-            samples = {name: values[stroke_rows] for name, values in columns.items()}
-            stroke = _make_stroke(samples, run_and_tare_facts)
+        if isinstance(stroke, Stroke):
             line_end_cm = (linear_to_cm or {}).get(run.run_id)
-            fit = fit_run(
-                run, stroke, campaign.config, line_end_cm, law=law, verdicts_only=verdicts_only
-            )
+            fit = fit_run(run, stroke, campaign.config, line_end_cm, law=law)
             clock_cm = stroke.clock_cm
             why[stroke_rows] = fit.why
             _account_for_samples(ledger, run, stroke, fit)
             ledger.flag(run, *fit.flags)
-        rows.append(make_fit_row(run, fit, clock_cm, campaign.config, facts_of_run["note"]))
+        else:
+            fit, clock_cm = RunFit(*filed_under(run)[:2], reason=stroke), 0.0
+        fit_rows.append(make_fit_row(run, fit, clock_cm, campaign.config, notes[run.run_id]))
     windows = tared[["run_id"]].assign(why=why)
-    return pd.DataFrame(rows, columns=FIT_COLUMNS), windows, ledger
+    return pd.DataFrame(fit_rows, columns=FIT_COLUMNS), windows, ledger
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """A tared stroke of a plate, what `fit_run` fits; arrays of shape (n,), in the order of recording.
+
+    `depth`, `x`, `path`: Depth, position (0: middle of the container) and length travelled since the start, cm.
+    `force`, `tare`: Force of the medium on the plate alone, and force on the rod that was subtracted, z and x, N, shape
+    (2, n); NaN where the tare is not known. `tare` None: none was subtracted.
+    `why`: `RowStatus` of each sample by the earlier stages: GOOD, or why it must not be used. `zero_variance` (N^2),
+    `zero_dof`: Variance of the zero of the forces and its degrees of freedom; rows: the run, then its tare if it was
+    read; columns: z, x.
+    `depth_sd`: Standard error that all depths of the run share, from clocks and surface, cm.
+    `clock_cm`: The part of it by the clock that all runs of a session share, cm; negative where the plate rises, as
+    late readings are then too shallow instead of too deep.
+    """
+
+    depth: FloatArray
+    x: FloatArray
+    path: FloatArray
+    force: FloatArray
+    why: np.ndarray
+    zero_variance: FloatArray
+    zero_dof: FloatArray
+    depth_sd: float = 0.0
+    clock_cm: float = 0.0
+    tare: FloatArray | None = None
+
+
+@dataclass(frozen=True)
+class RunFit:
+    """Result of one plate run, what `fit_run` returns.
+
+    `beta_deg`, `gamma_deg`: Cell of the alpha table that it is for.
+    `depth_from_cm`, `depth_to_cm`: Fitted window; NaN if there is no fit, and then `reason` says why.
+    `slope`: Slopes of stress over depth by the law of the config, z and x, with their errors; the sign of x is that of
+    the cell.
+    `laws`: Fits of two other laws, for comparison; None along a level path, of few independent depths, or without a
+    fit.
+    `line`: Slopes of the line through zero, with which the other laws are compared, N/cm^3, shape (2,); NaN without
+    `laws`.
+    `rod`: Slopes of the tare that was subtracted, N/cm^3, shape (2,); 0 where none was.
+    `why`: `RowStatus` of each sample, shape (n,); GOOD where it was fitted, or would have been but for `reason`.
+    `flags`: Doubts that do not make the slope useless.
+    """
+
+    beta_deg: float
+    gamma_deg: float
+    depth_from_cm: float = math.nan
+    depth_to_cm: float = math.nan
+    slope: slopes.Slope | None = None
+    laws: Laws | None = None
+    line: FloatArray = field(default_factory=lambda: np.full(2, np.nan))
+    rod: FloatArray = field(default_factory=lambda: np.zeros(2))
+    why: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=np.int8))
+    flags: tuple[Remark, ...] = ()
+    reason: tuple[Remark, ...] = ()
 
 
 def fit_run(
@@ -108,42 +167,26 @@ def fit_run(
     linear_to_cm: float | None = None,
     *,
     law: DepthLaw | None = None,
-    verdicts_only: bool = False,
 ) -> RunFit:
     """Fit alpha_z and alpha_x of one plate run in its window, or return the reason why it has no number.
 
-    `linear_to_cm`: End of the linear regime of a natural sand; default: as the config states it.
-    `law`: Law of stress against depth; default: that of the config.
-    `verdicts_only`: Calculate only what decides on reasons and on the flag of a force that pulls the plate.
+    `linear_to_cm`: End of the linear regime of a natural sand, cm; default: as the config states it.
+    `law`: Law of stress against depth; default: ``fit.law`` of the config.
     """
     law = law or DepthLaw(config.fit.law)
     plate = config.intruders[run.intruder]
     assert plate.shape != "leg"
     is_stress_table = config.table is not None
     beta_deg, gamma_deg, sign_x = filed_under(run)
-    line_end_cm = _end_of_linear_regime(run, config, linear_to_cm)
-    # depth of the centre at which the upper edge of a tilted plate enters the bed; a level plate counts
-    # from its face, as in the paper, and a table from the depths that it states
-    edge_cm = (
-        0.0 if is_stress_table else plate.length_cm / 2 * abs(math.sin(math.radians(run.beta_deg)))
-    )
-    window_status = classify_samples(
-        run, stroke, plate, config.container, config.fit, line_end_cm, edge_cm
-    )
-    why = np.where(stroke.why == RowStatus.GOOD, window_status, stroke.why)
-    if reason := _why_no_slope(run, stroke, window_status, why, plate, config, law):
+    why, reason = _choose_samples(run, stroke, plate, config, law, linear_to_cm)
+    if reason:
         return RunFit(beta_deg, gamma_deg, why=why, reason=reason)
     usable = why == RowStatus.GOOD
     depth = stroke.depth[usable]
     stress_of_all, tare_stress = _stresses(stroke, plate, sign_x)
     stress = stress_of_all[:, usable]
-    if verdicts_only:
-        tare_stress = None
-        # the flag needs a slope that pulls; where the slope does not pull, its error need not be known
-        is_plain_line = law.name == "through_zero" and not is_stress_table
-        if is_plain_line and not _pulls_plate(slopes.zero_intercept(depth, stress)[0], gamma_deg):
-            return RunFit(beta_deg, gamma_deg, why=why)
-    # rows of a table at few depths, or of a level motion at several depths, are independent
+    # rows of a table at few depths, or of a level motion at several depths, are independent: their scatter alone gives
+    # the error, while the samples of a log are autocorrelated
     is_few = is_stress_table and (depth.size < slopes.FEWEST or not run.gamma_deg)
     if is_few:
         slope, flags = slopes.fit_few(depth, stress), tuple[Remark, ...]()
@@ -169,69 +212,40 @@ def fit_run(
     fit = RunFit(beta_deg, gamma_deg, *ends, slope, why=why, flags=flags)
     if is_few:
         return fit
-    laws = None if verdicts_only else other_laws(depth, stress, ends[1])
     rod = fit.rod
     if tare_stress is not None:
         rod = slopes.zero_intercept(depth, tare_stress[:, usable])[0]
-    return replace(fit, laws=laws, line=line, rod=rod)
+    return replace(fit, laws=other_laws(depth, stress, ends[1]), line=line, rod=rod)
 
 
-@dataclass(frozen=True)
-class Stroke:
-    """A tared stroke; arrays of shape (n,), in the order of recording.
+def judge_run(run: Run, stroke: Stroke, config: Config) -> RunFit:
+    """Find the reason of a run without alpha, or the flag ``gives-back`` of a force that pulls the plate along.
 
-    `depth`, `x`, `path`: Depth, position and length travelled, cm.
-    `force`, `tare`: Granular force and the force of the rod that was subtracted, z and x, N, shape (2, n); NaN where
-    the tare is not known.
-    `why`: `RowStatus` of each sample.
-    `zero_variance` (N^2), `zero_dof`: Variance of the zero and its degrees of freedom, for run and tare (rows), z and x
-    (columns).
-    `depth_sd`: Standard error that all depths of the run share, from clocks and surface, cm.
-    `clock_cm`: Standard error of all depths by the clock that the runs of a session share, cm; negative where the plate
-    rises.
+    These are what `rftfit check` reports of a fit. The flag needs a slope that pulls and its error; where the slope
+    does not pull, its error need not be known, which takes most of the time of `fit_run`.
     """
-
-    depth: FloatArray
-    x: FloatArray
-    path: FloatArray
-    force: FloatArray
-    why: np.ndarray
-    zero_variance: FloatArray
-    zero_dof: FloatArray
-    depth_sd: float = 0.0
-    clock_cm: float = 0.0
-    tare: FloatArray | None = None
-
-
-@dataclass(frozen=True)
-class RunFit:
-    """Result of one plate run for the cell (beta, gamma) of the alpha table to which it belongs.
-
-    `depth_from_cm`, `depth_to_cm`: Fitted window; NaN if there is no fit, and then `reason` says why.
-    `slope`: Slopes of stress over depth, z and x; the sign of x is that of the cell.
-    `laws`: Fits of other laws.
-    `line`: Slopes of the line through zero, with which the other laws are compared, N/cm^3, shape (2,).
-    `rod`: Slopes of the tare that was subtracted, N/cm^3, shape (2,).
-    `why`: `RowStatus` of each sample, shape (n,); GOOD where it was fitted, or would have been but for `reason`.
-    """
-
-    beta_deg: float
-    gamma_deg: float
-    depth_from_cm: float = math.nan
-    depth_to_cm: float = math.nan
-    slope: slopes.Slope | None = None
-    laws: Laws | None = None
-    line: FloatArray = field(default_factory=lambda: np.full(2, np.nan))
-    rod: FloatArray = field(default_factory=lambda: np.zeros(2))
-    why: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=np.int8))
-    flags: tuple[Remark, ...] = ()
-    reason: tuple[Remark, ...] = ()
+    law = DepthLaw(config.fit.law)
+    plate = config.intruders[run.intruder]
+    assert plate.shape != "leg"
+    beta_deg, gamma_deg, sign_x = filed_under(run)
+    why, reason = _choose_samples(run, stroke, plate, config, law)
+    if not reason and (config.table is not None or law.name != "through_zero"):
+        return fit_run(run, stroke, config)
+    if not reason:
+        usable = why == RowStatus.GOOD
+        stress, _ = _stresses(stroke, plate, sign_x)
+        alpha, _ = slopes.zero_intercept(stroke.depth[usable], stress[:, usable])
+        if _pulls_plate(alpha, gamma_deg):
+            return fit_run(run, stroke, config)
+    return RunFit(beta_deg, gamma_deg, why=why, reason=reason)
 
 
 def filed_under(run: Run) -> tuple[float, float, float]:
-    """Return the cell (beta, gamma) of a run, degrees, and the factor 1 or -1 of its alpha_x.
+    """Return the cell (beta, gamma) of a run, degrees, and the factor 1 or -1 by which its force along x is multiplied.
 
-    Only the cell of an extraction may differ from the angles of the run sheet: see `file_extraction`.
+    Only an extraction may be in another cell than its angles in the run sheet: a plate that is pulled back along its
+    path moves in a direction outside of the table, so it counts as its mirror image (`file_extraction`), with the other
+    x.
     """
     if run.direction == "extraction":
         return file_extraction(run.beta_deg, run.gamma_deg)
@@ -241,12 +255,29 @@ def filed_under(run: Run) -> tuple[float, float, float]:
 # --- Which samples count
 
 
-def _farthest_x(plate: AnyPlate, beta: float, container: Container, fit: Fit) -> float:
-    """Largest distance of the plate's centre from the middle of the container, cm, for clearance from both walls.
+def _choose_samples(
+    run: Run,
+    stroke: Stroke,
+    plate: AnyPlate,
+    config: Config,
+    law: DepthLaw,
+    linear_to_cm: float | None = None,
+) -> tuple[npt.NDArray[np.int8], tuple[Remark, ...]]:
+    """Return the `RowStatus` of each sample, GOOD in the window, and the reasons why these give no slope, if any.
 
-    `beta`: Angle of the plate, rad.
+    `linear_to_cm`: see `fit_run`.
     """
-    return container.length_cm / 2 - fit.wall_clearance_cm - half_extent(plate, beta)[0]
+    line_end_cm = _end_of_linear_regime(run, config, linear_to_cm)
+    # depth of the centre at which the upper edge of a tilted plate enters the bed; a level plate counts
+    # from its face, as in the paper, and a table from the depths that it states
+    edge_cm = 0.0
+    if config.table is None:
+        edge_cm = plate.length_cm / 2 * abs(math.sin(math.radians(run.beta_deg)))
+    window_status = classify_samples(
+        run, stroke, plate, config.container, config.fit, line_end_cm, edge_cm
+    )
+    why = np.where(stroke.why == RowStatus.GOOD, window_status, stroke.why)
+    return why, _why_no_slope(run, stroke, window_status, why, plate, config, law)
 
 
 def classify_samples(
@@ -258,11 +289,16 @@ def classify_samples(
     linear_to_cm: float | None,
     linear_from_cm: float = 0.0,
 ) -> npt.NDArray[np.int8]:
-    """Return the `RowStatus` of each sample: good where the plate is submerged, off walls, and past its start-up.
+    """Return the `RowStatus` of each sample: GOOD where the plate is submerged, off walls, and past its start-up.
+
+    Elsewhere alpha would be wrong: a plate partly in air bears too little, one near a wall or the bottom too much, and
+    the force of a pull or of a level run needs some travel to build up. This alone decides; what earlier stages found
+    wrong with a sample is in ``stroke.why``.
 
     `box`: The container; x = 0 is its middle.
-    `linear_from_cm`, `linear_to_cm`: Linear regime of a penetration test or a table. All samples in it count, and
-    distances from walls are not tested, as these are far away. None: no such test.
+    `linear_to_cm`: End of the linear regime of a penetration test (a push into a natural sand) or of a table, cm: all
+    samples from `linear_from_cm` to it count, and distances from walls are not tested, as these are far away. None: a
+    run in a laboratory's container, to which the tests above apply.
     """
     beta, depth = math.radians(run.beta_deg), stroke.depth
     why = np.full(depth.size, RowStatus.GOOD, dtype=np.int8)
@@ -289,8 +325,19 @@ def classify_samples(
     return why
 
 
+def _farthest_x(plate: AnyPlate, beta: float, container: Container, fit: Fit) -> float:
+    """Largest distance of the plate's centre from the middle of the container, cm, for clearance from both walls.
+
+    `beta`: Angle of the plate, rad.
+    """
+    return container.length_cm / 2 - fit.wall_clearance_cm - half_extent(plate, beta)[0]
+
+
 def _end_of_linear_regime(run: Run, config: Config, linear_to_cm: float | None) -> float | None:
-    """Depth to which stress of a natural sand or a table is a line, cm; None for other media."""
+    """Depth to which stress of a natural sand or a table is a line, cm; None for a laboratory medium in a container.
+
+    It is `linear_to_cm`, else that of the config, else infinite.
+    """
     medium = config.media[run.medium]
     if config.table is None and medium.role != "natural_sand":
         return None
@@ -308,10 +355,14 @@ def _why_no_slope(
 ) -> tuple[Remark, ...]:
     """Return the reasons why the samples of a stroke must not give a slope; empty if they may.
 
+    Refused are saturated samples or a short tare inside the window, which would change the slope, and a window with too
+    few samples or too little depth, whose slope cannot be told from a constant.
+
     `window_status`: Status by the window alone, from `classify_samples`.
     `why`: Status by the window and by all earlier stages.
     """
     is_stress_table = config.table is not None
+    # number of samples of the window by what earlier stages say of them
     lost = np.bincount(stroke.why[window_status == RowStatus.GOOD], minlength=len(RowStatus))
     if saturated := lost[RowStatus.SATURATED]:
         return (remark("window-saturated", count=saturated),)
@@ -338,7 +389,10 @@ def _why_no_slope(
 
 
 def _why_too_short(depth: FloatArray, plate: AnyPlate, fit: Fit) -> Remark | None:
-    """Return the reason why a window covers too little depth (cm, shape (n,)) to give a slope; None if it covers enough."""
+    """Return the reason why a window covers too little depth to give a slope; None if it covers enough.
+
+    `depth`: Of the samples in the window, cm, shape (n,).
+    """
     stated = fit.min_depth_cm
     least_cm = plate.length_cm / 10 if stated is None else stated
     covered = float(np.ptp(depth))
@@ -350,9 +404,12 @@ def _why_too_short(depth: FloatArray, plate: AnyPlate, fit: Fit) -> Remark | Non
 
 
 def _main_cause(why: np.ndarray, x: FloatArray, widest: float) -> tuple[Remark, ...]:
-    """Return the main reason why samples of a stroke do not count, to be added to another reason.
+    """Return the most frequent reason why samples of a stroke do not count; empty if all count.
 
-    `x`: Positions, cm. `widest`: Largest allowed distance from the middle, cm, from `_farthest_x`.
+    It is added to a reason such as "too few points", which does not say where the points have gone.
+
+    `why`: `RowStatus` of each sample. `x`: Positions, cm. `widest`: Largest allowed distance from the middle, cm, from
+    `_farthest_x`; both are named where the samples lie beyond a wall.
     """
     counts = np.bincount(why)
     counts[RowStatus.GOOD] = 0
@@ -371,7 +428,10 @@ def _main_cause(why: np.ndarray, x: FloatArray, widest: float) -> tuple[Remark, 
 def _stresses(
     stroke: Stroke, plate: AnyPlate, sign_x: float
 ) -> tuple[FloatArray, FloatArray | None]:
-    """Stress of granular force and tare, z and x, N/cm^2, shape (2, n) each; x is multiplied by `sign_x`."""
+    """Stress of the medium and of the tare on the plate, z and x, N/cm^2, shape (2, n) each; None without a tare.
+
+    `sign_x`: Factor 1 or -1 of x, from `filed_under`.
+    """
     stress = stroke.force / plate.area_cm2
     stress[1] *= sign_x
     if stroke.tare is None:
@@ -388,7 +448,11 @@ def _fit_line(
     plate: AnyPlate,
     config: Config,
 ) -> tuple[slopes.Slope, tuple[Remark, ...]]:
-    """Fit the slope of stress over depth through zero; flag a curve or a crust."""
+    """Fit the slope of stress over depth through zero, with every error that the log shows; flag a curve or a crust.
+
+    `stress`, `tare_stress`: z and x of all samples, N/cm^2, shape (2, n). `usable`: True in the window, shape (n,).
+    A level run has one depth, so its flags say nothing of depth, but the start-up of its force adds an error.
+    """
     level = run.direction == "horizontal"
     depth = stroke.depth[usable]
     startup = None
@@ -415,7 +479,11 @@ def _fit_line(
 def _mark_exact(
     slope: slopes.Slope, depth: FloatArray, residual: FloatArray, stress: FloatArray, run: Run
 ) -> tuple[slopes.Slope, tuple[Remark, ...]]:
-    """Set the error of a slope to NaN where stress (2, n) lies exactly on the law: it was calculated, and has no scatter."""
+    """Set the error of a slope to NaN where stress lies exactly on the law: it was calculated, and has no scatter.
+
+    An error of 0 would claim a perfect measurement. `residual`, `stress`: z and x, N/cm^2, shape (2, n).
+    Returns the slope, and the flag ``no-scatter`` if a component is exact.
+    """
     # no transducer is that fine, and tables are printed with six digits
     largest_residual = np.abs(residual).max(axis=1)
     exact = (largest_residual <= 1e-6 * np.abs(stress).max(axis=1)) & (depth.size > 1)
@@ -431,19 +499,22 @@ LEAST_WORK: float = _CHOSEN.least_work
 
 
 def _flag_negative_work(slope: slopes.Slope, gamma_deg: float) -> tuple[Remark, ...]:
-    """Flag a force that pulls the plate along its path: this happens if the sign of a channel is wrong."""
+    """Flag a force that pulls the plate along its path by more than its error: a sign of a channel is wrong then."""
     se_along_path = math.hypot(*(_resistance_direction(gamma_deg) * np.nan_to_num(slope.se)))
     is_pulled = _pulls_plate(slope.alpha, gamma_deg, _CHOSEN.work_sigmas * se_along_path)
     return (remark("gives-back"),) if is_pulled else ()
 
 
 def _pulls_plate(alpha: FloatArray, gamma_deg: float, noise: float = 0.0) -> bool:
-    """Return True if alpha (z and x) pulls the plate along its path by more than `noise` and `LEAST_WORK`, N/cm^3."""
+    """Return True if alpha (z and x) pulls the plate along its path by more than `noise` and `LEAST_WORK`, N/cm^3.
+
+    A medium at rest can only resist a motion. `gamma_deg`: direction of the motion, that of the cell.
+    """
     return float(_resistance_direction(gamma_deg) @ alpha) < -max(LEAST_WORK, noise)
 
 
 def _resistance_direction(gamma_deg: float) -> FloatArray:
-    """Factors of alpha_z and alpha_x in the force against the motion, (sin gamma, cos gamma), shape (2,)."""
+    """Unit vector (z, x) against the motion, (sin gamma, cos gamma), shape (2,): times alpha it is the resistance."""
     along_x, along_z = direction(math.radians(gamma_deg))
     return -np.array([along_z, along_x])
 
@@ -451,7 +522,7 @@ def _resistance_direction(gamma_deg: float) -> FloatArray:
 def _linearity_flags(
     slope: slopes.Slope, deepest: float, visible: float, pull_skip_cm: float | None
 ) -> tuple[Remark, ...]:
-    """Flag the components whose curvature is both significant and large enough to matter.
+    """Flag the components whose stress is curved over depth (see `curved`): their alpha depends on the window.
 
     `deepest`: Depth of the end of the window, cm.
     `visible`: Stress that the transducer resolves, N/cm^2; a smaller curvature does not count.
@@ -472,8 +543,10 @@ def curved(
 ) -> npt.NDArray[np.bool_]:
     """Return True where a curvature is significant, large enough to matter, and more than `visible`, N/cm^2.
 
-    `p`: Probability of such a curvature by chance. `ratio`: Curvature relative to the stress of the line.
-    `deepest`: Depth of the end of the window, cm.
+    Arrays of one shape, an element a run or a component. `p`: Probability of such a curvature by chance. `ratio`:
+    Distance of a parabola from the line at the end of the window, relative to the stress there
+    (`Slope.nonlinear_ratio`).
+    `alpha`: N/cm^3. `deepest`: Depth of the end of the window, cm.
     """
     size = np.abs(ratio)
     is_large = (size > _CHOSEN.curved_ratio) & (size * np.abs(alpha) * deepest > visible)
@@ -483,6 +556,7 @@ def curved(
 # --- Tables of the stage
 
 
+# `outputs/measure.toml` says what each column means
 _COMPONENT_COLUMNS = (
     "alpha_{}_N_per_cm3",
     "alpha_{}_se_N_per_cm3",
@@ -526,8 +600,36 @@ FIT_COLUMNS = [
 ]
 
 
+def find_strokes(
+    runs: Sequence[Run], status: pd.DataFrame, tared: pd.DataFrame, tares: pd.DataFrame
+) -> Iterator[tuple[Run, slice, Stroke | tuple[Remark, ...]]]:
+    """Yield each run, its rows of `tared`, and its stroke, or the reasons why it has none.
+
+    `status`, `tared`, `tares`: see the head of this module.
+    """
+    rows_by_run = split_runs(tared)
+    columns = {name: tared[name].to_numpy() for name in tared.columns.drop("run_id")}
+    facts: dict[str, Row] = {row["run_id"]: row for row in status.to_dict("records")}
+    rows_of_tares = tares.filter(["run_id", *REASON]).to_dict("records")
+    why_no_tare = {row["run_id"]: reason_of(row) for row in rows_of_tares}
+    for run in runs:
+        rows = rows_by_run.get(run.run_id)
+        if rows is None:
+            reason = reason_of(facts[run.run_id]) or why_no_tare.get(run.run_id, ())
+            yield run, slice(0), reason
+            continue
+        # a tare that was not read has no row in `status`
+        run_and_tare_facts = [facts[name] for name in (run.run_id, run.tare_run) if name in facts]
+        samples = {name: values[rows] for name, values in columns.items()}
+        yield run, rows, _make_stroke(samples, run_and_tare_facts)
+
+
 def _make_stroke(samples: StrokeColumns, facts: list[Row]) -> Stroke:
-    """Make the `Stroke` of one run from its samples; `facts`: its row in the table of runs, then that of its tare."""
+    """Make the `Stroke` of one run from its samples.
+
+    `samples`: Columns of ``tared``, each of shape (n,). `facts`: Row of the run in ``status``, then that of its tare,
+    if that was read.
+    """
     depth, run = samples["depth_cm"], facts[0]
     # an error of the clocks shifts the depth by speed x error
     speed = float(np.ptp(depth)) / (depth.size * float(run["sample_step_s"]))
@@ -551,7 +653,10 @@ def _make_stroke(samples: StrokeColumns, facts: list[Row]) -> Stroke:
 
 
 def _account_for_samples(ledger: Ledger, run: Run, stroke: Stroke, fit: RunFit) -> None:
-    """Enter the samples of a stroke into the ledger, except those that an earlier stage dropped."""
+    """Enter the samples of a stroke into the ledger, by their use or the reason why they are not used.
+
+    Those that an earlier stage dropped are in the ledger already.
+    """
     handed_on = fit.why[stroke.why == RowStatus.GOOD]
     ledger.add_rows(run, handed_on[handed_on != RowStatus.GOOD], "")
     good = int(np.count_nonzero(handed_on == RowStatus.GOOD))
@@ -563,7 +668,11 @@ def _account_for_samples(ledger: Ledger, run: Run, stroke: Stroke, fit: RunFit) 
 
 
 def make_fit_row(run: Run, fit: RunFit, clock_cm: float, config: Config, note: str) -> Row:
-    """Make the row of a run in the table of fits; without a slope its numbers are left out."""
+    """Make the row of a run in the table of fits (`FIT_COLUMNS`); without a slope its numbers are left out.
+
+    `clock_cm`: Standard error of the depths by the clock that runs share, cm (see `Stroke`); it becomes a column, as do
+    `note` and the reason. The columns of x are NaN where the force along x is unknown.
+    """
     row: Row = {
         "run_id": run.run_id,
         "medium": run.medium,
@@ -618,7 +727,9 @@ def make_fit_row(run: Run, fit: RunFit, clock_cm: float, config: Config, note: s
 
 
 class _LawComparison(NamedTuple):
-    """Other laws of depth, compared with the line through zero at the end of the window; shape (2,) each, z and x.
+    """Two other laws of depth, compared with the line through zero at the end of the window; shape (2,) each, z and x.
+
+    Of both, a large difference says that alpha depends on the law; a power near 1 says that it does not.
 
     `free_percent`: Stress there by the line with a free intercept: difference from the line through zero, percent.
     `exponent`, `exponent_se`: Exponent of the power, and its standard error.
@@ -651,10 +762,12 @@ def _compare_laws(fit: RunFit, surface_cm: float) -> _LawComparison:
     # a component without stress fits any power
     exponent = np.where(fit.line == 0, np.nan, [power.exponent for power in fit.laws.power])
     noise = np.array([power.exponent_se for power in fit.laws.power])
+    # change of the exponent for a surface that is 1 cm off; rounded, so that its cache serves many runs
     lever = exponent_lever(round(fit.depth_from_cm, 2), round(fit.depth_to_cm, 2))
     return _LawComparison(
         free_percent,
         exponent,
+        # errors by the scatter of samples, by the surface, and by denser and looser patches of the bed
         exponent_se=np.sqrt(noise**2 + (lever * exponent * surface_cm) ** 2 + PATCHES**2),
         power_percent=np.where(np.isnan(exponent), np.nan, power_percent),
         misfit=squares_of_power / np.where(squares_of_line > 0, squares_of_line, np.nan),

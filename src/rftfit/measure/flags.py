@@ -1,4 +1,12 @@
-"""Remarks: flags, reasons and uses of rows. Each is a code with numbers, and becomes a sentence when it is written."""
+"""Remarks: flags, reasons and uses of rows. Each is a code with numbers, and becomes a sentence when written.
+
+- A *flag* is a doubt about a number that counts all the same; a *reason* says why a number is missing; a *use* says for
+  what rows of a log served; a *mark* says at each number of a medium that the medium fails checks.
+- In tables a remark has two cells, words to be read and codes to decide by: columns `REASON` or `MARKS`.
+- Flags have a table of their own (`flag_table`), which `Flags` reads.
+
+The sentence of each code stands in `rftfit.measure.sentences`.
+"""
 
 from __future__ import annotations
 
@@ -14,6 +22,7 @@ import pandas as pd
 from rftfit.measure.sentences import FLAGS, SENTENCES
 from rftfit.table.parse import BLANK, CUT, NAN_OR_INFINITE, NO_NUMBER, OTHER_SOURCE, WRONG_CELLS
 
+# why rows of a log are left out: words that the ledger shows, keys of `Log.dropped` and `Log.stretches`
 DUPLICATE = "duplicated row"
 BACKWARDS = "time runs backwards"
 HELD = "repeats the position before, while the arm moves"
@@ -43,14 +52,15 @@ _ROW_CODES = {
     REPEATED: "repeated-rows",
     AVERAGED: "averaged-rows",
 }
-"""Codes of the reasons for which a reader of logs leaves out rows."""
+"""Codes of the reasons for which rows of a log are left out."""
 
 
 @dataclass(frozen=True)
 class Remark:
     """A flag, a reason, a use of rows or a mark of a medium.
 
-    `values`: Numbers, words and further remarks that stand in the sentence.
+    `code`: Its name, a key of `SENTENCES`, or that of an error; several names if it was read from a table.
+    `values`: Numbers, words and further remarks that stand in the sentence, by the name in its braces.
     `run_id`: Run that the remark is about, where remarks on several runs stand together.
     `words`: The sentence, if it does not follow from the code: the text of an error, or the cell of a table.
     `cell`: Beta and gamma of the cell that a flag is about, degrees.
@@ -68,13 +78,16 @@ class Remark:
 
     @property
     def codes(self) -> tuple[str, ...]:
-        """Code of this remark, then the codes of the remarks in its values."""
+        """Codes of this remark, then those of the remarks in its values."""
         inner = (value for value in self.values.values() if isinstance(value, Remark))
         return (*self.code.split(), *(code for flag in inner for code in flag.codes))
 
 
 class Refused(ValueError):
-    """A run, a stroke or a tare that cannot be used; the text is the reason in ledger, table and report."""
+    """A run, a stroke or a tare that cannot be used; `remark` is the reason in ledger, table and report.
+
+    `code`, `values`: Those of the remark.
+    """
 
     def __init__(self, code: str, **values: Any) -> None:
         self.remark = remark(code, **values)
@@ -84,7 +97,10 @@ class Refused(ValueError):
 def remark(
     code: str, cell: tuple[float, float] | None = None, /, run_id: str = "", **values: Any
 ) -> Remark:
-    """Make a remark; its numbers are rounded to six digits, as in a table."""
+    """Make a remark; its numbers are rounded to six digits, as in a table, so that it is the same when read again.
+
+    `code`: Key of `SENTENCES`. `cell`, `run_id`, `values`: Fields of `Remark`.
+    """
     if code not in SENTENCES:
         raise KeyError(code)
     plain_values = {name: _plain_value(value) for name, value in values.items()}
@@ -99,14 +115,14 @@ def _plain_value(value: Any) -> Any:
 
 
 def quoted(error: Exception, code: str = "refused") -> Remark:
-    """Make the remark of an error; `code` is used if the error has none."""
+    """Make the remark of an error, with its text as the sentence; `code` is used if the error has none."""
     if isinstance(error, Refused):
         return error.remark
     return Remark(getattr(error, "code", code).replace("_", "-"), words=str(error))
 
 
 def dropped_rows(reason: str) -> Remark:
-    """Make the remark of a reason for which a reader of logs leaves out rows."""
+    """Make the remark of a `reason` for which rows of a log are left out, a key of `Log.dropped`."""
     return Remark(_ROW_CODES.get(reason, "damaged-rows"), words=reason)
 
 
@@ -125,7 +141,7 @@ def codes_of(remarks: Iterable[Remark]) -> str:
 
 
 def attach_run(run_id: str, remarks: Iterable[Remark]) -> list[Remark]:
-    """Return the remarks with the run that they are about."""
+    """Return the remarks with the run that they are about, for a place where remarks on several runs stand together."""
     return [replace(flag, run_id=run_id) for flag in remarks]
 
 
@@ -154,7 +170,7 @@ def mark_columns(marks: Collection[Remark] = ()) -> dict[str, str]:
 
 
 def reason_of(row: Mapping[Any, Any]) -> tuple[Remark, ...]:
-    """Read the reason of a row of a table as one remark that holds its words; empty if there is none."""
+    """Read the columns `REASON` of a row of a table as one remark that holds their words; empty if there is none."""
     words = row.get("reason")
     if not (words and isinstance(words, str)):
         return ()
@@ -162,7 +178,7 @@ def reason_of(row: Mapping[Any, Any]) -> tuple[Remark, ...]:
 
 
 def with_reasons(table: pd.DataFrame, added: Iterable[Iterable[Remark]]) -> pd.DataFrame:
-    """Add remarks to the reason of each row of a table."""
+    """Return a table with remarks added to the reason of each row; `added`: the remarks of each row, in their order."""
     stated = table[[name for name in REASON if name in table]].to_dict("records")
     rows = zip(stated, added, strict=True)
     reasons = [reason_columns([*reason_of(row), *remarks]) for row, remarks in rows]
@@ -178,12 +194,13 @@ def has(row: Mapping[Any, Any], code: str, name: str = "reason_code") -> bool:
 
 
 FLAG_COLUMNS = ["medium", "run_id", "beta_deg", "gamma_deg", "stage", "code", "values", "words"]
+"""Columns of a table of flags; the angles are those of a flag about a cell of an alpha table, ``values`` is JSON."""
 OF_CHECKS = "checks"
 """Stage whose flags come from a comparison with other runs; flags of earlier stages come from the logs of the run."""
 
 
 def flag_table(medium: str, stage: str, flags: Iterable[Remark]) -> pd.DataFrame:
-    """Make the table of the flags of one stage, each flag once: columns `FLAG_COLUMNS`."""
+    """Make the table of the flags of one stage of the workflow, each flag once: columns `FLAG_COLUMNS`."""
     rows = [
         (
             medium,
@@ -200,7 +217,7 @@ def flag_table(medium: str, stage: str, flags: Iterable[Remark]) -> pd.DataFrame
 
 
 class Flags:
-    """Flags of the runs and cells of one medium.
+    """Flags of the runs and cells of one medium, read from their tables.
 
     Parameters
     ----------
@@ -230,7 +247,11 @@ class Flags:
         return self._of_checks.get(run_id, [])
 
     def of_cell(self, cell: Mapping[Any, Any], without: Collection[Remark] = ()) -> list[Remark]:
-        """Flags of the runs of a cell of an alpha table, then those of the cell; leaves out the flags `without`."""
+        """Flags of the runs of a cell of an alpha table, then those of the cell; leaves out the flags `without`.
+
+        `cell`: Row of the alpha table. The flags of runs that give the cell no number count too, but not what checks
+        say of these.
+        """
         runs = [*cell["run_ids"].split(), *cell["lost_run_ids"].split()]
         flags: list[Remark] = []
         for run_id in sorted(runs):
@@ -259,7 +280,11 @@ class Flags:
         return [run_id for run_id, flags in of_checks if any(flag.code == code for flag in flags)]
 
     def shared(self, fits: pd.DataFrame) -> tuple[Remark, ...]:
-        """Flags of how a medium was measured, which are reported once for all runs; `fits`: its plate runs."""
+        """Flags of how a medium was measured, which are reported once for all runs instead of for each.
+
+        `FLAGS` says which these are: always, or where all runs have them. `fits`: Plate runs, ``run_id`` and
+        ``reason``.
+        """
         rows = zip(map(str, fits["run_id"]), fits["reason"], strict=True)
         # a run that was never read has no flag of this sort
         flags_of_runs = [

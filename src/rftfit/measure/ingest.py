@@ -1,4 +1,10 @@
-"""Read the logs of a medium as traces in the lab frame, and account for every row of every log."""
+"""Read the logs of a medium as traces in the lab frame, and account for every row of every log.
+
+`ingest_medium` is the stage ``ingest``. For each run it reads the two logs (`read_logs`) and makes a `Trace`
+(`trace_run`: forces z and x in N, positions in cm, one clock), or finds the `Remark`s why this is impossible: the run
+is *refused*. Rows of logs go into the `Ledger` with their use or the reason why they are not used. Good rows of the
+*stroke* (the push, pull or turn that is measured) are left to later stages, which use them.
+"""
 
 from __future__ import annotations
 
@@ -38,11 +44,11 @@ def ingest_medium(
 ) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
     """Read all logs of a medium; a run that cannot be used stays in the table with its reason.
 
-    `clocks`: Clocks of the sessions, where they are estimated; default: estimate them from the pushes of this campaign.
+    `clocks`: Clocks of the sessions; default: where the config asks for an estimate, from the pushes of this campaign.
 
-    Returns a table with a row for each force sample; a table with a row for each run (status, reason, clock and zero);
-    and a ledger with the flags of the runs and the rows of all logs, except the good rows of the strokes, which later
-    stages use.
+    Returns a table with a row for each force sample (``run_id`` and `SAMPLE_COLUMNS`); a table with a row for each run
+    (`RUN_COLUMNS`: status, reason, clock and zero); and a ledger with the flags of the runs and the rows of all logs,
+    except the good rows of the strokes.
     """
     traces, rows, ledger = ingest_traces(campaign, medium, clocks)
     return _join_samples(traces), pd.DataFrame(rows, columns=list(RUN_COLUMNS)), ledger
@@ -51,7 +57,10 @@ def ingest_medium(
 def ingest_traces(
     campaign: Campaign, medium: str, clocks: SessionClocks | None = None
 ) -> tuple[list[Trace], list[dict[str, object]], Ledger]:
-    """Read all logs of a medium; return traces, rows of the table of runs, and the ledger of `ingest_medium`."""
+    """Read all logs of a medium; return traces, rows of the table of runs, and the ledger of `ingest_medium`.
+
+    `clocks`: see `ingest_medium`. Runs without a trace have a row with the status ``refused``.
+    """
     clocks = find_session_clocks(campaign) if clocks is None else clocks
     ledger = Ledger()
     traces: list[Trace] = []
@@ -87,9 +96,10 @@ def _ingest_run(
 ) -> Trace | list[Remark]:
     """Align the two logs of a run and turn them into the lab frame, or return the reasons why not.
 
-    Enters the rows into the ledger, except the good rows of the stroke, which later stages use.
+    Enters the rows into the `ledger`, except the good rows of the stroke.
 
-    `compliance`: Yield of the machine under load, or the error why it is not known; None if the config asks for none.
+    `compliance`: Yield of the machine under load, or the error why it is not known, which refuses the run; None if the
+    config asks for none. `clocks`: Clocks of the sessions; None where they are not estimated.
     """
     force, motion = logs.force, logs.motion
     # a line that holds force and motion is counted once, by the use of its force
@@ -151,7 +161,7 @@ RUN_COLUMNS: dict[str, object] = {
         math.nan,
     ),
 }
-"""Columns of the table of runs, and their values where nothing is known."""
+"""Columns of the table of runs, and their values where nothing is known; their meanings: `outputs/measure.toml`."""
 
 
 def _angles_seen(reasons: Sequence[Remark]) -> dict[str, object]:
@@ -168,7 +178,11 @@ def _angles_seen(reasons: Sequence[Remark]) -> dict[str, object]:
 def _make_run_row(
     trace: Trace, given_surface_z_mm: float, clocks: SessionClocks | None
 ) -> dict[str, object]:
-    """Make the row of a run that was read; `clocks`: None where the clocks are not estimated."""
+    """Make the row of a run that was read in the table of runs; its columns are those of `RUN_COLUMNS`.
+
+    `given_surface_z_mm`: z of the arm at the surface by the config; a surface found from the force is stated as z of
+    the arm too. `clocks`: None where the clocks are not estimated.
+    """
     clock, zero = trace.clock, trace.zero
     row: dict[str, object] = {
         "run_id": trace.run.run_id,
@@ -210,7 +224,7 @@ def _make_run_row(
 
 
 def _join_samples(traces: list[Trace]) -> pd.DataFrame:
-    """Put the samples of all runs into one long table."""
+    """Put the samples of all runs into one long table, with depth instead of z, and angles in degrees."""
     return samples_table(
         {
             # in the order of `SAMPLE_COLUMNS`
@@ -257,7 +271,7 @@ def _account_for_logs(
 
 
 def _account_for_left_out_rows(ledger: Ledger, run: Run, file: str, log: Log) -> None:
-    """Enter damaged rows into the ledger, and lost ones: rows that the instrument counted but the file lacks."""
+    """Enter the rows of a log that were left out into the ledger, and lost rows: those that the file lacks."""
     for fate, counts in ((DROPPED, log.dropped), (LOST, log.missing)):
         for reason, rows in counts.items():
             ledger.add(run, file, fate, rows, dropped_rows(reason))
@@ -266,7 +280,7 @@ def _account_for_left_out_rows(ledger: Ledger, run: Run, file: str, log: Log) ->
 def _account_for_refused_log(
     ledger: Ledger, run: Run, file: str, log: Log | LogError, reasons: Sequence[Remark]
 ) -> None:
-    """Enter all rows of a log of a refused run into the ledger as dropped."""
+    """Enter all rows of a log of a refused run into the ledger as dropped, with the `reasons` why."""
     rows = log.rows if isinstance(log, LogError) else log.size
     ledger.add(run, file, DROPPED, rows, *reasons)
     if isinstance(log, Log):
@@ -277,6 +291,7 @@ def account_unassigned_air_runs(campaign: Campaign) -> Ledger:
     """Enter the rows of in-air runs that no leg names as tare: they belong to no medium and no stage reads them."""
     ledger = Ledger()
     for run in campaign.unassigned_air_runs:
+        # file and number of rows of each of the two logs
         counts = []
         for file, reader in zip(
             (run.force_log, run.motion_log), readers(campaign, run), strict=True

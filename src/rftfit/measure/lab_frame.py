@@ -1,4 +1,10 @@
-"""Turn the two logs of a run into the lab frame: force (z, x) in N and its zero; path of the intruder in cm and rad."""
+"""Turn the two logs of a run into the lab frame: force (z, x) in N and its zero; path of the intruder in cm and rad.
+
+Lab frame: z upward, 0 at the free surface; x forward, 0 in the middle of the container. The *channels* of the
+transducer are F1, F2, F3; ``transducer.axes`` of the config says which of them lies along which axis of its mount. The
+*zero* is what the transducer reads without load: `find_zero` takes it from the rests in air of the run itself,
+`zero_of_log` from another log, `stated_zero` from the config. A plate has the angle beta, a leg theta, both rad.
+"""
 
 from __future__ import annotations
 
@@ -23,8 +29,11 @@ from rftfit.table.units import FORCE_TO_N, LENGTH_TO_CM, TIME_TO_S
 
 CHANNELS = ("F1", "F2", "F3")
 CHANNEL_FACTS = ("low_N", "high_N", "held_N", "held", "noise_N")
-"""Columns of each channel in the table of runs: lowest and highest reading of the stroke; the reading that stays equal for
-longest, and for which fraction of the stroke; and the standard deviation of the noise outside the stroke."""
+"""Columns of each channel in the table of runs, as ``F1_low_N``.
+
+Lowest and highest reading of the stroke; the reading that stays equal for longest, and for which fraction of the
+stroke; and the standard deviation of the noise outside the stroke.
+"""
 
 NEAR_FULL_RANGE = 0.995
 """Fraction of the range of the transducer at which a reading counts as saturated."""
@@ -35,8 +44,8 @@ class ForceReadings:
     """A force log in the lab frame, its zero not yet removed; arrays of shape (n,).
 
     `time`: On the clock of the force log, s.
-    `force`: z and x, N, shape (2, n).
-    `arm_moving`: The sync line; None if the log has none.
+    `force`: Force on the intruder and its rod, z and x, N, shape (2, n).
+    `arm_moving`: The sync line, 1 while the arm moves, else 0; None if the log has none.
     `saturated`: True where a channel is at the end of its range.
     `channels`: Readings of F1 to F3, N, shape (3, n).
     """
@@ -65,7 +74,10 @@ def sensor_to_lab(transducer: Transducer) -> FloatArray:
 
 
 def measured_channel(config: Config, axis: str) -> str | None:
-    """Channel of the transducer along an `axis` of its mount, x, y or z; None if the config states a constant for it."""
+    """Channel of the transducer along an `axis` of its mount, x, y or z; None if the config states a constant for it.
+
+    A channel that was not recorded is stated as the constant 0, so its force was not measured.
+    """
     name: Any = getattr(config.transducer.axes, axis)[1:]
     stated = config.force_log.columns.get(name)
     return None if stated is not None and stated.constant is not None else name
@@ -87,7 +99,10 @@ def lacks_force_x(config: Config, run: Run) -> bool:
 
 
 def force_in_lab_frame(log: Log, transducer: Transducer) -> ForceReadings:
-    """Turn a force log into forces z and x in the lab frame; refuse it if its units are not those of the config."""
+    """Turn a force log into forces z and x in the lab frame; refuse it if its units are not those of the config.
+
+    `log`: With the columns time, F1, F2, F3 and perhaps arm_moving.
+    """
     name, unit = log.path.name, transducer.force_unit
     channels = np.array([log.columns[channel] for channel in CHANNELS])
     for index, channel in enumerate(CHANNELS):
@@ -101,7 +116,10 @@ def force_in_lab_frame(log: Log, transducer: Transducer) -> ForceReadings:
 
 
 def path_in_lab_frame(log: Log, run: Run, arm: Arm) -> IntruderPath:
-    """Turn a motion log into the lab frame; ``surface_z_mm`` of the run replaces that of the arm."""
+    """Turn a motion log into the lab frame; ``surface_z_mm`` of the run replaces that of the arm.
+
+    `log`: With the columns time, x, z, angle.
+    """
 
     def column(quantity: str, table: dict[str, float], unit: str) -> FloatArray:
         """Return the values of a quantity in cm, rad or s; the log must have it in `unit`."""
@@ -124,7 +142,10 @@ def logs_in_lab_frame(
 
 
 def without_repeats(log: Log, transducer: Transducer) -> Log:
-    """Leave out the rows that only repeat a reading of a slow transducer, if the config asks for it."""
+    """Leave out the rows of a force log that only repeat a reading of a slow transducer, if the config asks for it.
+
+    Copies of a reading would pass for further measurements and make errors too small.
+    """
     if transducer.repeats == "keep":
         return log
     return log.take(new_readings(np.stack([log.columns[name] for name in CHANNELS])), REPEATED)
@@ -138,7 +159,7 @@ def new_readings(channels: FloatArray) -> np.ndarray:
 
 
 def readings_digest(readings: FloatArray) -> str:
-    """Return a digest that is equal for copies of a run, and for nothing else."""
+    """Return a digest of an array that is equal for copies of a run, and for nothing else."""
     return hashlib.sha256(readings.tobytes()).hexdigest()[:16]
 
 
@@ -149,7 +170,10 @@ _CHANGES_OF_NO_CHANCE: int = chosen("measure", "copies").shortest
 def channel_facts(channels: FloatArray, in_stroke: np.ndarray) -> dict[str, object]:
     """Return facts of each channel, and digests of the readings: of all channels, then of each that differs in every copy.
 
-    The keys are columns of the table of runs: see `CHANNEL_FACTS`. `channels`: N, shape (3, n). `in_stroke`: shape (n,).
+    The keys are columns of the table of runs: ``readings`` (the digest; empty if no channel moves), and those of
+    `CHANNEL_FACTS` for each channel, as ``F1_low_N``. The checks of the channels need them. `channels`: N, shape (3,
+    n).
+    `in_stroke`: True in the stroke, shape (n,).
     """
     moves = bool(np.ptp(channels, axis=1).any())
     # where a program of the lab turned the forces of each log by its own angle, the channel across the plane is still that of the copy
@@ -178,7 +202,10 @@ def channel_facts(channels: FloatArray, in_stroke: np.ndarray) -> dict[str, obje
 
 
 def _noise_at_rest(readings: FloatArray) -> float:
-    """Standard deviation of readings from sample to sample, from their second differences without the largest tenth."""
+    """Standard deviation of readings from sample to sample, from their second differences without the largest tenth.
+
+    Second differences remove a drift, and the largest tenth would hold the moves of the arm. NaN for fewer than 50.
+    """
     steps = np.sort(np.abs(np.diff(readings, 2)))
     if steps.size < 50:
         return math.nan
@@ -202,10 +229,11 @@ class Zero:
     """Zero of the forces (z, x) of one run, to be subtracted.
 
     `force`: N; a straight line in time between two stretches in air, shape (2, n), or else a constant, shape (2, 1).
-    `variance`: Variance of the error of the zero, N^2, shape (2,); allows for autocorrelation.
-    `change_N`: Change from the first stretch in air to the last; NaN if there is only one.
-    `trend_N`: Change until the stroke by a straight line through the only stretch; NaN if there are two, or if not
-    known.
+    `variance`, `dof`: Variance of the error of the zero, N^2, shape (2,), which allows for autocorrelation, and its
+    degrees of freedom.
+    `change_N`: Change of z and x from the first stretch in air to the last; NaN if there is only one.
+    `trend_N`: Change of z and x until the stroke by a straight line through the only stretch; NaN if there are two, or
+    if not known. The checks compare it with those of other runs: it shows a drift.
     """
 
     force: FloatArray
@@ -228,9 +256,10 @@ def half_extent(plate: AnyPlate, beta: float) -> tuple[float, float]:
 
 
 def height_needed(intruder: AnyPlate | Leg, angle: FloatArray, clearance: float) -> FloatArray:
-    """Height of the reference point, cm, shape (n,), at which the whole intruder is `clearance` above the surface.
+    """Height of the reference point, cm, shape (n,), at which the whole intruder is `clearance` cm above the surface.
 
-    A leg counts as the circle whose diameter is its chord: every model leg lies within it. `angle`: rad, shape (n,).
+    A leg counts as the circle whose diameter is its chord: every model leg lies within it. `angle`: Beta of a plate or
+    theta of a leg, rad, shape (n,).
     """
     if isinstance(intruder, Leg):
         half_length = intruder.max_length_cm / 2
@@ -248,7 +277,7 @@ def find_zero(
     drift_N_per_min: float,
     least_cm: float = 0.0,
 ) -> Zero:
-    """Estimate the zero from the samples in air: a line in time between rests before and after the stroke if both exist.
+    """Estimate the zero from the rests in air: a line in time between rests before and behind the stroke, else a mean.
 
     Refused if no stretch in air has the samples of half a second (`fewest_for_zero`). Where the intruder is in air at
     one end of the run only, the zero may drift until the stroke without a trace in the log: its variance includes this.
@@ -274,6 +303,7 @@ def find_zero(
     t0, t1 = float(time[first].mean()), float(time[last].mean())
     mean_before, variance, dof = _mean_with_variance(force[:, first])
     if first is last:
+        # a constant; its change until the stroke is unknown, so it widens the error
         unseen = _unseen_drift(drift_N_per_min, abs(stroke_time - t0) / 60)
         since_middle = time[first] - t0
         slope = force[:, first] @ since_middle / float(since_middle @ since_middle)
@@ -289,7 +319,7 @@ def find_zero(
 
 
 def zero_of_log(force: FloatArray, drift_N_per_min: float, age_min: float) -> Zero:
-    """Estimate the zero of a run from another log, recorded without load.
+    """Estimate the zero of a run from another log, recorded without load; refuse a log that is too short.
 
     `force`: Forces of that log, N, shape (2, n).
     `age_min`: Time between that log and the stroke, in which the zero may have drifted, minutes.
@@ -311,6 +341,8 @@ def _unseen_drift(drift_N_per_min: float, minutes: float) -> float:
 def change_within(force: FloatArray) -> tuple[float, float]:
     """Return the change of the zero within a log without load, N, and this change divided by the noise.
 
+    A large change shows that the log holds a push, and is no zero.
+
     The change is the range of the means of ten parts of the log, for the component with the larger range; the noise is
     the standard deviation within a part. `force`: N, shape (2, n).
     """
@@ -331,13 +363,19 @@ def stated_zero(stated: ZeroSettings, transducer: Transducer) -> Zero:
 
 
 def fewest_for_zero(time: FloatArray) -> int:
-    """Fewest samples of a stretch in air: those of half a second, at least 10 and at most `MIN_SAMPLES`."""
+    """Fewest samples of a stretch in air from which a zero is taken: those of half a second, from 10 to `MIN_SAMPLES`.
+
+    `time`: s, shape (n,).
+    """
     step = median(np.diff(time)) if time.size > 1 else 0.0
     return max(_FEWEST_SAMPLES, min(MIN_SAMPLES, round(0.5 / step))) if step > 0 else MIN_SAMPLES
 
 
 def _mean_with_variance(force: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """Return mean, its variance (allows for autocorrelation) and degrees of freedom; `force`: shape (2, n)."""
+    """Return mean, its variance, shape (2,) each, and degrees of freedom; allows for autocorrelation.
+
+    `force`: N, shape (2, n).
+    """
     mean = force.mean(axis=1)
     count = force.shape[1]
     variance, dof = weighted_sum_variance(force - mean[:, None], np.ones(count))

@@ -1,4 +1,14 @@
-"""Other laws than a line through zero: a line with a free intercept, and a power of depth."""
+"""Other laws of stress over depth than a line through zero: a line with a free intercept, and a power of depth.
+
+They serve for two purposes. Where ``fit.law`` or ``fit.depths_cm`` of the config ask
+for it, alpha is by such a law (`replace_slope`). Else
+they are compared with the line through zero (`other_laws`): laws that differ at the end of the window show that alpha
+depends on the law. `find_crust` finds a third shape, a peak near the surface, which no law here describes.
+
+``depth``: cm, positive, shape (n,). ``stress``: N/cm^2, shape (k, n) for k components, or (n,) for one. A *gain* is the
+derivative of a fitted number by the stress of each sample: fitted number = sum(gain x stress), from which its error
+follows.
+"""
 
 from __future__ import annotations
 
@@ -26,16 +36,12 @@ if TYPE_CHECKING:
 
 _CHOSEN = chosen("measure", "laws")
 
-_ONE_DEPTH = 1e-10
-"""Share of the squared derivative by the exponent that is orthogonal to the power, up to which it is rounding: all depths
-are equal."""
-
 
 class DepthLaw(NamedTuple):
     """Law by which stress grows with depth.
 
     `at_cm`: Depth at which alpha is stress over depth, cm. With an infinite depth alpha is the slope of a line; a power
-    of depth has no such slope.
+    of depth has no such slope, so it needs a finite one.
     """
 
     name: Literal["through_zero", "free_intercept", "power"] = "through_zero"
@@ -48,9 +54,10 @@ class DepthLaw(NamedTuple):
         return intercept_fits(depth, stress, self.at_cm)
 
     def weights(self, depth: FloatArray, stress: FloatArray) -> FloatArray:
-        """Weights of the runs of a horizontal cell, shape (n,): alpha is the sum of weight x (stress / depth).
+        """Weights of the n level runs of a cell, shape (n,): alpha is the sum of weight x (stress / depth).
 
-        `depth`, `stress`: cm and N/cm^2, shape (n,), at two depths or more.
+        Each level run is at one depth, so the law is fitted to the runs. `depth`, `stress`: of each, cm and N/cm^2,
+        shape (n,), at two depths or more.
         """
         if self.name == "through_zero":
             return depth**2 / max(float(depth @ depth), 1e-9)
@@ -64,13 +71,14 @@ LINE_THROUGH_ZERO = DepthLaw()
 class Fitted:
     """A law with two parameters, fitted to one component of stress.
 
-    `alpha`: Stress over depth at the depth where the laws are compared, N/cm^3.
+    `alpha`: Stress over depth at the depth where the laws are compared, `DepthLaw.at_cm`, N/cm^3.
     `gain`: Derivatives of `alpha` by the stress of each sample, 1/cm, shape (n,).
     `design`: Derivatives of the stress by each parameter, shape (2, n).
     `residual`: Residuals, N/cm^2, shape (n,).
-    `exponent`: Exponent of depth; NaN where no power fits.
+    `exponent`: Exponent of depth; NaN where no power fits, 1 for a line.
     `lever`: Relative change of `alpha` for depths that are 1 cm off, 1/cm.
-    `exponent_gain`: Derivatives of `exponent` by the stress of each sample, cm^2/N, shape (n,).
+    `exponent_gain`: Derivatives of `exponent` by the stress of each sample, cm^2/N, shape (n,); None for a line, or
+    without stress.
     """
 
     alpha: float
@@ -91,7 +99,7 @@ class Fitted:
 
 
 class Laws(NamedTuple):
-    """Fits of two other laws, a list with one fit a component each."""
+    """Fits of two other laws; each list holds one fit for each component of stress, z and x."""
 
     free_intercept: list[Fitted]
     power: list[Fitted]
@@ -111,9 +119,9 @@ def other_laws(depth: FloatArray, stress: FloatArray, at_cm: float) -> Laws | No
 
 
 def intercept_fits(depth: FloatArray, stress: FloatArray, at_cm: float) -> list[Fitted]:
-    """Fit lines with a free intercept. Alpha is intercept / at + slope, the stress over depth at `at_cm`.
+    """Fit lines with a free intercept, one for each row of `stress`, shape (k, n).
 
-    If that is infinite, alpha is the slope.
+    Alpha is intercept / at + slope, the stress over depth at `at_cm`; if that is infinite, alpha is the slope.
     """
     intercepts, slopes = free_intercept(depth, stress)
     design, centred = np.stack([np.ones_like(depth), depth]), depth - depth.mean()
@@ -126,8 +134,15 @@ def intercept_fits(depth: FloatArray, stress: FloatArray, at_cm: float) -> list[
     ]
 
 
+_ONE_DEPTH = 1e-10
+"""Share of the squared derivative by the exponent that is orthogonal to the power, up to which it is rounding.
+
+All depths are equal then.
+"""
+
+
 def power_fit(depth: FloatArray, stress: FloatArray, at_cm: float) -> Fitted:
-    """Fit stress = alpha at (depth / at)^p by least squares (Gauss-Newton).
+    """Fit stress = alpha at (depth / at)^p by least squares (Gauss-Newton); at = `at_cm`.
 
     `depth` and `stress`: cm and N/cm^2, shape (n,). Each step fits stress = a u + b v, with u = (depth / at)^p and its
     derivative by the exponent, v = u log(depth / at), and changes p by b / a. Where no power fits, alpha comes from
@@ -139,13 +154,14 @@ def power_fit(depth: FloatArray, stress: FloatArray, at_cm: float) -> Fitted:
     u, v, _ = rows = np.stack([log, log, stress])
     for steps_left in range(_CHOSEN.steps, -1, -1):
         np.multiply(np.exp(p * log, out=u), log, out=v)
+        # sums over the samples of u u, u v, u stress, ...
         (uu, uv, u_stress), (_, vv, v_stress) = (rows[:2] @ rows.T).tolist()
         # square of the component of v that is orthogonal to u
         v_across = vv - uv**2 / uu if uu > 0 else 0.0
         if not v_across > _ONE_DEPTH * vv:
             nothing = np.full(depth.size, math.nan)
             return Fitted(math.nan, nothing, rows[:2], nothing, math.nan, math.nan)
-        # `size` is the factor of u if v is left out
+        # least squares of both: b by the part of v that u does not explain; `size` is the factor of u without v
         size = u_stress / uu
         b = (v_stress - size * uv) / v_across
         # a component without stress has no exponent
@@ -191,6 +207,7 @@ def find_crust(depth: FloatArray, stress: FloatArray) -> Crust | None:
     smooth = np.convolve(sign * stress, np.full(width, 1 / width), mode="valid")
     # depth of the middle of each mean
     mean_depth = depth[width // 2 :][: smooth.size]
+    # how far stress is below its highest value so far; behind a crust it falls within the upper part of the push
     drop = np.maximum.accumulate(smooth) - smooth
     upper = drop[mean_depth <= depth[-1] * _CHOSEN.crust_depth * 1.5]
     if not upper.size:
@@ -227,7 +244,11 @@ def ordinary_surface(errors: ErrorSettings) -> tuple[float, float]:
 
 @lru_cache(maxsize=512)
 def exponent_lever(top_cm: float, end_cm: float) -> float:
-    """Size of the change of the exponent fitted in a window if the surface is 1 cm off, 1/cm."""
+    """Size of the change of the exponent fitted in a window if the surface is 1 cm off, 1/cm.
+
+    A surface that is off makes a line through zero look like a power of depth, most of all in a shallow window. The
+    window goes from `top_cm` to `end_cm`.
+    """
     depth = np.linspace(max(top_cm, 0.005 * end_cm), end_cm, 60)
     # stress of a line through zero, by depths that are off by half the step
     step_cm = 0.02 * end_cm
@@ -238,9 +259,9 @@ def exponent_lever(top_cm: float, end_cm: float) -> float:
 
 
 def replace_slope_of_few(slope: Slope, law_fits: Sequence[Fitted]) -> Slope:
-    """Replace alpha and its errors in the slope of a few independent depths; the errors are NaN for two depths.
+    """Replace alpha and its errors in the slope of a few independent depths by those of another law.
 
-    `law_fits`: one fit a component.
+    Two parameters leave no scatter of two depths, so their errors are NaN. `law_fits`: one fit for each component.
     """
     dof = slope.points - 2
     squares = [(fit.residual @ fit.residual) * (fit.gain @ fit.gain) for fit in law_fits]
@@ -257,12 +278,16 @@ def replace_slope_of_few(slope: Slope, law_fits: Sequence[Fitted]) -> Slope:
 
 
 def _lever_of(law_fits: Sequence[Fitted]) -> float:
-    """Lever of the component with the larger alpha."""
+    """Lever of the component with the larger alpha: a run has one lever for both."""
     return max(law_fits, key=lambda fit: abs(fit.alpha)).lever
 
 
 def replace_slope(slope: Slope, law_fits: Sequence[Fitted]) -> Slope:
-    """Replace alpha and its errors in a slope by those of another law; `law_fits`: one fit a component."""
+    """Replace alpha and its errors in a slope by those of another law; `law_fits`: one fit for each component.
+
+    Errors by the scatter, the zeros and the tare are carried to the new law by its gain; a curvature is none any more,
+    as the law describes it.
+    """
     noise = [weighted_sum_variance(fit.residual[None], fit.gain, fit.design) for fit in law_fits]
     scatter = np.array([float(variance[0]) for variance, _ in noise])
     dof = np.array([dof for _, dof in noise])

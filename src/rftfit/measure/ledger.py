@@ -1,4 +1,8 @@
-"""The ledger: it accounts for every row of every log, used or not, and keeps the flags of runs."""
+"""The ledger: it accounts for every row of every log, used or not, and keeps the flags of runs.
+
+Each stage enters the rows that it uses for good or leaves out; the good rows that it hands on are entered by a later
+stage. In the end the rows of a run add up to the lines of its logs (`check_ledger`): none is lost silently.
+"""
 
 from __future__ import annotations
 
@@ -16,27 +20,33 @@ from rftfit.measure.flags import REASON, Remark, attach_run, reason_cells, remar
 
 
 class RowStatus(IntEnum):
-    """Reason why a row must not be used, as a small number that is kept for every sample."""
+    """Reason why a row must not be used, as a small number that is kept for every sample: the column or array `why`.
 
-    GOOD = 0
-    MOTION_GAP = 1
-    NO_MOTION = 2
-    SATURATED = 3
-    UNTARED = 4
+    Its `code` has a sentence in `rftfit.measure.sentences`.
+    """
+
+    GOOD = 0  # no reason
+    MOTION_GAP = 1  # within a gap of the motion log
+    NO_MOTION = 2  # before or after the motion log
+    SATURATED = 3  # the transducer or its amplifier is at its end
+    UNTARED = 4  # no tare at this position
+    # the next three are good readings that are in no stroke
     APPROACH = 5
     PAUSE = 6
     ELSEWHERE = 7
-    ABOVE = 8
+    # the next five, and the two too deep and too shallow, are outside the window of the fit
+    ABOVE = 8  # the plate is partly in air
     BOTTOM = 9
     WALL = 10
     STARTUP = 11
-    NONLINEAR = 12
-    YIELDED = 13
+    NONLINEAR = 12  # beyond the linear regime
+    YIELDED = 13  # more force than when the yield of the machine was measured: depth not known
     TOO_DEEP = 14
     TOO_SHALLOW = 15
+    # rows of a table of stress
     OTHER_SENSE = 16
     ALONE = 17
-    OTHER_ZERO = 18
+    OTHER_ZERO = 18  # at rest, but with another zero than the stroke
 
     @property
     def code(self) -> str:
@@ -47,12 +57,15 @@ class RowStatus(IntEnum):
 USED, DROPPED, LOST = "used", "dropped", "lost"
 """Fates of rows; the instrument counted lost rows, but they are in no file."""
 COLUMNS = ["run_id", "medium", "kind", "file", "fate", *REASON, "rows"]
-_FAULT = "this is a fault of the program, please report it"
+"""Columns of the table of the ledger; ``rows`` is their number, the reason says also what used rows were used for."""
 
 
 @dataclass
 class Ledger:
-    """Number of rows by run_id, medium, kind, file, fate and remarks; flags of the runs."""
+    """Number of rows by run_id, medium, kind, file, fate and remarks (`counts`), and flags of the runs.
+
+    The stages fill it by its methods, which change it.
+    """
 
     counts: dict[tuple[str, str, str, str, str, tuple[Remark, ...]], int] = field(
         default_factory=lambda: defaultdict(int)
@@ -62,7 +75,8 @@ class Ledger:
     def add(self, run: Run, file: str, fate: str, rows: int, *reason: Remark) -> None:
         """Count `rows` lines of one file, 0 for a missing file.
 
-        `fate`: `USED`, `DROPPED`, or `LOST` for rows that the instrument counted but the file lacks.
+        `fate`: `USED`, `DROPPED`, or `LOST` for rows that the instrument counted but the file lacks. `reason`: Why, or
+        the use of used rows.
         """
         self.counts[run.run_id, run.medium, run.kind, file, fate, reason] += int(rows)
 
@@ -71,7 +85,10 @@ class Ledger:
         self.flags += attach_run(run.run_id, flags)
 
     def add_rows(self, run: Run, why: np.ndarray, used_as: str) -> None:
-        """Count the rows of a force log by their `RowStatus`; `used_as` is the code of the use of good rows."""
+        """Count the rows of a force log by their `RowStatus`, `why`, shape (n,).
+
+        `used_as`: Code of the use of good rows; empty where there are none.
+        """
         for number, count in enumerate(np.bincount(why)):
             if count:
                 status = RowStatus(number)
@@ -98,17 +115,21 @@ def join(parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
     return counted_once.sort_values(COLUMNS).reset_index(drop=True)[COLUMNS]
 
 
+_FAULT = "this is a fault of the program, please report it"
+
+
 def check_ledger(
     book: pd.DataFrame,
     runs: pd.DataFrame,
     same_table: Collection[str] = (),
     expected: Iterable[str] = (),
 ) -> None:
-    """Compare the ledger with the run sheet, and with the number of rows in each log that was read.
+    """Compare the ledger with the run sheet, and with the rows of each log that was read; raise if they differ.
 
-    `runs`: Table of the ingest stage.
-    `same_table`: Runs with force and motion in the same lines of one table, which are counted once.
-    `expected`: Runs that must be in the ledger.
+    `book`: Table of the ledger, of all stages.
+    `runs`: Table of runs of the ingest stage: ``run_id``, ``status``, ``rows_force``, ``rows_motion``.
+    `same_table`: run_ids of runs with force and motion in the same lines of one file, which are counted once.
+    `expected`: run_ids that must be in the ledger.
     """
     absent = sorted(set(expected) - set(book["run_id"]))
     if absent:

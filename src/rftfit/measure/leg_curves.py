@@ -1,4 +1,8 @@
-"""Curves of turning legs: tared force against theta, on a regular grid."""
+"""Curves of turning legs: tared force against theta, on a regular grid, with which predicted forces are compared.
+
+theta is the angle of a leg, from straight down to the line from axle to tip, degrees; forces are those of the medium on
+the leg, z upward and x forward, N, without those in air.
+"""
 
 from __future__ import annotations
 
@@ -24,9 +28,11 @@ def leg_curves(
 ) -> tuple[pd.DataFrame, Ledger]:
     """Average the tared force of every leg run of a medium over steps of theta.
 
-    `status`, `tared`: Tables of the ingest and tare stages.
-    Returns a row for each run and step of theta, and the ledger of the used rows. The errors of the zero are the same
-    along a curve.
+    `status`: Table of runs, with ``run_id`` and the variances of their zeros, ``zero_var_{z,x}_N2``.
+    `tared`: Samples of the strokes: ``run_id``, ``angle_deg`` (theta), ``force_{z,x}_N``, ``why`` (`RowStatus`).
+
+    Returns a row for each run and step of theta (mean forces, number of samples, and the standard error of the zeros,
+    which is the same along a curve), and the ledger of the used rows.
     """
     ledger = Ledger()
     rows_by_run = split_runs(tared)

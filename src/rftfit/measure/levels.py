@@ -1,4 +1,8 @@
-"""Levels of a number in many rows: its median, two clusters, consecutive runs with a shifted level, and stretches."""
+"""Levels of a number in many rows: its median, two clusters, consecutive runs with a shifted level, and stretches.
+
+``values`` has an element for each row or run, in their order, shape (n,), in any unit. A *level* is the number about
+which values scatter; a *stretch* is a sequence of neighbouring rows that are alike. Masks are bool, shape (n,).
+"""
 
 from __future__ import annotations
 
@@ -11,17 +15,7 @@ from rftfit.conventions import FloatArray
 from rftfit.store.chosen import chosen
 
 Mask = npt.NDArray[np.bool_]
-
-FEW_RUNS = 3
-"""Fewest runs whose median has a standard error."""
-
-_DEVIATION_OF_MEAN = math.sqrt(math.pi / 2)
-"""Standard deviation of normal numbers over their mean deviation from the median."""
-
 _CHOSEN = chosen("measure", "levels")
-
-MODES: float = _CHOSEN.modes
-"""Least difference of two clusters over their spread."""
 
 
 def median(values: FloatArray) -> float:
@@ -36,8 +30,18 @@ def median(values: FloatArray) -> float:
 
 
 def sd_by_median(deviations: FloatArray) -> FloatArray:
-    """Standard deviation of normal numbers by the median of the size of their deviations, along the last axis."""
+    """Standard deviation of normal numbers by the median of the size of their deviations, along the last axis.
+
+    A few numbers far away, which would decide a usual standard deviation, hardly change it.
+    """
     return np.asarray(1.4826 * np.median(np.abs(deviations), axis=-1))
+
+
+FEW_RUNS = 3
+"""Fewest runs whose median has a standard error."""
+
+_DEVIATION_OF_MEAN = math.sqrt(math.pi / 2)
+"""Standard deviation of normal numbers over their mean deviation from the median."""
 
 
 def median_of_runs(values: FloatArray) -> tuple[float, float]:
@@ -61,11 +65,18 @@ def _fewest_in_cluster(count: int) -> int:
     return max(FEW_RUNS + 1, share_of_runs)
 
 
-def two_clusters(values: FloatArray) -> tuple[float, Mask] | None:
-    """Split values, shape (n,), into two clusters and mark one of them; None where there is only one cluster.
+MODES: float = _CHOSEN.modes
+"""Least difference of two clusters over their spread."""
 
-    Returns how clear the split is (at least 1), and True for the values of the smaller cluster; of two equally large
-    clusters, for that farther from 0.
+
+def two_clusters(values: FloatArray) -> tuple[float, Mask] | None:
+    """Split values into two clusters and mark one of them; None where there is only one cluster.
+
+    Two clusters show that a cause, as a surface that was set anew, divides the runs. Every split of the ordered values
+    is tried; that with the smallest deviations from the medians of both sides counts, if these are far apart.
+
+    Returns how clear the split is (difference over spread over `MODES`, more than 1), and True for the values of the
+    smaller cluster; of two equally large clusters, for that farther from 0.
     """
     count, fewest = values.size, _fewest_in_cluster(values.size)
     best: tuple[float, Mask] = (1.0, np.zeros(count, dtype=bool))
@@ -93,9 +104,12 @@ def two_clusters(values: FloatArray) -> tuple[float, Mask] | None:
 def shifted_runs(common: FloatArray, level: FloatArray, sigma: FloatArray) -> Mask:
     """Find the consecutive runs whose common shift of `level` is most significant, and mark them, shape (runs,).
 
+    Something may have changed for a while, as a gain or the zero of the arm. All stretches of runs are tried by least
+    squares of a shift beside `common`. If the shifted runs are more than half, the others are marked; none if there are
+    too few runs. The result says which runs are most likely shifted, not that they are.
+
     `common`: Columns of effects that all runs share and that are fitted beside the shift, shape (runs, k).
     `level`: Number of each run, with the standard errors `sigma`, shape (runs,).
-    If the shifted runs are more than half, the others are marked.
     """
     count, fewest = level.size, _fewest_in_cluster(level.size)
     # runs at which a stretch may begin or end, at most 301

@@ -1,4 +1,12 @@
-"""Turn the columns of a log into quantities in the units of the program, by the config and the row of the run sheet."""
+"""Turn the columns of a log into quantities in the units of the program, by the config and the row of the run sheet.
+
+A *quantity* is what the program needs of a log: time, F1 to F3 (or T1 to T3) and arm_moving of a force log; time, x, z,
+angle of a motion log, or ``along``, a position along a straight path. The *section* of the config about a log, here
+``source`` (``force_log`` or ``motion_log``), says for each quantity its column and how its numbers are scaled: an
+*entry*. The order: `source_of` -> `convert_gauges` -> `map_columns` -> `complete_motion_log` -> `check_complete`.
+
+A quantity leaves in the *chain unit*, the one in which later stages expect it (`chain_units`).
+"""
 
 from __future__ import annotations
 
@@ -33,10 +41,13 @@ def _factors_of(quantity: str) -> dict[str, float]:
 LogKey = Literal["force_log", "motion_log"]
 """Section of the config about a log, and column of the run sheet with its file."""
 FORCE_QUANTITIES, MOTION_QUANTITIES = ("time", "F1", "F2", "F3"), ("time", "x", "z", "angle")
+"""Quantities that every force log and every motion log must have in the end."""
 
 
 def unit_factor(table: dict[str, float], in_file: str, declared: str, quantity: str) -> float:
     """Return the factor to N, cm, rad or s; refuse a log whose unit is not that of the config.
+
+    A unit is never converted silently: a file in lbf where the config says N is as likely a wrong file.
 
     `table`: Factor of each unit. `in_file`, `declared`: Units in log and config. `quantity`: Name for the message.
     """
@@ -50,7 +61,10 @@ def unit_factor(table: dict[str, float], in_file: str, declared: str, quantity: 
 
 
 def chain_units(config: Config) -> dict[str, str]:
-    """Return the unit of each quantity in which later stages expect a log: that of the config, or a fixed one."""
+    """Return the unit of each quantity in which later stages expect a log: that of the config, or a fixed one.
+
+    ``arm_moving`` has none, "".
+    """
     force = dict.fromkeys(("F1", "F2", "F3"), config.transducer.force_unit)
     torque = dict.fromkeys(("T1", "T2", "T3"), "N m")
     position = dict.fromkeys(("x", "z", "along"), config.arm.position_unit)
@@ -65,9 +79,10 @@ def source_of(config: Config, run: Run, key: LogKey) -> AnyLog:
 
 
 def _source_of_row(source: AnyLog, where: str, columns: str) -> AnyLog:
-    """Return how a log is written, with what a row of the run sheet says in place of the config.
+    """Return a section of the config about a log, with what a row of the run sheet says in its place.
 
-    `where`, `columns`: Cells of the row, as ``device: A, B`` and ``F1: column name``; empty if it replaces nothing.
+    `where`: Cell of the row that names the rows of the file, as ``device: A, B`` (in the column device A or B).
+    `columns`: Cell of the row that names columns, as ``F1: column name``. Both are empty if they replace nothing.
     """
     if not where and not columns:
         return source
@@ -95,7 +110,10 @@ _assignments = lru_cache(256)(read_assignments)
 
 
 def columns_asked(source: AnyLog, gauges: Iterable[str] = ()) -> set[str]:
-    """Names of the columns that the config asks for (3 as ``column 3``), and of all quantities of such a log."""
+    """Names of the columns that the config asks for (3 as ``column 3``), and of all quantities of such a log.
+
+    A reader leaves out the others. `gauges`: Names of the columns that a calibration turns into forces.
+    """
     names_asked = set()
     for entry in source.columns.values():
         if entry.column is not None:
@@ -108,7 +126,10 @@ def columns_asked(source: AnyLog, gauges: Iterable[str] = ()) -> set[str]:
 
 
 def convert_gauges(log: Log, calibration: Calibration | None, units: Mapping[str, str]) -> Log:
-    """Turn the readings of gauges into forces and torques by the calibration; `units`: those of `chain_units`."""
+    """Turn the readings of gauges into forces and torques by the calibration; without one, return the log unchanged.
+
+    Each load is a row of the calibration matrix times the gauges. `units`: those of `chain_units`.
+    """
     if calibration is None:
         return log
     absent = [name for name in calibration.gauges if name not in log.columns]
@@ -125,11 +146,14 @@ def convert_gauges(log: Log, calibration: Calibration | None, units: Mapping[str
 
 
 def map_columns(log: Log, source: AnyLog, units: Mapping[str, str], key: str) -> Log:
-    """Turn the columns of a log into quantities, by the section `key` of the config.
+    """Turn the columns of a log into quantities, by the section `key` of the config, `source`.
 
-    A column that the config does not name is kept unchanged if its name is that of a quantity.
+    A column that the config does not name is kept unchanged if its name is that of a quantity; if the config names no
+    column at all, so is the log. All problems are raised together as one `LogError`; how a number was made is noted.
+
     `units`: Unit of each quantity, of `chain_units`.
     """
+    # name of the column in the file, by quantity
     column_of: dict[str, str] = {
         quantity: log.name_of(_column_name(entry.column))
         for quantity, entry in source.columns.items()
@@ -148,30 +172,20 @@ def map_columns(log: Log, source: AnyLog, units: Mapping[str, str], key: str) ->
     notes = list(log.notes)
     problems = []
     # time first: a rate needs it, whatever the file calls it
-    for quantity, chosen in sorted(source.columns.items(), key=lambda entry: entry[0] != "time"):
+    for quantity, entry in sorted(source.columns.items(), key=lambda named: named[0] != "time"):
         clock = columns.get("time"), units_of_columns.get("time", "s")
         read = partial(_read_quantity, log, quantity, chain_unit=units[quantity], clock=clock)
         try:
-            values, unit = read(chosen)
-            if chosen.plus is not None:
-                added = ColumnEntry(column=chosen.plus.column, unit=chosen.plus.unit)
+            values, unit = read(entry)
+            if entry.plus is not None:
+                added = ColumnEntry(column=entry.plus.column, unit=entry.plus.unit)
                 added_values, added_unit = read(added)
                 factors = _factors_of(quantity)
                 values = values + added_values * (factors[added_unit] / factors[unit])
             columns[quantity], units_of_columns[quantity] = values, unit
         except ValueError as error:
             problems.append(f"{key}.columns.{quantity}: {error}")
-        if quantity[0] == "F":
-            notes += [
-                f"{quantity}: {unit} is taken as {UNIT_OF_WEIGHT[unit]}, a weight"
-                for unit in dict.fromkeys((chosen.unit, log.units.get(column_of[quantity], "")))
-                if unit in UNIT_OF_WEIGHT
-            ]
-        if chosen.rate is not None:
-            rate = f"{chosen.rate:g} {chosen.unit or ''}/s"
-            notes.append(f"{quantity} changes by {rate} by the config")
-        elif chosen.constant is not None:
-            notes.append(f"{quantity} is {chosen.constant:g} {chosen.unit or ''} by the config")
+        notes += _describe_entry(quantity, entry, log.units.get(column_of[quantity], ""))
     if problems:
         raise LogError("columns", f"{log.path}: {'; '.join(problems)}", log.rows)
     # quantities whose column holds times of day, and such columns that were kept under their name
@@ -184,6 +198,25 @@ def map_columns(log: Log, source: AnyLog, units: Mapping[str, str], key: str) ->
         notes=tuple(map(str.strip, notes)),
         clock_times=frozenset(clock_times),
     )
+
+
+def _describe_entry(quantity: str, entry: ColumnEntry, unit_in_file: str) -> list[str]:
+    """Describe what the config or the unit of the file makes of a quantity, as notes of the log.
+
+    They name units of mass that are taken as weights (kg as kgf), and a constant or a rate that is no measurement.
+    """
+    notes = []
+    if quantity[0] == "F":
+        notes += [
+            f"{quantity}: {unit} is taken as {UNIT_OF_WEIGHT[unit]}, a weight"
+            for unit in dict.fromkeys((entry.unit, unit_in_file))
+            if unit in UNIT_OF_WEIGHT
+        ]
+    if entry.rate is not None:
+        notes.append(f"{quantity} changes by {entry.rate:g} {entry.unit or ''}/s by the config")
+    elif entry.constant is not None:
+        notes.append(f"{quantity} is {entry.constant:g} {entry.unit or ''} by the config")
+    return notes
 
 
 def _describe_unapplied_scaling(name: str, scaling: str) -> str:
@@ -202,38 +235,40 @@ def _column_name(column: str | int | None) -> str:
 def _read_quantity(
     log: Log,
     quantity: str,
-    chosen: ColumnEntry,
+    entry: ColumnEntry,
     chain_unit: str,
     clock: tuple[FloatArray | None, str],
 ) -> tuple[FloatArray, str]:
-    """Return the values of a quantity and their unit.
+    """Return the values of a quantity, shape (n,), and their unit: the chain unit where the config declares one.
 
-    `chosen`: Entry of the config for this quantity.
+    Without a declared unit the values stay as in the file, so that `unit_factor` can refuse an unexpected unit.
+
+    `entry`: Of the config for this quantity: a column or a constant, ``factor``, ``offset``, ``unit``, ``rate`` per s.
     `chain_unit`: Unit in which later stages expect it, of `chain_units`.
     `clock`: Times of the log and their unit, for a quantity that changes at a stated rate; None if it has none.
     """
-    if chosen.constant is not None:
-        values, stated = np.full(log.size, chosen.constant), ""
-        if chosen.rate is not None:
+    if entry.constant is not None:
+        values, stated = np.full(log.size, entry.constant), ""
+        if entry.rate is not None:
             time, unit = clock
             if quantity == "time" or time is None:
                 raise ValueError("a rate needs a time of the log: name its column")
-            values += chosen.rate * TIME_TO_S.get(unit, 1.0) * (time - time[:1])
+            values += entry.rate * TIME_TO_S.get(unit, 1.0) * (time - time[:1])
     else:
-        name = log.name_of(_column_name(chosen.column))
+        name = log.name_of(_column_name(entry.column))
         if name not in log.columns:
             raise ValueError(unknown_word("column", name, log.columns))
         values, stated = log.columns[name], log.units.get(name, "")
     # even `factor: 1` states how the numbers of the file are to be scaled
-    scaled = not chosen.model_fields_set.isdisjoint(("factor", "offset"))
-    if chosen.constant is None and name in log.unapplied and not scaled:
+    scaled = not entry.model_fields_set.isdisjoint(("factor", "offset"))
+    if entry.constant is None and name in log.unapplied and not scaled:
         raise ValueError(_describe_unapplied_scaling(name, log.unapplied[name]))
     if scaled:
-        values = values * chosen.factor + chosen.offset
+        values = values * entry.factor + entry.offset
     if quantity == "arm_moving":
         return values, ""
     factors = _factors_of(quantity)
-    declared: str = chosen.unit or ""
+    declared: str = entry.unit or ""
     if quantity[0] == "F":
         stated, declared = (UNIT_OF_WEIGHT.get(unit, unit) for unit in (stated, declared))
     if declared and stated and declared != stated:
@@ -256,11 +291,14 @@ def _read_quantity(
 
 
 def complete_motion_log(
-    log: Log, run: Run, units: Mapping[str, str], middle_cm: float = 0.0, surface_cm: float = 0.0
+    log: Log, run: Run, units: Mapping[str, str], middle_cm: float, surface_cm: float
 ) -> Log:
     """Add to a motion log what the run sheet states: beta, x of a vertical path, or the path of a position along it.
 
-    `middle_cm`, `surface_cm`: x and z of the arm where a path meets the surface.
+    Many machines log one position alone. Each addition is noted in the log; a quantity that is still lacking is an
+    error.
+
+    `middle_cm`, `surface_cm`: x and z of the arm where a path meets the surface. `units`: of `chain_units`.
     """
     columns, units_of_columns, notes = dict(log.columns), dict(log.units), list(log.notes)
     if "along" in columns:
@@ -291,8 +329,8 @@ def _split_along_path(
 ) -> tuple[FloatArray, FloatArray]:
     """Return x and z of a position along the straight path of a run.
 
-    `along` grows on the way in. `unit`: Unit of `along`, x and z. `middle_cm`, `surface_cm`: x and z where the path meets
-    the surface, which is where `along` is 0 unless a surface is stated.
+    `along` grows on the way in. `unit`: Unit of `along`, x and z. `middle_cm`, `surface_cm`: x and z where the path
+    meets the surface, which is where `along` is 0 unless a surface is stated.
     """
     scale = LENGTH_TO_CM[unit]
     inward_gamma_deg = run.gamma_deg if run.gamma_deg >= 0 else run.gamma_deg + 180

@@ -1,4 +1,8 @@
-"""Read logs with more rows than a fit can use: part by part, and as means of neighbouring readings."""
+"""Read logs with more rows than a fit can use: part by part, and as means of neighbouring readings; memory they need.
+
+A log of hours at a high rate does not fit into memory. `read_long_log` keeps at most `MOST_ROWS` rows of it, each the
+mean of 1, 2, 4, ... neighbours. `memory_need` estimates from the sizes of files what a stage needs.
+"""
 
 from __future__ import annotations
 
@@ -20,13 +24,6 @@ MOST_ROWS = 1 << 20
 LEAST_BYTES = 8 * MOST_ROWS
 """Size of the smallest text with `MOST_ROWS` rows: four cells of one digit, and the separators between them."""
 
-# memory of a stage that reads logs or samples; `make largelogs` measures that it needs no more
-_START_MB = 350
-_PART_MB = 400
-_ROW_BYTES = 300
-_ROW_BYTES_IN_FILE = 20
-"""Fewest bytes of a row in a usual log; where rows are longer, the estimate of memory is too large."""
-
 Treat = Callable[[Log], Log]
 
 
@@ -39,12 +36,12 @@ class LongLog:
 
 
 class RowTreatment(NamedTuple):
-    """Three steps by which the rows of a log are treated.
+    """Three steps by which the rows of a log are treated, each a function from a log to a log.
 
     `convert`: Turns columns of the file into quantities, row by row.
     `clean`: Leaves out rows that neighbouring rows show to be wrong.
-    `drop_repeats`: Leaves out rows that repeat a reading, before means are taken.
-    `limits`: Size of each quantity at which it is saturated.
+    `drop_repeats`: Leaves out rows that repeat a reading, before means are taken: a reading counts once in a mean.
+    `limits`: Size of each quantity at which it is saturated; empty for positions.
     """
 
     convert: Treat
@@ -68,6 +65,17 @@ class MemoryNeed:
 
     megabytes: int
     long_logs: Mapping[str, int]
+
+
+# memory of a stage that reads logs or samples; `make largelogs` measures that it needs no more
+_START_MB = 350
+"""Of the program alone."""
+_PART_MB = 400
+"""Of the part of a long log that is being read."""
+_ROW_BYTES = 300
+"""Of a row that is kept."""
+_ROW_BYTES_IN_FILE = 20
+"""Fewest bytes of a row in a usual log; where rows are longer, the estimate of memory is too large."""
 
 
 def memory_need(raw: Path, names: Iterable[str]) -> MemoryNeed:
@@ -94,6 +102,7 @@ def read_long_log(log: LongLog, treatment: RowTreatment) -> Log:
     two blocks. Rows that went into means are counted under `AVERAGED`. A file of fewer than `MOST_ROWS` rows gives the
     same log as when it is read as a whole. The `rows` of a raised `LogError` are the data lines of the whole file.
     """
+    # the parts so far, in which each row is the mean of `count` rows of the file
     means: list[Log] = []
     count = 1
     parts = _read_parts(log)
@@ -141,7 +150,8 @@ def _read_parts(log: LongLog) -> Iterator[Log]:
 def average(log: Log, count: int, limits: Mapping[str, float]) -> Log:
     """Replace every `count` rows by their mean; the last mean may be of fewer rows.
 
-    `limits`: Size of each quantity at which it is saturated: a saturated reading replaces the mean of its rows.
+    `limits`: Size of each quantity at which it is saturated: a saturated reading replaces the mean of its rows, which
+    would hide it.
     """
     if count == 1 or log.size < 2:
         return log
@@ -159,7 +169,11 @@ def average(log: Log, count: int, limits: Mapping[str, float]) -> Log:
 def _restore_saturated(
     means: FloatArray, readings: FloatArray, starts: np.ndarray, limit: float
 ) -> FloatArray:
-    """Replace the means of rows that hold a saturated reading by that reading."""
+    """Replace the means of rows that hold a saturated reading by that reading.
+
+    `means`: Of one quantity, shape (k,). `readings`: Shape (n,). `starts`: First row of each mean, shape (k,). `limit`:
+    Size of a reading from which it is saturated.
+    """
     highest, lowest = (np.maximum.reduceat(readings, starts), np.minimum.reduceat(readings, starts))
     return np.where(highest >= limit, highest, np.where(lowest <= -limit, lowest, means))
 

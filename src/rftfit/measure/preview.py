@@ -1,4 +1,8 @@
-"""Measure the logs of a campaign before it is run, to report runs that it would drop or doubt."""
+"""Measure the logs of a campaign before it is run (`rftfit check`), to report runs that it would drop or flag.
+
+A run is *refused* if it would have no number, for a reason, and *flagged* if it has one that is in doubt. Each medium
+goes through the same stages as in `rftfit run`: ingest, tare, and of the fit as much as decides on these two.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +13,8 @@ from dataclasses import dataclass, field, replace
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.problems import Place, Problem, Severity, join_words
 from rftfit.campaign.sheet import Run
-from rftfit.measure.fits import fit_medium
-from rftfit.measure.flags import REASON, Remark, reason_of
+from rftfit.measure.fits import Stroke, find_strokes, judge_run
+from rftfit.measure.flags import REASON, Remark, reason_columns, reason_of
 from rftfit.measure.ingest import ingest_medium
 from rftfit.measure.session_clocks import SessionClocks, find_session_clocks
 from rftfit.measure.tables import ingest_table
@@ -19,8 +23,10 @@ from rftfit.measure.tare import TARE_KINDS, tare_medium
 LARGEST_BYTES = 20_000_000
 """Size of the largest log that is read for this report, bytes."""
 
-_AT_A_TIME, _ROWS = 256, 500
-"""Runs measured at a time, and rows kept of each run of a table."""
+_AT_A_TIME = 256
+"""Runs measured at a time, to limit memory."""
+_ROWS = 500
+"""Rows kept of each run of a table of stress, to save time."""
 
 
 @dataclass
@@ -38,7 +44,10 @@ class LogPreview:
 
 
 def measure_for_check(campaign: Campaign) -> list[LogPreview]:
-    """Measure each medium as `rftfit run` does, and report which runs it would drop or doubt, and why."""
+    """Measure each medium as `rftfit run` does, and report which runs it would drop or flag, and why.
+
+    A table of alpha has no logs and no stress to be measured: an empty list.
+    """
     table_settings = campaign.config.table
     if table_settings is not None and table_settings.holds == "alpha":
         return []
@@ -64,6 +73,7 @@ def _open_medium(
     """Measure one medium. A problem is an error if it leaves no plate and no leg of the medium, else a warning.
 
     `large`, `absent`: run_ids with a log that is too large, or missing.
+    `clocks`: Clocks of the sessions, found with the pushes of all media; None if the config asks for no estimate.
     """
     is_table = campaign.config.table is not None
     all_runs = campaign.runs_of(medium)
@@ -81,6 +91,7 @@ def _open_medium(
     # excluded and absent runs are already reported with the run sheet
     opened = [run for run in runs if not run.excluded and run.run_id not in absent]
     preview = LogPreview(runs=len(opened), passed_over=len(all_runs) - len(runs))
+    # by outcome and code: the runs with this code, each with its first remark
     members: dict[tuple[str, str], dict[Run, Remark]] = defaultdict(dict)
     for outcome, remarks in (("refused", reasons), ("flagged", flags)):
         for run in opened:
@@ -107,7 +118,7 @@ _Remarks = dict[str, tuple[Remark, ...]]
 def _measure_runs(
     campaign: Campaign, medium: str, runs: list[Run], clocks: SessionClocks | None
 ) -> tuple[_Remarks, _Remarks]:
-    """Measure some runs; return their reasons and their flags, by run_id."""
+    """Measure some runs; return their reasons and their flags, by run_id; a run without has an empty tuple."""
     reasons: _Remarks = {}
     flags: _Remarks = {}
     for portion in _split_runs(runs):
@@ -117,16 +128,22 @@ def _measure_runs(
         else:
             samples, status, ledger = ingest_medium(runs_together, medium, clocks)
         tared, tares, _ = tare_medium(runs_together, medium, samples, status)
-        fits, _, ledger_of_fits = fit_medium(
-            runs_together, medium, status, tared, tares, verdicts_only=True
-        )
-        for table in (status, tares, fits):
+        for table in (status, tares):
             rows = table[["run_id", *REASON]].to_dict("records")
             reasons |= {row["run_id"]: reason_of(row) for row in rows}
         flags |= dict.fromkeys(status["run_id"], ())
-        gives_back = [flag for flag in ledger_of_fits.flags if flag.code == "gives-back"]
-        for flag in (*ledger.flags, *gives_back):
+        for flag in ledger.flags:
             flags[flag.run_id] += (flag,)
+        plates = [run for run in portion if run.kind == "plate"]
+        for run, _, stroke in find_strokes(plates, status, tared, tares):
+            if isinstance(stroke, Stroke):
+                fit = judge_run(run, stroke, campaign.config)
+                reason = fit.reason
+                flags[run.run_id] += tuple(flag for flag in fit.flags if flag.code == "gives-back")
+            else:
+                reason = stroke
+            # several reasons become one remark, as in the table of fits
+            reasons[run.run_id] = reason_of(reason_columns(reason))
     return reasons, flags
 
 
@@ -140,7 +157,7 @@ def _thin_out(campaign: Campaign) -> Campaign:
 
 
 def _split_runs(runs: list[Run]) -> Iterator[tuple[Run, ...]]:
-    """Split runs into portions, to limit memory; a tare is in each portion that subtracts it."""
+    """Split runs into portions of `_AT_A_TIME`, to limit memory; a tare is in each portion that subtracts it."""
     tares = {run.run_id: run for run in runs if run.kind in TARE_KINDS}
     for start in range(0, len(runs), _AT_A_TIME):
         portion = runs[start : start + _AT_A_TIME]
@@ -149,7 +166,11 @@ def _split_runs(runs: list[Run]) -> Iterator[tuple[Run, ...]]:
 
 
 def _make_place(medium: str, members: list[Run], n_runs: int, fate: str) -> Place:
-    """Make the place of a problem, which names the runs that have it."""
+    """Make the place of a problem, as ``sand, 3 of 40 runs would be dropped: a (row 2), b (row 5) and c (row 6)``.
+
+    `members`: Runs that have the problem, of `n_runs` that were read. `fate`: ``would be dropped`` or ``would be
+    flagged``.
+    """
     count = f"{len(members)} of {n_runs} runs" if len(members) > 1 else "1 run"
     named = join_words([f"{run.run_id} (row {run.row})" for run in members])
     return Place(f"{medium}, {count} {fate}: {named}")

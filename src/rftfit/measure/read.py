@@ -1,4 +1,10 @@
-"""Read the two logs of each run of a campaign: quantities in the units of the program, without bad rows."""
+"""Read the two logs of each run of a campaign: quantities in the units of the program, without bad rows.
+
+`read_logs` yields `Logs`: a force log (time, F1, F2, F3) and a motion log (time, x, z, angle) of each run, and its
+*zero log*, a force log without load, if it has one. A log on its way: a `Reader` parses the file; its columns become
+quantities (`log_columns`); its bad rows are left out and counted (`readings`). The last two are a `RowTreatment`, as a
+*long log* (one with more rows than are kept) goes through them part by part (`long_logs`).
+"""
 
 from __future__ import annotations
 
@@ -30,14 +36,19 @@ def read_logs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, Lo
         runs_together = runs[start : start + _AT_A_TIME]
         zeros |= _read_zeros(campaign, runs_together, zeros)
         both = [LogOfRun(run, key, getattr(run, key)) for run in runs_together for key in _LOG_KEYS]
+        # an iterator over the force log and the motion log of each run in turn, so zip takes two of it for each run
         logs = _read_together(campaign, both)
-        # the force log and the motion log of each run in turn
         for run, force, motion in zip(runs_together, logs, logs, strict=True):
             yield run, Logs(force, motion, zeros.get(_zero_key(run)))
 
 
+_AT_A_TIME = 32
+"""Runs that are read together."""
+_LOG_KEYS: tuple[LogKey, LogKey] = ("force_log", "motion_log")
+
+
 def _force_of_columns(campaign: Campaign, run: Run, log: Log) -> Log:
-    """Turn the columns of a force log into time and F1 to F3, row by row."""
+    """Turn the columns of a force log into time and F1 to F3, row by row; raise `LogError` if one is lacking."""
     config = campaign.config
     source, units = source_of(config, run, "force_log"), log_columns.chain_units(config)
     log = readings.without_missing(log, config.force_log.missing)
@@ -47,7 +58,7 @@ def _force_of_columns(campaign: Campaign, run: Run, log: Log) -> Log:
 
 
 def _motion_of_columns(campaign: Campaign, run: Run, log: Log) -> Log:
-    """Turn the columns of a motion log into time, x, z and angle, row by row."""
+    """Turn the columns of a motion log into time, x, z and angle, row by row; raise `LogError` if one is lacking."""
     config = campaign.config
     source, units = source_of(config, run, "motion_log"), log_columns.chain_units(config)
     log = readings.without_missing(log, config.motion_log.missing)
@@ -83,11 +94,6 @@ def _motion_rows(campaign: Campaign, run: Run) -> RowTreatment:
     )
 
 
-_AT_A_TIME = 32
-"""Runs that are read together."""
-_LOG_KEYS: tuple[LogKey, LogKey] = ("force_log", "motion_log")
-
-
 @dataclass(frozen=True)
 class Logs:
     """Force and motion log of one run, and its zero log (recorded without load); an unusable log is its error."""
@@ -107,7 +113,7 @@ class Logs:
 def _read_zeros(
     campaign: Campaign, runs: Sequence[Run], zeros_read: Mapping[tuple[str, ...], Log | LogError]
 ) -> dict[tuple[str, ...], Log | LogError]:
-    """Read the zero logs of some runs, each once, without those in `zeros_read`."""
+    """Read the zero logs of some runs, each once, without those in `zeros_read`; return them by `_zero_key`."""
     # reversed, so that the first of several runs with the same zero log counts
     run_of_zero = {
         _zero_key(run): run
@@ -124,7 +130,7 @@ def _zero_key(run: Run) -> tuple[str, str, str]:
 
 
 class LogOfRun(NamedTuple):
-    """A log to be read: its run, the section of the config that describes it, its file."""
+    """A log to be read: its run, the section of the config that describes it, and its file below the raw folder."""
 
     run: Run
     key: LogKey
@@ -138,7 +144,11 @@ def _read_together(campaign: Campaign, logs: Sequence[LogOfRun]) -> Iterator[Log
 
 
 def _load_logs(campaign: Campaign, logs: Sequence[LogOfRun]) -> list[Log | LongLog | LogError]:
-    """Read some logs in their order; a long log is returned unread, to be read part by part later."""
+    """Read some logs in their order; a long log is returned unread, to be read part by part later.
+
+    Logs that are written alike share a reader, and logs that are not long are parsed at the same time.
+    """
+    # by section of the config and cells of the run sheet: the reader, and True if a column has a rate
     reader_by_form: dict[tuple[str, str, str], tuple[Reader, bool]] = {}
     read_or_long: list[tuple[Reader, Path] | LongLog] = []
     for run, key, file in logs:
@@ -176,7 +186,7 @@ def _treat_log(
 
 
 def same_table(config: Config, run: Run) -> bool:
-    """Return True if force and motion of a run are read from the same rows of one file."""
+    """Return True if force and motion of a run are read from the same rows of one file, which then count once."""
 
     def table(key: LogKey) -> tuple[object, ...]:
         source = source_of(config, run, key)
@@ -189,7 +199,7 @@ def same_table(config: Config, run: Run) -> bool:
 def readers(campaign: Campaign, run: Run | None = None) -> tuple[Reader, Reader]:
     """Return the readers of force and motion logs, which read only the columns that the config names.
 
-    `run`: Run whose row of the run sheet may replace columns of the config.
+    `run`: Run whose row of the run sheet may replace columns of the config; None: the config alone counts.
     """
     config = campaign.config
     force, motion = (
@@ -199,7 +209,10 @@ def readers(campaign: Campaign, run: Run | None = None) -> tuple[Reader, Reader]
 
 
 def _make_reader(campaign: Campaign, source: AnyLog, key: LogKey) -> Reader:
-    """Make the reader of a log; it reads all columns if the config names none."""
+    """Make the reader of the logs that a section of the config, `source`, describes.
+
+    It reads all columns if the config names none.
+    """
     calibration = campaign.calibration
     gauges = calibration.gauges if calibration is not None else ()
     reader = source_reader(source, campaign.config.dialect, key)

@@ -1,4 +1,12 @@
-"""Leave out rows of a log: no data, time backwards, readings that stand alone, stay away or repeat the one before."""
+"""Leave out rows of a log: no data, time backwards, readings that stand alone, stay away or repeat the one before.
+
+Each function returns the `Log` without the bad rows and counts them in it under a reason (`Log.take`), so that no row
+is lost silently; where it says so, it also notes the times of such rows (``Log.stretches``: reason to start and end of
+each stretch, in the unit of the log). `clean` puts the rows in the order of time first, then `without_spikes` looks at
+forces, `without_lone_positions` and `without_holds` at positions. Masks are bool with an element for each row.
+
+The columns of a log are arrays of shape (n,): time, F1, F2, F3 or time, x, z, angle, in the units that the log names.
+"""
 
 from __future__ import annotations
 
@@ -43,7 +51,7 @@ AWAY_S = 1.0
 
 
 def rows_within(time: FloatArray, seconds: float) -> int:
-    """Mean number of rows in some `seconds`, at least `FEWEST_ROWS`; `time`: increasing, in the same unit."""
+    """Mean number of rows in some `seconds`, at least `FEWEST_ROWS`; `time`: increasing, in the unit of `seconds`."""
     if time.size < 2 or time[-1] == time[0]:
         return FEWEST_ROWS
     return max(FEWEST_ROWS, round(seconds * (time.size - 1) / float(time[-1] - time[0])))
@@ -52,7 +60,8 @@ def rows_within(time: FloatArray, seconds: float) -> int:
 def without_spikes(log: Log, quantities: Sequence[str], limits: Sequence[float] = ()) -> Log:
     """Leave out the rows in which a force stands alone, is away for up to a second or is held, and count them.
 
-    Raises `LogError` if more than `MOST_SHARE` of the readings of a quantity stand alone.
+    Such readings come from a loose contact or a lost packet, and are no force. Raises `LogError` if more than
+    `MOST_SHARE` of the readings of a quantity stand alone.
 
     `log`: In the order of time.
     `quantities`: Columns that are searched; a column that the log lacks is passed over.
@@ -75,6 +84,7 @@ def without_spikes(log: Log, quantities: Sequence[str], limits: Sequence[float] 
         held |= find_held(readings)
     if not (alone.any() or held.any()):
         return log
+    # a long stretch is away, the rest stands alone; each row counts under one reason
     is_away = np.zeros(log.size, dtype=bool)
     for start, stop in find_stretches(alone).T:
         is_away[start:stop] = stop - start > FEWEST_ROWS
@@ -84,7 +94,10 @@ def without_spikes(log: Log, quantities: Sequence[str], limits: Sequence[float] 
 
 
 def _keep_saturated(spikes: Mask, readings: FloatArray, limit: float) -> Mask:
-    """Unmark the stretches of spikes that stay at the end of the range: these readings are saturated."""
+    """Unmark the stretches of spikes that stay at the end of the range, `limit`: these readings are saturated.
+
+    Saturated readings are kept, as they say that the force was larger. Changes and returns the mask `spikes`.
+    """
     is_saturated = np.abs(readings) >= limit
     for start, stop in find_stretches(spikes).T:
         if stop - start > FEWEST_ROWS and is_saturated[start:stop].all():
@@ -128,7 +141,7 @@ def _check_share(log: Log, quantity: str, alone: Mask) -> None:
 
 
 def without_missing(log: Log, missing: Sequence[float]) -> Log:
-    """Leave out the rows in which a column holds a value that the config names as no data, and count them."""
+    """Leave out the rows in which a column holds one of the `missing` values, which mean no data, and count them."""
     if not missing:
         return log
     absent = np.zeros(log.size, dtype=bool)
@@ -144,7 +157,7 @@ class Holds(NamedTuple):
     """Held positions: rows that repeat a position while the arm moves.
 
     `rows`: Usual number of equal positions in sequence; 1 where each position is new.
-    `step`: Usual change from one position to the next different one.
+    `step`: Usual change from one position to the next different one, in the unit of the position; 0 where each is new.
     `is_regular`: True if all positions are whole steps apart, which a coarse sensor could cause too.
     """
 
@@ -205,7 +218,12 @@ def moving_axis(log: Log) -> FloatArray:
 
 
 def clean(log: Log) -> Log:
-    """Drop duplicated rows and rows whose time does not increase, and count them."""
+    """Leave out duplicated rows and rows whose time does not increase, and count them: afterwards time increases.
+
+    Before that, stamps of arrival are spread evenly and an hour set back is undone, which are no faults of the rows.
+    Raises `LogError` for a log without rows, or whose time does not increase in half of them or from a second recording
+    on.
+    """
     time = log.columns["time"]
     if time.size == 0:
         why = ", ".join(log.dropped)
@@ -215,6 +233,7 @@ def clean(log: Log) -> Log:
     time = log.columns["time"]
     if (time[1:] > time[:-1]).all():
         return log
+    # rows that were written twice: all columns equal those of the row before
     values = np.stack(list(log.columns.values()))
     repeated = np.zeros(time.size, dtype=bool)
     repeated[1:] = (values[:, 1:] == values[:, :-1]).all(axis=0)
@@ -223,6 +242,7 @@ def clean(log: Log) -> Log:
     time = log.columns["time"]
     if (time[1:] > time[:-1]).all():
         return log
+    # a row counts if its time is later than all times before it
     latest = np.concatenate([[-np.inf], np.maximum.accumulate(time)[:-1]])
     forward = time > latest
     if np.count_nonzero(forward) * 2 <= forward.size or _has_second_recording(forward):
@@ -233,6 +253,8 @@ def clean(log: Log) -> Log:
 
 def _with_even_stamps(log: Log) -> Log:
     """Spread the times of rows evenly over each packet, if packets of rows were stamped on arrival, and note it.
+
+    A computer that gets readings in packets over a cable stamps all rows of a packet with about the same time.
 
     A logger that takes several readings at once and then waits has similar stamps, which are kept: its readings change
     from packet to packet, but not within one.
@@ -278,6 +300,7 @@ def _changes_evenly(readings: Sequence[FloatArray], starts: npt.NDArray[np.intp]
     `readings`: Columns of shape (rows,). `starts`: First row of each packet.
     """
     best_error, is_even = math.inf, False
+    # of each column: the changes within packets over those between them, by least squares through zero
     for values in readings:
         lengths = np.diff(starts, append=values.size)
         means = np.add.reduceat(values, starts) / lengths
@@ -296,7 +319,10 @@ def _changes_evenly(readings: Sequence[FloatArray], starts: npt.NDArray[np.intp]
 
 
 def _without_hour_set_back(log: Log) -> Log:
-    """Undo one step back of the time by whole hours, as at the end of daylight saving time, and note it."""
+    """Undo one step back of the time by whole hours, as at the end of daylight saving time, and note it.
+
+    The log is unchanged if time runs back more than once, or not by whole hours.
+    """
     time = log.columns["time"]
     steps = np.diff(time)
     back = np.flatnonzero(steps < 0)
@@ -317,7 +343,7 @@ def _without_hour_set_back(log: Log) -> Log:
 
 
 def _why_time_stands(time: FloatArray) -> str:
-    """Describe the probable cause of a time that does not increase, and the cure."""
+    """Describe the probable cause of a time that does not increase, and the cure, as the end of a message."""
     steps = np.diff(time)
     n_backward = np.count_nonzero(steps < 0)
     if n_backward * 10 > np.count_nonzero(steps == 0):
@@ -342,7 +368,10 @@ _LONGEST_BACK = 0.1
 
 
 def _has_second_recording(forward: npt.NDArray[np.bool_]) -> bool:
-    """Return True if time goes back and runs on from there for many rows: another recording follows in the file."""
+    """Return True if time goes back and runs on from there for many rows: another recording follows in the file.
+
+    `forward`: True for rows later than all before them.
+    """
     first, stop = find_stretches(~forward)
     lengths = stop - first
     return bool(lengths.max(initial=0) > max(_LONGEST_BACK * forward.size, 20))

@@ -3,7 +3,11 @@
 The force of a run differs from the mean of its direction along that mean, as a bed is looser or denser as a whole, and
 across it (at right angles), as grains differ from patch to patch. Both standard deviations are in proportion to the
 force, with a floor f for weak directions: variance along = s^2 (|alpha|^2 + f^2 |alpha|_max^2) / (1 + f^2), and the
-same across. Few repeats determine s but hardly f, so all `FLOORS` are kept, each weighted by its likelihood.
+same across, with an s of its own. Few repeats determine s but hardly f, so all `FLOORS` are kept, each weighted by its
+likelihood.
+
+A *force* here is alpha, the vector (z, x) of stress over depth, N/cm^3; *along* and *across* are its directions. Arrays
+of shape (floors,) have an element for each of `FLOORS`. `scatter_of_repeats` finds a `RunScatter` from `Repeats`.
 """
 
 from __future__ import annotations
@@ -24,18 +28,9 @@ _CHOSEN = chosen("measure", "repeats")
 FLOORS = np.array(_CHOSEN.floors)
 """Floors f, as fractions of the largest force. With the last one the scatter is nearly the same in all directions."""
 
-_USUAL_FLOORS = np.array(_CHOSEN.usual_floors)
-"""Probability of each floor before any repeat is seen."""
-
-_SCATTERS = np.geomspace(_CHOSEN.least_scatter, _CHOSEN.most_scatter, 500)
-"""Values of s, the relative scatter at the largest force, whose likelihoods are compared; the smallest counts as 0."""
-
-_NO_VARIANCE = 1e-30
-"""Least variance in a likelihood, as repeats may be equal, (N/cm^3)^2."""
-
 
 class Repeats(NamedTuple):
-    """Repeats of each direction; all arrays have shape (directions,).
+    """Differences between repeats of each direction, what `scatter_of_repeats` needs of them; shape (directions,) each.
 
     Attributes
     ----------
@@ -64,12 +59,12 @@ class Repeats(NamedTuple):
 
 
 def joined(repeats: Iterable[Repeats]) -> Repeats:
-    """Join the directions of several media."""
+    """Join the directions of several media, so that one scatter can be found for all."""
     return Repeats(*(np.concatenate(arrays) for arrays in zip(*repeats, strict=True)))
 
 
 def along_and_across(alpha: FloatArray, variance: FloatArray) -> tuple[float, float, float, float]:
-    """Return the sums of squares of runs about their mean, along the mean force and across, and the mean variances.
+    """Return ``along``, ``across``, ``noise_along`` and ``noise_across`` of `Repeats` for the runs of one direction.
 
     `alpha`, `variance`: Alpha and the variance that the log shows, z and x, shape (2, runs).
     """
@@ -81,7 +76,7 @@ def along_and_across(alpha: FloatArray, variance: FloatArray) -> tuple[float, fl
 
 
 def unit_vectors(force: FloatArray) -> FloatArray:
-    """Unit vectors along a force, shape (2, ...), and across it: shape (2, 2, ...). Along z without a force."""
+    """Unit vectors along a `force` of shape (2, ...), then across it, shape (2, 2, ...); along z without a force."""
     size = np.hypot(*force)
     along = np.where(size > 0, force, np.array([1.0, 0.0]).reshape(2, *[1] * size.ndim))
     along = along / np.where(size > 0, size, 1.0)
@@ -95,7 +90,7 @@ class RunScatter:
     Attributes
     ----------
     along, across : ndarray, shape (floors,)
-        Relative standard deviations along the force and across, for the largest force.
+        Relative standard deviations s along the force and across, for the largest force.
     weight : ndarray, shape (floors,)
         Probability of each floor.
     dof : float
@@ -123,9 +118,10 @@ class RunScatter:
     def variance_at(self, alpha: FloatArray, component: int, largest: float) -> tuple[float, float]:
         """Return the variance of a component of single runs, and its degrees of freedom.
 
-        `alpha`: Alpha of the direction, N/cm^3, shape (2,). `component`: 0 for z, 1 for x. The degrees of freedom
-        account for the errors of both scatters and for the unknown floor.
+        `alpha`: Alpha of the direction, N/cm^3, shape (2,). `component`: 0 for z, 1 for x. `largest`: Largest force of
+        the medium. The degrees of freedom account for the errors of both scatters and for the unknown floor.
         """
+        # parts of the variances along and across that fall on the component
         shares = unit_vectors(alpha)[:, component] ** 2
         level = level_of_floors(np.hypot(*alpha)[None], largest)[:, 0]
         along, across = (
@@ -141,18 +137,29 @@ class RunScatter:
 
 
 def level_of_floors(size: FloatArray, largest: FloatArray | float) -> FloatArray:
-    """Factor of s^2 in the relative variance of forces of `size` (n,), for each floor: shape (floors, n).
+    """Factor of s^2 in the variance of forces of `size`, shape (n,), for each floor, (N/cm^3)^2: shape (floors, n).
 
-    This is the squared size with the floor, divided by its value at the largest force.
+    This is (|alpha|^2 + f^2 |alpha|_max^2) / (1 + f^2), which is |alpha|^2 for the largest force, whatever the floor.
     """
     squares = size**2 + (FLOORS[:, None] * largest) ** 2
     return np.asarray(squares / (1 + FLOORS[:, None] ** 2))
 
 
+_USUAL_FLOORS = np.array(_CHOSEN.usual_floors)
+"""Probability of each floor before any repeat is seen."""
+
+
 def usual_scatter(along: float, across: float) -> RunScatter:
-    """Make the scatter that is assumed before any repeat is seen, relative to the largest force."""
+    """Make the scatter that is assumed before any repeat is seen: s along and across, the same for each floor."""
     by_floor = np.ones(FLOORS.size)
     return RunScatter(along * by_floor, across * by_floor, _USUAL_FLOORS, 0.0)
+
+
+_SCATTERS = np.geomspace(_CHOSEN.least_scatter, _CHOSEN.most_scatter, 500)
+"""Values of s, the relative scatter at the largest force, whose likelihoods are compared; the smallest counts as 0."""
+
+_NO_VARIANCE = 1e-30
+"""Least variance in a likelihood, as repeats may be equal, (N/cm^3)^2."""
 
 
 def scatter_of_repeats(
@@ -160,8 +167,10 @@ def scatter_of_repeats(
 ) -> RunScatter:
     """Find the most likely scatter of single runs about the mean of their direction, besides the errors of their logs.
 
+    For each floor, the s along and the s across with the largest likelihood; the floors are then weighted by theirs.
+
     `repeats`: All directions of one medium or more.
-    `prior`: Scatter that is assumed before, which counts as `prior_dof` degrees of freedom.
+    `prior`: Scatter that is assumed before, which counts as `prior_dof` degrees of freedom; None: none is assumed.
     """
     level = level_of_floors(repeats.size, repeats.largest)
     likelihood = np.zeros(FLOORS.size)

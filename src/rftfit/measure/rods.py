@@ -1,4 +1,9 @@
-"""Test whether rod runs and plate runs have the same rods, by the force at right angles to that on the plate."""
+"""Test whether rod runs and plate runs have the same rods, by the force at right angles to that on the plate.
+
+The *tare* of a plate run is the force of its rod alone, measured in a run of its own and subtracted. If that run was
+made with another rod, all forces are wrong by a share of the tare. `estimate_share_too_much` finds this share without
+knowing the right rod. Forces are z, then x, N; ``depth``: cm. A *direction* is (beta, gamma), a *path* is gamma alone.
+"""
 
 from __future__ import annotations
 
@@ -29,9 +34,9 @@ class TareShare(NamedTuple):
 
 
 class _Profile(NamedTuple):
-    """Means of a push or pull in k steps of depth.
+    """Means of a push or pull in k steps of depth, each ``step_cm`` high.
 
-    `direction`: Number of the direction (beta and gamma). `path`: Number of the path (gamma alone).
+    `direction`, `path`: Numbers of its direction and of its path; equal numbers mean the same.
     `depth`: cm, shape (k,). `force`, `tare`: Granular force and subtracted tare, z and x, N, shape (2, k).
     `has_samples`: True for steps with enough samples, shape (k,).
     """
@@ -50,7 +55,9 @@ def estimate_share_too_much(
 ) -> TareShare | None:
     """Estimate which share of the tares should not have been subtracted; None where the pushes do not show it.
 
-    `fits`, `windows`: Tables of the stage `slopes`. `tared`: Samples of the stage `tare`.
+    `fits`: A row a plate run: ``run_id``, ``tare_run``, ``direction`` (intrusion: a push, extraction: a pull), angles.
+    `tared`: A row a sample, in the order of runs: ``run_id``, ``depth_cm``, ``force_{z,x}_N`` without the tare,
+    ``tare_{z,x}_N``. `windows`: Of the same rows, ``why``: `RowStatus`, GOOD where the sample was fitted.
     `tolerance_deg`: Difference of each angle up to which directions are one, of the campaign's grid.
 
     The force on a plate keeps its direction at all depths, whatever the law of depth and the packing of the bed. The
@@ -72,11 +79,11 @@ def estimate_share_too_much(
 
 
 def _estimate_once(profiles: list[_Profile]) -> TareShare | None:
-    """Estimate the share from the granular force as it is; None where the profiles do not show it.
+    """Estimate the share from the forces as they are; None where the profiles do not show it.
 
     Let a, b and r be the bends of the force, of its tare and of other rods. The share is -sum(a r) / sum(b r).
     """
-    # a profile with each tare of a path
+    # by path and tare run: one profile with this tare
     tares: dict[int, dict[str, _Profile]] = {}
     for profile in profiles:
         tares.setdefault(profile.path, {})[profile.tare_run] = profile
@@ -101,7 +108,7 @@ def _estimate_once(profiles: list[_Profile]) -> TareShare | None:
 def _make_profiles(
     fits: pd.DataFrame, tared: pd.DataFrame, windows: pd.DataFrame, tolerance_deg: float
 ) -> list[_Profile]:
-    """Make the profiles of all pushes and pulls that have a tare."""
+    """Make the profiles of all pushes and pulls that have a tare; see `estimate_share_too_much` for the tables."""
     is_good = windows["why"].to_numpy() == RowStatus.GOOD
     rows_of_run = split_runs(tared)
     names = ["depth_cm", "force_z_N", "force_x_N", "tare_z_N", "tare_x_N"]
@@ -164,5 +171,5 @@ def _bend_products(profile: _Profile, others: list[_Profile]) -> FloatArray | No
 
 
 def _without_line(values: FloatArray, depth: FloatArray) -> FloatArray:
-    """Subtract the line through zero of depth that fits best."""
+    """Subtract from `values` the line through zero of depth that fits best, shape (k,): what is left is the bend."""
     return values - values @ depth / (depth @ depth) * depth

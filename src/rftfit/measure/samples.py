@@ -1,4 +1,8 @@
-"""Long tables of samples of all runs, and the stroke of each run in them."""
+"""Long tables of samples of all runs, and the stroke of each run in them.
+
+A *long table* holds the samples of all runs of a medium below each other, a row a sample, in the order of recording;
+its categorical column ``run_id`` says whose they are. The *stroke* of a run is the motion that is measured.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +15,7 @@ from rftfit.conventions import COMPONENTS, FloatArray
 from rftfit.measure.levels import find_equal_stretches
 
 PHASES = ("air", "approach", "pause", "stroke", "other")
-"""Phases of a run: rest in air, way to the surface, rest at the surface, stroke, and all else."""
+"""Phases of a run: rest in air, way to the surface, rest at the surface, stroke, and all else; the column `phase`."""
 SAMPLE_COLUMNS = (
     "time_s",
     "phase",
@@ -22,7 +26,12 @@ SAMPLE_COLUMNS = (
     "force_x_N",
     "why",
 )
-"""Columns of the table of samples, besides `run_id`."""
+"""Columns of the table of samples, besides `run_id`.
+
+Time of the force log; phase; reference point of the intruder (centre of a plate, axle of a leg); its angle (beta or
+theta); force of the medium on intruder and rod, zero removed; `why`: `RowStatus`, GOOD or why the sample must not be
+used.
+"""
 
 
 def samples_table(runs: Mapping[str, Sequence[np.ndarray]]) -> pd.DataFrame:
@@ -53,7 +62,7 @@ def join_runs(runs: Mapping[str, Mapping[str, np.ndarray]], columns: Sequence[st
 
 
 def split_runs(table: pd.DataFrame) -> dict[str, slice]:
-    """Find the rows of each run in a table whose categorical column ``run_id`` is sorted by run."""
+    """Find the rows of each run, by run_id, in a long table: the rows of a run follow each other."""
     if table.empty:
         # it comes back from Parquet without categories
         return {}
@@ -76,7 +85,10 @@ def stack_components(columns: Mapping[str, np.ndarray], quantity: str) -> FloatA
 
 
 def strokes(samples: pd.DataFrame) -> dict[str, StrokeColumns]:
-    """Return the samples of each run's stroke, by run_id, with the length travelled since its start, `path_cm`."""
+    """Return the samples of each run's stroke, by run_id: `SAMPLE_COLUMNS` without time and phase, and ``path_cm``.
+
+    That is the distance from the start of the stroke, cm. `samples`: Table of samples.
+    """
     in_stroke = (samples["phase"] == "stroke").to_numpy()
     columns = {name: samples[name].to_numpy()[in_stroke] for name in SAMPLE_COLUMNS[2:]}
     columns_of_runs = {}

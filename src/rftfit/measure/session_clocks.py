@@ -1,4 +1,10 @@
-"""Offset and drift of the clocks of a session, from its pushes straight down, for all of its runs."""
+"""Offset and drift of the clocks of a session, from its pushes straight down, for all its runs; the clock of a run.
+
+A *session* is the runs with one label in the column session of the run sheet: its two programs ran on without a
+restart, so one offset (motion time minus force time, s) and one drift (change of the offset per s) hold for all of its
+runs. Only a push straight down shows them by itself, as its force depends on depth alone: `align_push`.
+`find_session_clock` joins these pushes, and `find_clock` gives each run its clock by the method of the config.
+"""
 
 from __future__ import annotations
 
@@ -27,11 +33,15 @@ from rftfit.store.chosen import chosen
 _CHOSEN = chosen("measure", "session_clocks")
 
 Push = dict[Any, Any]
-"""Row of `align_medium`: clock of one push straight down from its logs alone, or the reason why it has none."""
+"""Row of `align_medium`, one push straight down: ``run_id``, ``session``, its clock from its logs alone, ``reason``.
+
+The clock: ``offset_s`` and its error ``se_s``, ``drift``, ``drift_se``, ``reference_s``, ``offset_hours``,
+``explained``; NaN where the push shows none, for the reason.
+"""
 
 
 def align_medium(campaign: Campaign, medium: str) -> pd.DataFrame:
-    """Align the clocks of each push straight down of a medium from its logs alone: the table of results/clocks."""
+    """Align the clocks of each push straight down of a medium from its logs alone: a table with the rows `Push`."""
     rows = []
     for run, alignment in align_pushes(campaign, medium):
         row: Push = {"run_id": run.run_id, "medium": medium, "session": run.session}
@@ -65,7 +75,10 @@ def goes_straight_down(run: Run) -> bool:
 def align_push(
     settings: ClockSettings, run: Run, readings: lab_frame.ForceReadings, path: IntruderPath
 ) -> Alignment:
-    """Align force and motion log of one push straight down by its force."""
+    """Align force and motion log of one push straight down by its force; refuse any other run.
+
+    `readings`: Forces in the lab frame, on the clock of the force log. `path`: Path on that of the motion log.
+    """
     if not goes_straight_down(run):
         raise Refused("no-push-to-match", direction=run.direction, gamma=run.gamma_deg)
     good = ~readings.saturated
@@ -80,7 +93,7 @@ def align_push(
 
 
 def _clock_cells(alignment: Alignment) -> Push:
-    """Cells of a push whose clocks are aligned."""
+    """Make the cells of a `Push` whose clocks are aligned."""
     clock = alignment.clock
     return {
         "offset_s": clock.offset_s,
@@ -100,7 +113,7 @@ def _clock_cells(alignment: Alignment) -> Push:
 class SessionClock:
     """Clock of a session: motion time minus force time is offset + drift x (force time - reference), s.
 
-    `covariance`: Covariance of offset (s) and drift, shape (2, 2).
+    `covariance`: Covariance of offset (s) and drift (s per s), shape (2, 2).
     `hours`: Whole hours in the offset.
     `pushes`: Number of pushes from which the clock was found; 0: no clock.
     `contradiction`: Description of the offsets of the pushes, if no common offset and drift fits them; else empty.
@@ -122,7 +135,10 @@ class SessionClock:
         return math.sqrt(self.covariance[1][1])
 
     def fit_at(self, time_s: float) -> ClockFit:
-        """Clock of a run at a time of the force log, s; its error is common to all runs of the session."""
+        """Clock of a run at a time of the force log, s; its error is common to all runs of the session.
+
+        The error grows with the distance from the pushes, by that of the drift.
+        """
         design = np.array([1.0, time_s - self.reference_s])
         variance = float(design @ np.array(self.covariance) @ design)
         # the force lags the depth in all pushes alike: more pushes do not make this error smaller
@@ -136,7 +152,7 @@ class SessionClocks:
     """Clocks of the sessions of a campaign.
 
     `sessions`: Clocks by the label of the session; a blank label for all runs without a session.
-    `pushes`: Rows of `align_medium` with an offset, by run_id.
+    `pushes`: Rows of `align_medium` with an offset, by run_id; they serve where a session has no common clock.
     """
 
     sessions: Mapping[str, SessionClock]
@@ -144,7 +160,7 @@ class SessionClocks:
 
     @classmethod
     def of_pushes(cls, tables: Iterable[pd.DataFrame], settings: ClockSettings) -> SessionClocks:
-        """Find the clock of each session from the pushes of all media (`align_medium`)."""
+        """Find the clock of each session from the pushes of all media; `tables`: of `align_medium`, one a medium."""
         rows = [row for table in tables for row in table.to_dict("records")]
         rows.sort(key=lambda row: str(row["run_id"]))
         labels = dict.fromkeys(str(row["session"]) for row in rows)
@@ -204,6 +220,7 @@ def find_clock(
 ) -> ClockFit:
     """Find the clock of a run by the method of the config: one clock, an estimate from the force, or a sync line.
 
+    `settings`: Section ``clock`` of the config. `readings`, `path`: Forces and path in the lab frame.
     `spans`: Stretches of motion of `path`, s, shape (k, 2).
     `clocks`: Clocks of the sessions, for an estimate; None: estimate the clock from this run alone.
     """
@@ -224,7 +241,7 @@ def find_clock(
 
 
 def _is_aligned(row: Push) -> bool:
-    """Return True if a push has an offset."""
+    """Return True if a push shows the offset of the clocks, and not the reason why not."""
     return math.isfinite(row["offset_s"])
 
 
@@ -268,6 +285,7 @@ def find_session_clock(pushes: list[Push], settings: ClockSettings) -> SessionCl
     weight = 1 / np.maximum(drift_se, 1e-12) ** 2
     shows_drift = weight > prior
     drift_weight = prior + float((weight - prior)[shows_drift].sum())
+    # least squares of offset and drift: from how the offsets change, and from the drift within each push
     normal = (design / variance) @ design.T + np.diag([0.0, drift_weight])
     moment = (design / variance) @ (offset - base)
     moment[1] += float(weight[shows_drift] @ drift[shows_drift])
@@ -290,7 +308,10 @@ def find_session_clock(pushes: list[Push], settings: ClockSettings) -> SessionCl
 
 
 def _describe_groups(pushes: list[Push]) -> str:
-    """Describe the offsets of pushes in the order of time; consecutive pushes that agree are one group."""
+    """Describe the offsets of pushes in the order of time, to show where a clock was set; those that agree are a group.
+
+    For example ``+0.412 s in a, b and 3 more; +5.730 s in f``.
+    """
     first, *others = sorted(pushes, key=lambda row: (row["reference_s"], str(row["run_id"])))
     groups = [[first]]
     for row in others:
@@ -311,7 +332,7 @@ def _describe_groups(pushes: list[Push]) -> str:
 
 
 def flags_of_clock(run: Run, clocks: SessionClocks | None) -> tuple[Remark, ...]:
-    """Flag a run that is aligned by its own logs because the pushes of its session contradict one another."""
+    """Flag a run that is aligned by its own logs, as the pushes of its session contradict one another; else no flag."""
     if clocks is None or not (contradiction := clocks.of_session(run.session).contradiction):
         return ()
     return (remark("clock-by-itself", session=_name_of_session(run), pushes=contradiction),)

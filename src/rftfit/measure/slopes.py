@@ -1,4 +1,13 @@
-"""Zero-intercept slope of stress against depth (Eq. 1), with an interval that allows for autocorrelated samples."""
+"""Zero-intercept slope of stress against depth (Eq. 1), with an interval that allows for autocorrelated samples.
+
+Eq. 1 of Li, Zhang and Goldman (2013) takes stress for alpha times depth, so alpha is the slope of a line through zero:
+`fit_slope` fits it to a log, `fit_few` to a few rows of a table. Neighbouring samples of a log have similar errors, so
+n samples are worth fewer independent ones: `weighted_sum_variance` gives the variance of any weighted sum of such
+errors, and so of a slope. docs/theory/slope.md derives this.
+
+``depth``: cm, positive, shape (n,), in the order of recording, at equal steps of time. ``stress``: N/cm^2, shape (k, n)
+for k components, usually z and x. "k series" are k rows of an array, each of n samples.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +26,7 @@ from rftfit.store.chosen import chosen
 _CHOSEN = chosen("measure", "slopes")
 
 COSINES = 12
-"""Most slow modes from which the variance of the noise is estimated."""
+"""Most slow cosine modes from which the variance of the noise is estimated: only slow noise moves a slope."""
 
 CURVED_P = 0.01
 """Probability by chance below which a curvature counts as real."""
@@ -28,7 +37,7 @@ FEWEST = 8
 
 @lru_cache(maxsize=512)
 def _cosine_modes(n: int, count: int) -> FloatArray:
-    """First `count` cosine modes over `n` samples, orthonormal, shape (count, n)."""
+    """First `count` cosine modes over `n` samples, the slowest first, orthonormal, shape (count, n)."""
     order = np.arange(1, count + 1)
     return np.asarray(np.sqrt(2 / n) * np.cos(np.pi * np.outer(order, np.arange(n) + 0.5) / n))
 
@@ -74,9 +83,12 @@ def weighted_sum_variance(
 def _white_variance(
     white: FloatArray, weight: FloatArray, fitted: FloatArray, count: int
 ) -> FloatArray:
-    """Variance of white residuals (k, n), from their sums with `count` slow modes times the weight (n,): shape (k,).
+    """Variance of white residuals, shape (k,), from their sums with `count` slow modes times the weight.
 
-    The fitted functions (p, n or longer) are projected out of the modes, since the residuals are orthogonal to them.
+    So noise counts where the weight is large, and at the low frequencies that the weighted sum keeps. The fitted
+    functions are projected out of the modes, since the residuals are orthogonal to them.
+
+    `white`: shape (k, n). `weight`: shape (n,). `fitted`: shape (p, n or longer); its last n columns count.
     """
     modes = weight * _cosine_modes(weight.size, count)
     basis = _orthonormal_columns(fitted[:, -weight.size :])
@@ -84,11 +96,12 @@ def _white_variance(
     # products of the projected modes with each other and with the residuals
     overlap = modes @ modes.T - on_fitted @ on_fitted.T
     sums = white @ modes.T - (white @ basis) @ on_fitted.T
+    # mean square of the sums, each in units of its standard deviation for white noise of variance 1
     return np.asarray(np.einsum("ij,ji->i", sums, np.linalg.solve(overlap, sums.T)) / count)
 
 
 def _orthonormal_columns(rows: FloatArray) -> FloatArray:
-    """Orthonormal columns that span the same space as some rows."""
+    """Orthonormal columns, shape (n, p), that span the same space as the `rows`, shape (p, n)."""
     if len(rows) == 1:
         # the general way takes longer than all the rest of `_white_variance`
         return np.asarray(rows.T / np.sqrt(rows[0] @ rows[0]))
@@ -143,7 +156,8 @@ def _variance_ratios(weight: FloatArray, coefficients: FloatArray) -> tuple[Floa
 def combine_dof(variances: FloatArray, dofs: FloatArray) -> FloatArray:
     """Degrees of freedom of the sum of variance estimates V along axis 0: (sum V)^2 / sum(V^2 / dof).
 
-    This is the formula of Welch and Satterthwaite; where all variances are 0, the largest of the dofs.
+    This is the formula of Welch and Satterthwaite; where all variances are 0, the largest of the dofs. The large
+    estimates decide: how well small ones are known hardly matters.
     """
     squares = (variances**2 / dofs).sum(axis=0)
     square_of_sum = variances.sum(axis=0) ** 2
@@ -152,7 +166,7 @@ def combine_dof(variances: FloatArray, dofs: FloatArray) -> FloatArray:
 
 
 GIVEN_DOF = 1e6
-"""Degrees of freedom of a variance that is given, not estimated."""
+"""Degrees of freedom of a variance that is given, not estimated: Student's t is then a normal distribution."""
 
 
 def startup_bias(
@@ -181,6 +195,7 @@ def startup_bias(
     d2, d3 = (stress[:, samples].mean(axis=1) - mean for samples in (in_second, in_last))
     # limited, so that noise does not make a start-up that hardly decays
     q = np.clip(np.divide(d3, d2, out=nothing, where=d2 != 0), 0, _CHOSEN.slowest)
+    # sum of the later thirds, d3 (q + q^2 + ...), each a third long, as a mean over the steady part
     return np.asarray(d3 * q / (1 - q) * third / length)
 
 
@@ -190,7 +205,7 @@ _NO_BEND = 1e-12
 
 @dataclass(frozen=True)
 class Slope:
-    """Slopes of k stress components against one depth; all arrays of shape (k,).
+    """Slopes of k stress components against one depth, what `fit_slope` and `fit_few` return; all arrays of shape (k,).
 
     `alpha`: sum(sigma z) / sum(z^2), N/cm^3.
     `se`, `dof`: Standard error of alpha, which allows for autocorrelation and for the error of the zero, and its
@@ -276,7 +291,10 @@ def student_limit(sigmas: float, dof: float) -> float:
 
 
 def zero_intercept(depth: FloatArray, stress: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Zero-intercept least squares of stress (k, n) on depth (n,), with textbook errors (Eq. 1)."""
+    """Zero-intercept least squares (Eq. 1) of stress (k, n) on depth (n,): alpha and its textbook error, shape (k,).
+
+    The error is that of independent samples: sqrt(sum(residual^2) / (n - 1) / sum(depth^2)).
+    """
     power = float(depth @ depth)
     if depth.size < 2 or power == 0:
         raise ValueError(f"{depth.size} samples, sum of squared depths {power:g}: no slope")
@@ -301,16 +319,18 @@ def fit_slope(
 
     `depth`: |z| in the order of recording, cm, shape (n,); at least 8 samples, not all at zero.
     `stress`: Tared stress, N/cm^2, shape (k, n).
-    `zero_variance`, `zero_dof`: Variance of the zero of the run (row 0) and of its tare (row 1), (N/cm^2)^2, and its
-    degrees of freedom, shape (m, k).
-    `depth_sd`: Standard error of all depths, cm.
-    `startup`: Effect of the start-up on the mean stress, of `startup_bias`, N/cm^2, shape (k,).
-    `tare_stress`: Tare that was subtracted, N/cm^2, shape (k, n); its scatter is common to all runs that share the
-    tare.
+    `zero_variance`, `zero_dof`: Variance of the zero of the run (row 0) and, if it has a tare, of that (row 1),
+    (N/cm^2)^2, and its degrees of freedom, shape (1 or 2, k).
+    `depth_sd`: Standard error that all depths share, by the clocks and the surface, cm.
+    `startup`: Effect of the start-up of a level run on the mean stress, of `startup_bias`, N/cm^2, shape (k,); None:
+    none.
+    `tare_stress`: Tare that was subtracted, N/cm^2, shape (k, n); None: none. Its scatter is an error that all runs
+    with the same tare share, so `Slope.tare` keeps it apart.
     """
     alpha, ols_se = zero_intercept(depth, stress)
     power = float(depth @ depth)
     residual = stress - alpha[:, None] * depth
+    # change of alpha if all stresses are larger by 1 N/cm^2; also its relative change for depths that are 1 cm off
     lever = float(depth.sum()) / power
     # variances of errors that shift the stress of all samples alike: of the depth, and of the zeros
     shift = np.vstack([(alpha * depth_sd) ** 2, zero_variance])
@@ -319,6 +339,7 @@ def fit_slope(
     test = _test_curvature(depth, alpha, residual, shift, shift_dof)
     # residuals of a curved stress would look like noise with a long memory: subtract a real curvature
     bent = test.p_value < CURVED_P
+    # variance of sum(depth x error), and its degrees of freedom; alpha has this error over `power`
     scatter, count = weighted_sum_variance(np.where(bent[:, None], test.residual, residual), depth)
     # an error that is equally likely anywhere up to a limit has a standard deviation of the limit over sqrt(3)
     curvature = test.excess / math.sqrt(3)
@@ -357,7 +378,11 @@ def fit_slope(
 
 
 def _share_of_tare(tare_stress: FloatArray, depth: FloatArray, scatter: FloatArray) -> FloatArray:
-    """Fraction of the scatter of a tared run that comes from its tare, shape (k,): its residuals about a parabola."""
+    """Fraction of the scatter of a tared run that comes from its tare, 0 to 1, shape (k,).
+
+    The noise of the tare is what a parabola does not explain of it. `scatter`: Variance of sum(depth x error) of the
+    tared stress, shape (k,).
+    """
     position = np.linspace(-1.0, 1.0, depth.size)
     smooth = np.stack([np.ones(depth.size), position, position**2])
     basis = _orthonormal_columns(smooth)
@@ -372,7 +397,8 @@ def _share_of_tare(tare_stress: FloatArray, depth: FloatArray, scatter: FloatArr
 def fit_few(depth: FloatArray, stress: FloatArray) -> Slope:
     """Fit the zero-intercept slope of a few independent depths; the error is NaN for a single depth.
 
-    `depth`: cm, shape (n,). `stress`: N/cm^2, shape (k, n).
+    Rows of a table are no samples of one log: they have no zero, clock or tare of their own, and no autocorrelation, so
+    the textbook error holds. `depth`: cm, shape (n,). `stress`: N/cm^2, shape (k, n).
     """
     unknown = np.full((2, len(stress)), np.nan)
     if depth.size < 2:
@@ -407,7 +433,7 @@ def fit_few(depth: FloatArray, stress: FloatArray) -> Slope:
 
 
 def free_intercept(depth: FloatArray, stress: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return intercept and slope of a line with a free intercept, for each stress; NaN along a level path."""
+    """Return intercept (N/cm^2) and slope (N/cm^3) of k lines with a free intercept; NaN along a level path."""
     if level_path(depth):
         nothing = np.full(len(stress), np.nan)
         return nothing, nothing
@@ -419,7 +445,8 @@ def free_intercept(depth: FloatArray, stress: FloatArray) -> tuple[FloatArray, F
 def stress_onset(depth: FloatArray, stress: FloatArray) -> FloatArray:
     """Depth at which each stress begins, cm, shape (k,): zero of a line fitted with more weight near the surface.
 
-    A bed is uneven in proportion to its stress, so deeper samples have larger errors and less weight.
+    A depth other than 0 shows a surface that is off. A bed is uneven in proportion to its stress, so deeper samples
+    have larger errors and less weight.
     """
     nothing = np.full(len(stress), np.nan)
     if depth.size < 3 or level_path(depth):
@@ -440,7 +467,8 @@ def _zero_stress_depth(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the depth at which the line with a free intercept has no stress, and its standard error, cm.
 
-    The depth is -intercept / slope, its error that of the line at zero depth over the slope; shape (k,) each.
+    The depth is -intercept / slope, its error that of the line at zero depth over the slope; shape (k,) each. Many runs
+    with such depths show how far the free surface is off.
 
     `noise`: Variance of the noise, of `_test_curvature`, (N/cm^2)^2, shape (k,).
     `shift`: Variance of errors that are the same in all samples, (N/cm^2)^2, shape (k,).
@@ -483,6 +511,8 @@ def _test_curvature(
     shift_dof: FloatArray,
 ) -> _CurvatureTest:
     """Test whether residuals (k, n) of lines through zero hold a term in depth squared, orthogonal to the line.
+
+    A stress that is curved over depth has no single alpha: its alpha depends on the window, which is an error of alpha.
 
     An equal shift of all stresses looks like curvature of a line through zero, so the test includes the variances
     `shift` of such shifts, (N/cm^2)^2, with their degrees of freedom, shape (m, k).

@@ -1,4 +1,13 @@
-"""Find the stretches in which the arm moves, and the stroke among them."""
+"""Find the stretches in which the arm moves, and the stroke among them: the motion that is measured.
+
+When does the arm move (`IntruderPath.spans`)? Which of its motions is the push, pull or turn that the row of the run
+sheet means (`find_stroke`)? Is it along the stated path, with the plate at the stated angle? A run that is not is
+refused.
+
+x, z: reference point of the intruder (centre of a plate, axle of a leg), cm, z upward, 0 at the free surface;
+``angle``: beta of a plate or theta of a leg, rad. A *stretch* of motion is its start and end, s, on the clock of the
+motion log; k of them are an array of shape (k, 2).
+"""
 
 from __future__ import annotations
 
@@ -26,10 +35,6 @@ UNDERGROUND_CM: float = _CHOSEN.underground_cm
 """Smallest depth that a stroke must reach to count, and smallest height above the surface that counts as air."""
 SHORTEST_CM: float = _CHOSEN.shortest_cm
 """Length of the shortest stroke."""
-_MOST_HIDDEN_CM = 2 * SHORTEST_CM
-"""Largest noise of the position: a motion back that noise hides could be the end of a stroke."""
-_MOST_NAMED = 6
-"""Most lengths of strokes named in one message."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +52,11 @@ class IntruderPath:
     angle: FloatArray
 
     def spans(self, arm: Arm) -> FloatArray:
-        """Start and end, s, of every stretch in which the arm is faster than half its speed: (k, 2)."""
+        """Start and end, s, of every stretch in which the arm is faster than half its stated speed, shape (k, 2).
+
+        The speed is a difference over some readings before and behind. Their number doubles until most stretches are
+        longer than the noise of an encoder makes them.
+        """
         if self.time.size < 3:
             return np.empty((0, 2))
         usual_step_s = median(np.diff(self.time))
@@ -60,10 +69,12 @@ class IntruderPath:
         while True:
             # differences from `steps` readings before to `steps` behind, so that an edge is not seen half a step late
             start = np.clip(index - steps, 0, index.size - 1 - 2 * steps)
+            # of each reading: time between both, s, and changes of x and z, cm, and of the angle, rad
             step_s, *changes = (
                 coordinate[start + 2 * steps] - coordinate[start]
                 for coordinate in (mean.time, mean.x, mean.z, mean.angle)
             )
+            # relative to the stated speed
             speed = _time_at_stated_speed(arm, *changes) / step_s
             is_last = 4 * steps * usual_step_s > _CHOSEN.longest_step_s or 2 * steps > most_steps
             if is_last or not is_encoder_noise(self.time, speed):
@@ -74,9 +85,9 @@ class IntruderPath:
     def _join_spans(self, spans: FloatArray, arm: Arm, least_s: float) -> FloatArray:
         """Join neighbouring stretches without a clear rest between them.
 
-        In a clear rest the arm travels little, for longer than `least_s`, over which speeds are measured, and some positions
-        were read: without them the clock may have been set forward. `spans`: First and last time of each stretch, s, shape
-        (n, 2); returned with fewer rows.
+        In a clear rest the arm travels little, for longer than `least_s`, s, over which speeds are measured, and some
+        positions were read: without them the clock may have been set forward. `spans`: Start and end of each stretch,
+        s, shape (n, 2); returned with n rows or fewer.
         """
         if not spans.size:
             return spans
@@ -109,7 +120,7 @@ class IntruderPath:
 
     @cached_property
     def flicker_cm(self) -> float:
-        """Distance that a position may flicker because of the resolution of the sensor, cm."""
+        """Distance that a position may flicker because of the resolution of the sensor, cm: no turn of the arm."""
         steps = np.abs(np.concatenate([np.diff(self.x), np.diff(self.z)]))
         resolution = float(steps[steps > 0].min(initial=np.inf))
         return _CHOSEN.times_resolution * resolution if math.isfinite(resolution) else 0.0
@@ -117,7 +128,8 @@ class IntruderPath:
     def averaged(self, arm: Arm) -> AveragedPath:
         """Average positions over neighbouring readings, so that their noise hides no turn of the path.
 
-        The average extends over a distance of at most about the size of the noise, as it also smooths turns.
+        The average extends over a distance of at most about the size of the noise, as it also smooths turns. Where the
+        noise hides no turn longer than ``turn_cm``, nothing is averaged.
         """
         noise_cm = self.noise_cm
         hidden_cm = _CHOSEN.times_noise * noise_cm
@@ -135,9 +147,10 @@ class IntruderPath:
         return AveragedPath(mean, noise_cm / math.sqrt(count))
 
     def heading_se(self, start: float, end: float, length_cm: float) -> float:
-        """Standard error of `heading`, rad, of a stretch from `start` to `end`, s, with the length `length_cm`.
+        """Standard error of the direction that `heading` gives, rad, for a stretch of the length `length_cm`.
 
-        The heading is the direction between the means of two halves of the readings, half the length apart.
+        That is the direction between the means of two halves of the readings, half the length apart: each mean of n / 2
+        readings has the error noise sqrt(2 / n), their difference noise 2 / sqrt(n).
         """
         readings = max(int(np.count_nonzero((self.time >= start) & (self.time <= end))), 1)
         return 4 * self.noise_cm / (length_cm * math.sqrt(readings))
@@ -151,7 +164,10 @@ class IntruderPath:
         return x / length, z / length
 
     def fastest_below(self) -> float:
-        """Speed, cm/s, that a tenth of the samples below the surface exceed; 0 if there are fewer than three."""
+        """Speed, cm/s, that a tenth of the samples below the surface exceed; 0 if there are fewer than three.
+
+        A message names it where no motion is as fast as the config states.
+        """
         below = self.z < 0
         if np.count_nonzero(below) < 3:
             return 0.0
@@ -174,7 +190,10 @@ class AveragedPath(NamedTuple):
 
 
 def _time_at_stated_speed(arm: Arm, x: FloatArray, z: FloatArray, angle: FloatArray) -> FloatArray:
-    """Time that the arm needs for some changes of position, cm, and angle, rad, at the speeds of the config, s."""
+    """Time that the arm needs for changes of position, cm, and angle, rad, at the speeds of the config, s, shape (n,).
+
+    So turns of a leg and moves of a plate can be measured by one number.
+    """
     return np.asarray(
         np.maximum(np.hypot(x, z) / arm.speed_cm_per_s, np.abs(angle) / arm.leg_speed_rad_per_s)
     )
@@ -189,8 +208,18 @@ def _moving_mean(values: FloatArray, count: int) -> FloatArray:
     return np.asarray((total[end] - total[start]) / (end - start))
 
 
+_MOST_HIDDEN_CM = 2 * SHORTEST_CM
+"""Largest noise of the position: a motion back that noise hides could be the end of a stroke."""
+
+
 def find_stroke(motion: IntruderPath, spans: FloatArray, run: Run, arm: Arm) -> tuple[float, float]:
-    """Find start and end of the stroke of a run, s, or refuse it; `spans`: stretches of motion, s, shape (k, 2)."""
+    """Find start and end of the stroke of a run, s, on the clock of `motion`, or refuse the run.
+
+    A leg turns, and an arm that is not driven steadily goes down to its lowest point. All others move straight below
+    the surface along the stated path, at the stated speed, with the plate as stated.
+
+    `spans`: Stretches of motion, from `IntruderPath.spans`.
+    """
     if run.kind in ("leg", "leg_air"):
         return _select_stroke(_find_rotations(motion, spans), run, "deg")
     if arm.drive != "steady" and run.direction == "intrusion" and run.gamma_deg == 90:
@@ -211,11 +240,14 @@ def find_stroke(motion: IntruderPath, spans: FloatArray, run: Run, arm: Arm) -> 
 
 
 _StrokeSpan = tuple[float, float, float]
-"""A stroke: its length, cm or deg, its start and its end, s."""
+"""A possible stroke: its length, cm (deg for a leg), its start and its end, s."""
 
 
 def _cure_of_several(strokes: Sequence[_StrokeSpan], motion: IntruderPath, run: Run) -> str:
-    """Return a hint for the message if all strokes may be a single push at a varying speed; else an empty string."""
+    """Return a hint for the message "several strokes", if they may be one push at a varying speed; else no text.
+
+    `strokes`: Those that were found at the stated speed.
+    """
     if len(strokes) < 2 or run.direction != "intrusion" or run.gamma_deg != 90:
         return ""
     try:
@@ -223,6 +255,10 @@ def _cure_of_several(strokes: Sequence[_StrokeSpan], motion: IntruderPath, run: 
     except Refused:
         return ""
     return "; if it is one push at a speed that varies: arm.drive: uneven" if is_one else ""
+
+
+_MOST_NAMED = 6
+"""Most lengths of strokes named in one message."""
 
 
 def _select_stroke(
@@ -246,7 +282,7 @@ def _select_stroke(
     return strokes[(run.stroke or 1) - 1][1:]
 
 
-MIRROR = (
+MIRRORED_CURE = (
     ". Seen from behind the rig it is that way: mirror what the logs of these runs say along x (x of the motion log, the channel of "
     "the transducer, beta)"
 )
@@ -263,8 +299,8 @@ def _stretches_along_path(
 ) -> list[_StrokeSpan]:
     """Find straight stretches below the surface along the path that the run sheet names; refuse if there are none.
 
-    `mean`: Path whose positions are means of neighbouring readings. `least_turn_cm`: Way back or aside up to which it
-    is noise. `spans`: Stretches of motion, s, shape (k, 2).
+    `motion`: The path as read. `mean`: The same path with positions that are means of neighbouring readings.
+    `least_turn_cm`: Way back or aside, cm, up to which it is noise. `spans`: Stretches of motion, s, shape (k, 2).
     """
     wanted_x, wanted_z = (
         float(component) for component in direction(math.radians(run.motion_gamma_deg))
@@ -297,7 +333,7 @@ def _stretches_along_path(
         off = np.abs(wrap_gamma(mirrored_gamma - math.radians(run.motion_gamma_deg)))
         raise Refused(
             "other-direction",
-            cure=MIRROR if (off <= tolerance).any() else "",
+            cure=MIRRORED_CURE if (off <= tolerance).any() else "",
             seen=", ".join(f"{angle_deg:.1f}" for _, angle_deg in seen),
             seen_deg=max(seen)[1],
             tolerance=arm.angle_tolerance_deg,
@@ -331,6 +367,8 @@ def _split_at_turns(
 def _find_reversals(x: FloatArray, z: FloatArray, least_cm: float) -> list[int]:
     """Return the rows at which a path turns back along its main direction by more than `least_cm`.
 
+    A turn is the farthest position before the path has come back by `least_cm`, so noise below that makes none.
+
     `x`, `z`: Positions relative to their means, cm, shape (n,).
     """
     # angle of the axis of largest variance
@@ -360,7 +398,10 @@ def _find_reversals(x: FloatArray, z: FloatArray, least_cm: float) -> list[int]:
 
 
 def _find_corner(x: FloatArray, z: FloatArray, least_cm: float) -> list[int]:
-    """Return the row farthest from the chord of a path, if it is a corner more than `least_cm` from it; else no row."""
+    """Return the row farthest from the chord of a path, if it is a corner more than `least_cm` from it; else no row.
+
+    The chord is the line from the first to the last position. A corner changes the direction by ``corner_deg`` or more.
+    """
     dx, dz = x[-1] - x[0], z[-1] - z[0]
     distance_cm = np.abs(dx * (z - z[0]) - dz * (x - x[0])) / max(math.hypot(dx, dz), SHORTEST_CM)
     corner = int(distance_cm.argmax())
@@ -396,7 +437,10 @@ def _part_below_surface(motion: IntruderPath, start: float, end: float) -> tuple
 
 
 def _find_uneven_pushes(motion: IntruderPath) -> list[_StrokeSpan]:
-    """Find the pushes of an arm that is not driven steadily: from the surface straight down to the bottom."""
+    """Find the pushes of an arm that is not driven steadily: from the surface straight down to the lowest point.
+
+    Its speed says nothing, as a hand stops and starts on the way, so the depth alone decides.
+    """
     z = motion.z
     if (lowest := float(z.min())) > -5 * _CHOSEN.bottom_cm or z.max() < -_CHOSEN.contact_cm:
         raise Refused("surface-not-crossed", highest=z.max(), lowest=lowest)
@@ -433,7 +477,7 @@ def _check_plate(motion: IntruderPath, start: float, end: float, run: Run, arm: 
 def _find_rotations(motion: IntruderPath, spans: FloatArray) -> list[_StrokeSpan]:
     """Find the stretches of motion in which a leg turns far enough toward positive theta; refuse if there are none.
 
-    Refused, too, if the largest turn is the other way.
+    Refused, too, if the largest turn is the other way. Lengths are in degrees.
     """
     _, _, theta = motion.pose_at(spans)
     turns = np.degrees(np.diff(theta)).ravel().tolist()

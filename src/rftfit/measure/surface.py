@@ -1,4 +1,12 @@
-"""Find the free surface from force and depth, and the compliance of the machine under load."""
+"""Find the free surface from force and depth, and the compliance of the machine under load.
+
+The *free surface* is where depth begins; the config states it, or the force of a level plate pushed down shows it
+(`find_surface`): the lift is constant in air and grows below the surface. The *compliance* is how far the machine
+yields under load, so that the plate is less deep than the motion log says; a push against something rigid shows it.
+
+``depth``: cm, growing downward from any zero, shape (n,), in the order of recording. ``force`` or ``lift``: upward
+force, N, plus any constant, shape (n,).
+"""
 
 from __future__ import annotations
 
@@ -26,7 +34,7 @@ _CHOSEN = chosen("measure", "surface")
 
 @dataclass(frozen=True)
 class Surface:
-    """The free surface as found from the force.
+    """The free surface as found from the force, what `find_surface` returns.
 
     `depth_cm`, `se_cm`, `dof`: Depth of the surface on the given axis of depth, from which it must be subtracted; its
     standard error and degrees of freedom.
@@ -45,9 +53,9 @@ class Surface:
     force: FloatArray
     fitted: FloatArray
 
-    def interval(self, confidence: float = 0.95) -> tuple[float, float]:
-        """Return the ends of the confidence interval of the surface, cm."""
-        half_interval = float(student_quantile(confidence, self.dof)) * self.se_cm
+    def interval(self) -> tuple[float, float]:
+        """Return the ends of the 95 % interval of the surface, cm."""
+        half_interval = float(student_quantile(0.95, self.dof)) * self.se_cm
         return self.depth_cm - half_interval, self.depth_cm + half_interval
 
 
@@ -77,6 +85,7 @@ def place_surface(
     window, noise = config.surface.window_cm, config.transducer.precision_N
     toe = plate.thickness_cm / 2
     surface = find_surface(depth, lift, window, noise, 0.0, toe)
+    # with the surface known, the speed there turns the error of the clock into one of the depth
     if clock_se_s > 0:
         is_near = np.abs(depth - surface.depth_cm) < _CHOSEN.near_cm
         speeds = np.abs(np.gradient(depth, time))[is_near]
@@ -91,7 +100,10 @@ def place_surface(
 def _in_motion_log(
     path: IntruderPath, time: FloatArray, lift: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return time, depth and lift of the force readings that were made while the motion was logged."""
+    """Return time, depth and lift of the force readings that were made while the motion was logged: shape (m,) each.
+
+    `time`: Of the n readings, s, on the clock of `path`. `lift`: N. Both have the shape (n,).
+    """
     inside = (time >= path.time[0]) & (time <= path.time[-1])
     return time[inside], -path.pose_at(time[inside])[1], lift[inside]
 
@@ -106,14 +118,13 @@ def find_surface(
 ) -> Surface:
     """Find the free surface on the way down: the depth from which the force grows.
 
-    `depth`, `force`: Depth, growing downward from any zero, cm, and lift plus any constant, N, in the order of
-    recording.
     `window_cm`: Readings so far above and below the surface are used.
     `noise_N`: Noise that is stated for the transducer; the noise in air counts if it is larger.
     `depth_sd`: Standard error of the depth at the surface, from the clocks, cm.
     `toe_cm`: Half the thickness of the plate. Readings within it of the surface are not used: a plate that is partly in
     air does not yet have the force of its depth.
     """
+    # only the way down counts, from air to the largest force
     is_deeper = depth >= np.maximum.accumulate(depth) - 0.02
     before_peak = np.arange(depth.size) <= int(np.argmax(force))
     depth, force = depth[is_deeper & before_peak], force[is_deeper & before_peak]
@@ -139,12 +150,16 @@ def find_surface(
 
 
 def _find_onset(depth: FloatArray, force: FloatArray, noise_N: float) -> tuple[float, float]:
-    """Return the depth below which the force stays above its noise in air, cm, and that noise, N."""
+    """Return the depth below which the force stays above its noise in air, cm, and that noise, N.
+
+    This is a first guess, some way below the surface. `noise_N`: see `find_surface`.
+    """
     if depth.size < _CHOSEN.min_air + _CHOSEN.min_below:
         raise Refused("few-on-the-way-down", found=depth.size)
     begin = force[: max(_CHOSEN.min_air, depth.size // 10)]
     air = float(np.median(begin))
     trend = np.polyval(np.polyfit(np.arange(begin.size), begin, 1), np.arange(begin.size))
+    # 1.483 times the median deviation is the standard deviation of normal numbers
     noise = max(noise_N, 1.483 * float(np.median(np.abs(begin - trend))))
     if force[-1] - air < _CHOSEN.rise_to_noise * noise:
         raise Refused("no-ground", newtons=force[-1] - air, noise=noise)
@@ -165,7 +180,8 @@ def _fit_change_point(
     """Fit the depth of the surface to the readings within `window` of the `onset`, cm; None where these are too few.
 
     The force is a constant above the surface and a parabola below. Readings within `toe` of `previous_depth`, the
-    surface of the pass before, are not used.
+    surface of the pass before, cm, are not used. The depth of the surface with the smallest misfit is searched among
+    trial depths, first over the window, then finely between two of them.
     """
     near_onset = (depth > onset - window) & (depth < onset + window)
     if toe > 0:
@@ -181,6 +197,7 @@ def _fit_change_point(
     fine_depths = np.linspace(best - step, best + step, 41)
     surface_depth = float(fine_depths[np.argmin(_misfits(d, f, fine_depths))])
     design = _design_matrix(d, surface_depth)
+    # force in air (N), its growth at the surface (N/cm), and the change of that
     terms = np.linalg.lstsq(design, f, rcond=None)[0]
     fitted = design @ terms
     # derivative of the fitted force by the depth of the surface, the fourth parameter
@@ -204,7 +221,10 @@ def _fit_change_point(
 
 
 def _check_growth(surface: Surface, window_cm: float, noise: float) -> None:
-    """Refuse a growth of the force that is small or uncertain, or that already begins in air."""
+    """Refuse a growth of the force that is small or uncertain, or that already begins in air: there is no surface then.
+
+    `window_cm`: see `find_surface`. `noise`: Of the force in air, N.
+    """
     growth, se, depth = surface.growth_N_per_cm, surface.growth_se, surface.depth_cm
     rise = float(surface.fitted.max() - surface.air_N)
     if growth <= 0:
@@ -232,7 +252,10 @@ def _check_growth(surface: Surface, window_cm: float, noise: float) -> None:
 
 
 def _design_matrix(depth: FloatArray, surface_depth: float | FloatArray) -> FloatArray:
-    """Terms of the force on a new last axis: 1, depth below the surface (0 above it), and the square of that."""
+    """Terms of the force on a new last axis: 1, depth below the surface (0 above it), and the square of that.
+
+    Shape (n, 3); for trial depths of the shape (trials, 1), shape (trials, n, 3).
+    """
     depth_below = np.maximum(depth - surface_depth, 0.0)
     return np.stack([np.ones_like(depth_below), depth_below, depth_below**2], axis=-1)
 
@@ -250,7 +273,8 @@ def _misfits(depth: FloatArray, force: FloatArray, trial_depths: FloatArray) -> 
 class Compliance:
     """Deflection of the machine under load, as a curve over the lift; known up to the largest measured lift.
 
-    `force`: Lift, increasing from 0, N. `travel`: Deflection, 0 without force and never decreasing, cm.
+    `force`: Lift, increasing from 0, N, shape (k,). `travel`: Deflection, 0 without force and never decreasing, cm,
+    shape (k,).
     """
 
     force: FloatArray
@@ -264,9 +288,8 @@ class Compliance:
 def compliance_of(depth: FloatArray, force: FloatArray, noise_N: float) -> Compliance:
     """Find the compliance of the machine from a push against something rigid, which begins out of contact.
 
-    `depth`: Depth, growing downward from any zero, in the order of recording, cm.
-    `force`: Lift, N.
-    `noise_N`: Standard deviation of a single reading.
+    Whatever the arm travels while in contact, the machine has yielded. `noise_N`: Standard deviation of a single
+    reading.
     """
     if force.size < _CHOSEN.min_readings:
         raise Refused("few-rigid", found=force.size, wanted=_CHOSEN.min_readings)

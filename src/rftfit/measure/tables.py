@@ -1,4 +1,11 @@
-"""Campaigns that are a table of stress or alpha instead of logs: make the tables of samples and fits from its rows."""
+"""Campaigns that are a table of stress or alpha instead of logs: the tables of samples and fits from its rows.
+
+``campaign.numbers`` holds the rows of each run, arrays of shape (n,) by column. Of a table of stress: ``depth_cm``,
+``stress_{z,x}_N_per_cm2``, and the masks ``other_sense`` and ``alone`` of rows that must not count. Of a table of
+alpha, one row a run: ``alpha_{z,x}_N_per_cm3``, ``se_{z,x}`` (standard errors), ``n`` (number of runs whose mean it
+is), ``depth_from_cm``, ``depth_to_cm``. The tables that are made have the columns of those from logs, so that later
+stages need not know from where they come.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +29,10 @@ _FEWEST_READINGS = 8
 
 
 def ingest_table(campaign: Campaign, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
-    """Make the tables of `measure.ingest.ingest_medium` from a table: a sample a row of stress, none for alpha."""
+    """Make the tables of `measure.ingest.ingest_medium` from a table: a sample for each row of stress, none for alpha.
+
+    Forces of the samples are stresses: the plate of such runs has an area of 1 cm^2. Times are row numbers.
+    """
     samples: dict[str, tuple[np.ndarray, ...]] = {}
     ledger = Ledger()
     rows = []
@@ -80,7 +90,10 @@ def ingest_table(campaign: Campaign, medium: str) -> tuple[pd.DataFrame, pd.Data
 def fit_alpha_table(
     campaign: Campaign, medium: str, tared: pd.DataFrame
 ) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
-    """Make the tables of `measure.fits.fit_medium` from the slopes of a table of alpha."""
+    """Make the tables of `measure.fits.fit_medium` from the slopes of a table of alpha.
+
+    `tared`: Samples, of which there are none. The table of fits has the further column `N_REPEATS`.
+    """
     ledger, level = Ledger(), campaign.config.fit.confidence
     rows = []
     for run in campaign.runs_of(medium):

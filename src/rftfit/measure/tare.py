@@ -1,4 +1,14 @@
-"""Tare: the force of rod and mount, or of a leg in air, subtracted at equal position."""
+"""Tare: the force of rod and mount, or of a leg in air, subtracted at equal position.
+
+A plate is pushed on a rod, which the medium resists too. A *tare run* repeats the motion with the rod alone (kind
+``rod``), or turns the leg in air (kind ``leg_air``); column ``tare_run`` of the run sheet names it. `tare_medium`
+subtracts its force at equal position (the *abscissa*: depth, path or theta), which leaves the force of the medium on
+the plate or leg.
+
+``stroke`` is the samples of one run, arrays of shape (n,) by column: ``depth_cm``, ``x_cm``, ``path_cm`` (length since
+the start), ``angle_deg``, ``force_z_N``, ``force_x_N``, ``why`` (`RowStatus`: GOOD, or why the sample must not be
+used).
+"""
 
 from __future__ import annotations
 
@@ -17,6 +27,7 @@ from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
 from rftfit.measure.samples import StrokeColumns, join_runs, stack_components, strokes
 
 TARE_KINDS = ("rod", "leg_air")
+"""Kinds of the runs that are tares of others."""
 _TARED_COLUMNS = (
     "depth_cm",
     "x_cm",
@@ -28,6 +39,7 @@ _TARED_COLUMNS = (
     "tare_x_N",
     "why",
 )
+"""Columns of the table of tared samples, besides ``run_id``."""
 TARE_COLUMNS = [
     "run_id",
     "tare_run",
@@ -38,6 +50,11 @@ TARE_COLUMNS = [
     "tare_rms_N",
     *REASON,
 ]
+"""Columns of the table of tares.
+
+Tare and its abscissa; the range of that in which it is known; root mean squares of the force before the tare was
+subtracted and of the tare; the reason why there is none.
+"""
 
 
 def tare_medium(
@@ -100,7 +117,11 @@ def _make_row(
     tared: StrokeColumns | None,
     reasons: Sequence[Remark],
 ) -> tuple[object, ...]:
-    """Make the row of a run in the table of tares, in the order of `TARE_COLUMNS`; `tared`: its tared stroke."""
+    """Make the row of a run in the table of tares, in the order of `TARE_COLUMNS`.
+
+    `tare`: That was subtracted, or why there is none; None: none is needed. `tared`: Its tared stroke; None without
+    one.
+    """
     valid_range = (np.nan, np.nan)
     if isinstance(tare, Tare):
         valid_range = (tare.position[0], tare.position[-1])
@@ -125,7 +146,7 @@ class Tare:
 
     @classmethod
     def from_samples(cls, abscissa: str, position: FloatArray, force: FloatArray) -> Tare:
-        """Make a tare from at least two samples of a stroke, in any order."""
+        """Make a tare from at least two samples of a stroke, in any order; `position`, `force`: as the fields."""
         order = np.argsort(position, kind="stable")
         position = position[order]
         # ten ordinary steps: more than any jitter, less than a real hole
@@ -201,7 +222,10 @@ def _why_no_tare(run: Run, tare: Remark | None, refused: tuple[Remark, ...]) -> 
 
 
 def _subtract_tare(run: Run, stroke: StrokeColumns, tare: Tare, ledger: Ledger) -> StrokeColumns:
-    """Subtract the tare from a stroke; rows that the tare does not cover are marked, and entered into the ledger."""
+    """Subtract the tare from a stroke; return the stroke with the columns ``tare_z_N`` and ``tare_x_N``.
+
+    Rows that the tare does not cover are marked as UNTARED, and entered into the ledger; their forces are NaN.
+    """
     z, x = tare.force_at(stroke[tare.abscissa])
     untared = (stroke["why"] == RowStatus.GOOD) & np.isnan(z)
     why = np.where(untared, np.int8(RowStatus.UNTARED), stroke["why"])

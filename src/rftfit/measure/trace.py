@@ -1,4 +1,14 @@
-"""Make the trace of one run: lab frame, one clock for both logs, depth below the surface, phases, zero removed."""
+"""Make the trace of one run: lab frame, one clock for both logs, depth below the surface, phases, zero removed.
+
+`trace_run` turns a force log and a motion log into a `Trace`, in this order: forces and path in the lab frame; the
+clock that gives each force sample a time of the motion log; the free surface, from which z is counted; the *stroke*
+(the motion that is measured: a push, a pull, a turn of a leg); the *zero* (what the transducer reads while the whole
+intruder is in air and at rest), subtracted; the phase of each sample (`PHASES`: air, approach, pause, stroke, other);
+flags of doubts.
+
+Arrays of shape (n,) have an element for each sample of the force log, and forces are z, then x, N, shape (2, n): of the
+medium on the intruder, with the force on its rod. x, z: cm, z upward from the surface. Masks are bool, shape (n,).
+"""
 
 from __future__ import annotations
 
@@ -49,9 +59,11 @@ def trace_run(
 ) -> Trace:
     """Turn the logs of a run into its trace; raise `Refused` or ValueError if this is not possible.
 
+    `force_log`, `motion_log`: Cleaned logs with the columns time, F1, F2, F3 and time, x, z, angle.
     `zero_log`: Log recorded without load, if the run has one.
     `compliance`: Yield of the machine under load; None: it does not yield.
-    `clocks`: Clocks of the sessions, where they are estimated.
+    `clocks`: Clocks of the sessions, where the config asks to estimate them from forces; None: the clock of the run
+    comes from its own two logs.
     """
     readings = lab_frame.force_in_lab_frame(force_log, config.transducer)
     path = lab_frame.path_in_lab_frame(motion_log, run, config.arm)
@@ -60,9 +72,8 @@ def trace_run(
     time = clock.motion_time(readings.time)
     moving = _mark_motion(time, spans)
     # near the ends of a motion the arm is slow, and a constant force is no end of the amplifier
-    readings, amplifier_flags = _mark_end_of_amplifier(
-        run, readings, _mark_motion(time, spans, -LONGEST_RAMP_S)
-    )
+    at_full_speed = _mark_motion(time, spans, -LONGEST_RAMP_S)
+    readings, amplifier_flags = _mark_end_of_amplifier(run, readings, at_full_speed)
     good = ~readings.saturated
     # from here on z is counted from the surface, also where the force shows it
     path, surface = place_surface(
@@ -73,6 +84,7 @@ def trace_run(
     if not in_stroke.any():
         raise Refused("no-force-in-stroke")
     x, z, angle = path.pose_at(time)
+    # height of the reference point at which the whole intruder is in air
     clear_cm = lab_frame.height_needed(
         config.intruders[run.intruder], angle, config.fit.air_clearance_cm
     )
@@ -83,6 +95,7 @@ def trace_run(
     if has_other_zero.any():
         why[at_rest & has_other_zero] = RowStatus.OTHER_ZERO
         at_rest = _rest_of_zero(readings.time, at_rest, in_air & ~in_stroke, has_other_zero)
+    # the zero: of its own log, of the config, or of the rests in air of this run
     middle_s = float(readings.time[in_stroke].mean())
     zero_log_flags: list[Remark] = []
     if isinstance(zero_log, Log):
@@ -98,6 +111,7 @@ def trace_run(
     zero = replace(zero, variance=zero.variance + config.transducer.slow_noise_N**2)
     force = readings.force - zero.force
     if compliance is not None:
+        # under load the machine yields, so the intruder stays higher than the motion log says
         travel, is_measured = compliance.travel_at(force[0])
         z = z + travel
         why[~is_measured & (why == RowStatus.GOOD)] = RowStatus.YIELDED
@@ -146,15 +160,16 @@ class Trace:
 
     `time`: s.
     `phase`: Index into `PHASES`.
-    `x`, `z`: Reference point of the intruder, cm.
-    `angle`: Beta or theta, rad.
+    `x`, `z`: Reference point of the intruder (centre of a plate, axle of a leg), cm; z 0 at the free surface.
+    `angle`: Beta of a plate or theta of a leg, rad.
     `force`: z and x, N, shape (2, n), with `zero` removed.
-    `why`: `RowStatus` of each sample.
+    `why`: `RowStatus` of each sample: GOOD, or why it must not be used.
+    `clock`: Offset and drift that turned `time` into times of the motion log.
     `flags`: Doubts that do not stop the run.
-    `rows`: Numbers of data lines of force and motion log.
-    `surface`: Free surface, if it was found from the force.
-    `channels`: Facts of the channels, of `channel_facts`.
-    `hold_s`: Time for which the log repeats a position while the arm moves, s; 0 where its steps are small.
+    `rows`: Numbers of data lines of force and motion log, for the ledger.
+    `surface`: Free surface, if it was found from the force; None where it is given.
+    `channels`: Columns of the table of runs about F1, F2 and F3, from `channel_facts`.
+    `hold_s`: Time for which the motion log repeats a position while the arm moves, s; 0 where its steps are small.
     """
 
     run: Run
@@ -189,11 +204,15 @@ _AIR, _APPROACH, _PAUSE, _STROKE, _OTHER = range(len(PHASES))
 _CHOSEN = chosen("measure", "trace")
 
 HELD_SE: float = _CHOSEN.held_se
-"""Standard error of the clock over the time for which the motion log repeats a position."""
+"""Standard error of the clock over `Trace.hold_s`: a repeated position is late by an unknown part of that time."""
 
 
 def _position_in_steps(path: IntruderPath, start: float, end: float) -> tuple[float, list[Remark]]:
-    """Return the time for which a position is repeated while the arm moves, s, and its flag; 0 if steps are small."""
+    """Return the time for which a position is repeated while the arm moves, s, and its flag; 0 if steps are small.
+
+    Positions in steps come from a coarse sensor, or from a program that reads the arm seldom: these are up to `hold_s`
+    late, which shifts all depths. `start`, `end`: Of the stroke, s, on the clock of `path`.
+    """
     inside = (path.time >= start) & (path.time <= end)
     # the axis along which the arm moves farther
     position = max(
@@ -213,6 +232,8 @@ def _position_in_steps(path: IntruderPath, start: float, end: float) -> tuple[fl
 def _mark_motion(time: FloatArray, spans: FloatArray, ramp_s: float = LONGEST_RAMP_S) -> np.ndarray:
     """Return True for samples in a stretch of motion, made longer by `ramp_s` at both ends (shorter if negative).
 
+    By default that is the longest time in which the arm speeds up or slows down: what lies outside is surely at rest.
+
     `time`: s, shape (n,), increasing. `spans`: Start and end of each stretch, s, shape (k, 2).
     """
     moving = np.zeros(time.size, dtype=bool)
@@ -228,7 +249,11 @@ def _row_status(
 ) -> np.ndarray:
     """Return the `RowStatus` of each force sample: good, in a gap of the motion log, outside of that, or saturated.
 
-    `time`: Times of the samples on the clock of `path`, s. Of several reasons the last one counts.
+    In a gap or outside no position is known, and a saturated reading is no force. Of several reasons the last one
+    counts.
+
+    `time`: Times of the samples on the clock of `path`, s. `saturated`: Mask. `max_gap_s`: Longest step of the motion
+    log over which a position is interpolated.
     """
     why = np.full(time.size, RowStatus.GOOD, dtype=np.int8)
     for start, end in gaps(path.time, max_gap_s):
@@ -246,10 +271,11 @@ def _zero_of_log(
 ) -> tuple[lab_frame.Zero, list[Remark]]:
     """Return the zero of a run from its zero log, and flags if that log is old or its force changes.
 
-    The error of the zero grows with the age of the log, by the drift of the transducer. Raises `Refused` where the log is
-    too short. `stroke_s`: Middle of the stroke on the clock of the force log, s.
+    The error of the zero grows with the age of the log, by the drift of the transducer. Raises `Refused` where the log
+    is too short. `stroke_s`: Middle of the stroke on the clock of the force log, s.
     """
     unloaded = lab_frame.force_in_lab_frame(zero_log, config.transducer)
+    # minutes and words for the flag, or None
     age = _age_of_zero(zero_log, unloaded.time, force_log, stroke_s)
     most_min, file = config.zero.log_age_min, zero_log.path.name
     # of an unknown age the largest allowed one is assumed
@@ -267,10 +293,12 @@ def _zero_of_log(
 def _age_of_zero(
     zero_log: Log, zero_time: FloatArray, force_log: Log, stroke_s: float
 ) -> dict[str, Any] | None:
-    """Age of the zero of a run, minutes, from the middle of its zero log to that of the stroke, and both formatted.
+    """Age of the zero of a run, from the middle of its zero log to that of the stroke; None if the logs do not show it.
 
-    The keys are those of the sentence `zero-log-old`. None unless both logs state dates or times of day. `zero_time`,
-    `stroke_s`: s.
+    Keys: ``minutes``, and ``logged`` and ``pushed``, both times as text, for the sentence ``zero-log-old``. Two clocks
+    can be compared where both logs state a date (s since 1970) or both a time of day.
+
+    `zero_time`: Times of the zero log, s, shape (m,). `stroke_s`: Middle of the stroke, s.
     """
     logged_s = float(zero_time.mean())
     between_s = abs(stroke_s - logged_s)
@@ -294,7 +322,14 @@ def _age_of_zero(
 def _mark_end_of_amplifier(
     run: Run, readings: lab_frame.ForceReadings, moving: np.ndarray
 ) -> tuple[lab_frame.ForceReadings, list[Remark]]:
-    """Mark readings of a push that stay constant at the end of amplifier or logger as saturated, and flag them."""
+    """Mark readings of a push that stay constant at the end of amplifier or logger as saturated, and flag them.
+
+    The amplifier may end below the range of the transducer: then no single reading looks saturated, but the force,
+    which must grow as the intruder goes deeper, stops growing at once. Returns the readings with the new mask, and the
+    flags.
+
+    `moving`: True where the arm moves at full speed, shape (n,).
+    """
     if run.direction != "intrusion" or run.kind not in ("plate", "leg"):
         # on a level path, in a pull and in air a force may stay constant
         return readings, []
@@ -304,6 +339,7 @@ def _mark_end_of_amplifier(
     for name, channel in zip(lab_frame.CHANNELS, readings.channels[:, rows], strict=True):
         if not channel.size:
             continue
+        # `find_plateau` wants a force that grows upward
         sign = 1.0 if channel.max() >= -channel.min() else -1.0
         if not (is_at_end := find_plateau(sign * channel)).any():
             continue
@@ -326,8 +362,10 @@ def _find_steps(
 ) -> tuple[list[Remark], np.ndarray]:
     """Flag lasting steps of the force, and mark the rows of the force log whose zero is not that of the stroke.
 
-    A step in the stroke is a flag. After a step in air before the stroke the rows before it have another zero; after a
-    step in air behind the stroke, the rows from it on.
+    Somebody who presses tare makes such a step from one reading to the next. One in the stroke is a flag. Before a step
+    in air ahead of the stroke the rows have another zero; behind the stroke, the rows from the step on have one.
+
+    `in_stroke`, `in_air`: Masks. Returns flags, and a mask of the rows with another zero, shape (n,).
     """
     time = readings.time
     has_other_zero = np.zeros(time.size, dtype=bool)
@@ -364,7 +402,10 @@ def _find_steps(
 def _rest_of_zero(
     time: FloatArray, at_rest: np.ndarray, in_air: np.ndarray, has_other_zero: np.ndarray
 ) -> np.ndarray:
-    """Mark the rows that show the zero of the stroke: at rest, or also moving in air where the rest is too short."""
+    """Mark the rows that show the zero of the stroke: at rest, or also moving in air where the rest is too short.
+
+    All arguments but `time` (s) are masks, shape (n,); rows with another zero are left out in both cases.
+    """
     has_rest = np.count_nonzero(at_rest & ~has_other_zero) >= lab_frame.fewest_for_zero(time)
     return np.asarray((at_rest if has_rest else in_air) & ~has_other_zero)
 
@@ -377,7 +418,10 @@ _NO_LOSS = (REPEATED, BLANK, OTHER_SOURCE)
 
 
 def _flag_lost_rows(force: Log, motion: Log, *, whole_lines: bool) -> list[Remark]:
-    """Flag the rows that were lost from each log; `whole_lines`: a line of the file holds both force and motion."""
+    """Flag the rows that were left out of each log or that it lacks, by reason, and corrections of its times.
+
+    `whole_lines`: True if a line of the file holds both force and motion: a line that is lost to both is named once.
+    """
     flags = []
     for log, other, kind in ((force, motion, "force"), (motion, force, "motion")):
         suffix = f" ({kind})" if force.path == motion.path else ""
@@ -427,7 +471,7 @@ def _flag_doubts(
     stroke: np.ndarray,
     lost_s: float,
 ) -> Iterator[Remark]:
-    """Flag doubts about the readings of a stroke.
+    """Flag doubts about the readings of a stroke: gaps, a log that is short, a drifting zero, repeats, saturation.
 
     `stroke`: True for the samples of the stroke. `lost_s`: Time of the stroke that the force log lacks, s.
     """
