@@ -31,7 +31,7 @@ from rftfit.campaign.rows import (
     same_angle,
 )
 from rftfit.campaign.sheet import Run, check_excluded
-from rftfit.campaign.spikes import FEWEST_ROWS, find_spikes
+from rftfit.campaign.spikes import MOST_LONE_ROWS, find_spikes
 from rftfit.conventions import BoolArray, FloatArray, IndexArray
 from rftfit.directions import SAME_DEPTH_CM, TOLERANCE_DEG, number_depths, same_direction
 from rftfit.store.chosen import chosen
@@ -462,7 +462,7 @@ def _stress_x(columns: Columns, draft: DraftRow) -> tuple[FloatArray, bool]:
 def _rows_alone(columns: Columns) -> BoolArray:
     """Return True for rows whose depth or stress is far from the rows before and after, shape (n,)."""
     stress = [columns[f"stress_{c}_N_per_cm2"] for c in "zx"]
-    most_rows = max(FEWEST_ROWS, int(_CHOSEN.most_away * stress[0].size))
+    most_rows = max(MOST_LONE_ROWS, int(_CHOSEN.most_away * stress[0].size))
     alone = [find_spikes(columns["depth_cm"], times=_CHOSEN.times_step_of_depth)]
     alone += [find_spikes(values, most_rows, ends_in_push=True) for values in stress]
     return np.asarray(np.any(alone, axis=0))
