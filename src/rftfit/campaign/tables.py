@@ -492,7 +492,7 @@ def _stress_x(columns: Columns, draft: DraftRow) -> tuple[FloatArray, bool]:
 def _rows_alone(columns: Columns) -> BoolArray:
     """Return a mask of the rows whose depth or stress is far from that of the rows before and after, shape (n,).
 
-    Such rows are most often typing errors; a longer push may have longer stretches of them in its stress.
+    Such rows are false readings or typing errors. In a longer push, longer stretches of its stress may be such.
     """
     stress = [columns[f"stress_{c}_N_per_cm2"] for c in "zx"]
     most_rows = max(MOST_LONE_ROWS, int(_CHOSEN.most_away * stress[0].size))
