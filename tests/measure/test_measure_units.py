@@ -111,6 +111,7 @@ def test_a_unit_is_never_guessed(unit, column, why):
         ),
         ("load,unit,G0\nF1,N,1\nF2,N,2\n", ("no row for F3",)),
         ("F1,F2\n", ("row 1: found F1, F2; allowed: load, unit",)),
+        ("load,unit,G0\n\nF4,N,1\n", ("row 3: found 'F4'",)),  # a blank row is counted
         (f"load,unit,G1\nF1,N,{'1' * 200_000}\n", ("cannot be split into cells",)),
         # a gauge that the log lacks
         ("load,unit,time,G7\nF1,N,0,1\nF2,N,0,1\nF3,N,0,1\n", ("force_log.calibration", "'G7'")),

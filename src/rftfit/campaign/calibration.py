@@ -1,4 +1,8 @@
-"""Reads the calibration matrix of a transducer, which makes forces and torques of the readings of its gauges."""
+"""Reads the calibration matrix of a transducer, which makes forces and torques of the readings of its gauges.
+
+The file is a csv of the columns ``load`` (F1 to T3), ``unit``, and one for each gauge by its name in the log. A row is a
+load: the sum of reading x factor over the gauges, in the unit of the row.
+"""
 
 from __future__ import annotations
 
@@ -14,8 +18,9 @@ from rftfit.table.numbers import number_of
 from rftfit.table.units import FORCE_TO_N, TORQUE_TO_N_M
 
 _LOADS = tuple(name for name in get_args(ForceQuantity) if name[0] in "FT")
+"""Forces F1 to F3 and torques T1 to T3."""
 _UNITS = {"F": FORCE_TO_N, "T": TORQUE_TO_N_M}
-"""First letter of a load, to its units."""
+"""First letter of a load, to the units that it can have."""
 _SCHEMA = Schema("calibration", (), file="calibration")
 
 
@@ -23,7 +28,8 @@ _SCHEMA = Schema("calibration", (), file="calibration")
 class Calibration:
     """Loads (forces and torques) as weighted sums of gauges.
 
-    `gauges`: Columns of the log. `loads`: Name (F1 to T3), unit, and the factor of each gauge, of each load.
+    `gauges`: Names of their columns in the log. `loads`: For each load its name (F1 to T3), its unit, and a factor for
+    each gauge, in the order of `gauges`: unit of the load over unit of the reading.
     """
 
     gauges: tuple[str, ...]
@@ -31,18 +37,18 @@ class Calibration:
 
 
 def read_calibration(path: Path) -> Calibration:
-    """Read a csv of the columns ``load``, ``unit``, and one for each gauge; raises InputError with all problems."""
+    """Read the table of a calibration, each load at most once; raises InputError with all problems."""
     _, lines = next(read_sheets(path, _SCHEMA))
-    header, *rows = [cells for _, cells in lines] or [[]]
+    (header_row, header), *rows = lines or [(1, [])]
     gauges = tuple(header[2:])
     if header[:2] != ["load", "unit"] or not gauges or len(set(gauges)) < len(gauges):
         raise InputError(
-            f"row 1: found {', '.join(header) or 'nothing'}; allowed: load, unit, and the name of each "
+            f"row {header_row}: found {', '.join(header) or 'nothing'}; allowed: load, unit, and the name of each "
             "gauge once"
         )
     loads: dict[str, tuple[str, tuple[float, ...]]] = {}
     problems: list[str] = []
-    for row, cells in enumerate(rows, start=2):
+    for row, cells in rows:
         load, unit, *factor_cells = cells + [""] * (2 - len(cells))
         if load not in _LOADS or load in loads:
             problems.append(f"row {row}: found {load!r}; allowed: each of {', '.join(_LOADS)} once")
@@ -55,6 +61,7 @@ def read_calibration(path: Path) -> Calibration:
             cells_found = ", ".join(factor_cells) or "nothing"
             problems.append(f"row {row}: found {cells_found}; allowed: {len(gauges)} numbers")
         loads[load] = unit, factors
+    # all three forces are needed to turn them into the lab frame
     absent = [load for load in ("F1", "F2", "F3") if load not in loads]
     if absent and not problems:
         problems.append(

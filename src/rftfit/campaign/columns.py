@@ -1,4 +1,8 @@
-"""Columns of the run sheet: the one definition for the reader, the documentation and the template."""
+"""Columns of the run sheet: the one definition for the reader, the documentation and the template.
+
+A run is one motion with its logs, a row of the sheet. Which cells a row must fill depends on the kind of run and on its
+direction: a leg has no attack angle, and only a horizontal run has a depth.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +13,9 @@ from functools import partial
 from rftfit.campaign.rows import TableColumn
 
 KINDS = ("plate", "rod", "leg", "leg_air")
-"""Kinds of run."""
+"""Kinds of run: a plate, its rod alone, a leg in the medium, the leg turned in air; rod and leg_air are tares."""
 _ALONG_PATHS, _TURNING = ("intrusion", "extraction", "horizontal"), ("rotation",)
+"""Words for the motion along a straight path, and for that of a leg."""
 _DIRECTION_WORDS = (*_ALONG_PATHS, *_TURNING)
 
 DIRECTIONS = {"plate": _ALONG_PATHS, "rod": _ALONG_PATHS, "leg": _TURNING, "leg_air": _TURNING}
@@ -21,9 +26,9 @@ DIRECTIONS = {"plate": _ALONG_PATHS, "rod": _ALONG_PATHS, "leg": _TURNING, "leg_
 class SheetColumn(TableColumn):
     """A column of the run sheet.
 
-    `kinds`: Kinds of run that use the column. `direction`: Only direction of motion whose runs use the column; empty:
-    all. `section`: Section of the configuration whose keys are the words of a choice. `may_be_blank`: Kinds of run for
-    which a needed cell may be blank.
+    `kinds`: Kinds of run that use the column. `direction`: The only direction of motion whose runs use the column; empty:
+    all do. `section`: Section of the configuration whose keys are the words of a choice; empty: `choices` has them.
+    `may_be_blank`: Kinds of run for which a needed cell may be blank.
     """
 
     kinds: tuple[str, ...] = KINDS
@@ -33,7 +38,7 @@ class SheetColumn(TableColumn):
 
     @property
     def header_needed(self) -> bool:
-        """True if a sheet without this column cannot be read."""
+        """True if a sheet without this column cannot be read; one of some directions may be left out with their runs."""
         return self.needed and not self.direction
 
     @property
@@ -48,7 +53,10 @@ class SheetColumn(TableColumn):
         return self.needed and cells.get("kind", "") not in self.may_be_blank
 
     def why_unused(self, cells: Mapping[str, str]) -> str | None:
-        """Return why a run does not use this column; empty: it does; None: kind or direction is wrong."""
+        """Return why a run does not use this column; empty: it does; None: unknown, as its kind or direction is wrong.
+
+        `cells`: As in `is_needed_in`.
+        """
         if self.kinds is KINDS and not self.direction:
             return ""
         kind, direction = cells.get("kind", ""), cells.get("direction", "")
@@ -66,6 +74,7 @@ _PLATES = ("plate", "rod")
 _MEASURED = ("plate", "leg")
 """Kinds of run from which a tare is subtracted."""
 
+# makers of columns: of one that may be blank, and of an angle of a straight path
 _optional = partial(SheetColumn, needed=False)
 _angle = partial(SheetColumn, kinds=_PLATES, low=-90, high=90, unit="degrees")
 

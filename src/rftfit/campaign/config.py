@@ -1,4 +1,10 @@
-"""Models of ``config/config.yaml``: the one source of its validation, schema and documentation."""
+"""Models of ``config/config.yaml``: its sections and keys with types, ranges, defaults and what each key means.
+
+They are the one source of its validation, schema and documentation. A class is a section, a field is a key, and the text
+below a field describes the key to users (`rftfit.campaign.schema`): what its default means, None above all, stands there.
+A name ends in its unit. What single ranges cannot say is checked by methods, each of which raises ValueError with words
+for the user; pydantic collects these. `Config` is the whole.
+"""
 
 from __future__ import annotations
 
@@ -27,16 +33,20 @@ LARGEST_OF_FILES = 1e20
 LARGEST_PARAMETER = 1e3
 """Largest stated alpha, N/cm^3: alpha of dense sand is below 10."""
 
+# ranges that several keys share; those of one key stand beside it
 Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 Positive = Annotated[float, Field(gt=0, le=LARGEST)]
 NotNegative = Annotated[float, Field(ge=0, le=LARGEST)]
 OfFile = Annotated[float, Field(ge=-LARGEST_OF_FILES, le=LARGEST_OF_FILES)]
+"""Number in the units of a file."""
 Percent = Annotated[float, Field(ge=0, le=100)]
 AngleDeg = Annotated[float, Field(ge=-90, le=90)]
 AngleError = Annotated[float, Field(ge=0, le=90)]
 Share = Annotated[float, Field(gt=0, le=1)]
 ColumnNumber = Annotated[int, Field(ge=1, le=1_000_000)]
+"""Place of a column in a file, from 1."""
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=64)]
+"""Name that the user chooses; it becomes part of names of files."""
 
 
 class Model(BaseModel):
@@ -388,7 +398,7 @@ ColumnOrEntry = Annotated[
     BeforeValidator(_full_column_entry, json_schema_input_type=ColumnEntry | str | ColumnNumber),
 ]
 Q = TypeVar("Q", bound=str)
-"""Quantities that a kind of log can have."""
+"""Type of the quantities that a kind of log can have: those of force logs or of motion logs."""
 
 
 class Source(Model, Generic[Q]):
@@ -427,7 +437,7 @@ class Source(Model, Generic[Q]):
 
     @property
     def where_words(self) -> dict[str, tuple[str, ...]]:
-        """Column of `where` to the words that its cells may hold, numbers as text."""
+        """Column of `where`, to the words of which a cell must hold one for its row to be read; numbers as text."""
         words_of_column = {}
         for column, stated in self.where.items():
             words = stated if isinstance(stated, list) else [stated]
@@ -697,7 +707,7 @@ class Grid(Model):
 
     @property
     def planned(self) -> tuple[Direction, ...]:
-        """Planned directions (beta, gamma), sorted; empty where the run sheet alone decides."""
+        """Planned directions (beta, gamma), degrees, sorted; empty where the run sheet alone decides."""
         return tuple(
             (beta, gamma) for beta in sorted(self.beta_deg) for gamma in sorted(self.gamma_deg)
         )
@@ -1132,7 +1142,7 @@ class Config(Model):
     @model_validator(mode="before")
     @classmethod
     def _table_needs_no_rig(cls, data: Any) -> Any:
-        """Add the keys that a campaign that is a table need not state."""
+        """Add the keys that a campaign that is a table need not state: rig, container, and the plate of its pushes."""
         if not isinstance(data, dict) or data.get("table") is None:
             return data
         # other intruders may be legs, whose forces are predicted
@@ -1150,7 +1160,7 @@ class Config(Model):
         }
 
     def grid_of(self, medium: str) -> Grid:
-        """Return the planned directions of a medium: none for a natural sand, with the same tolerance."""
+        """Return the grid for a medium: for a natural sand one without planned directions, with the same tolerance."""
         if self.media[medium].role == "laboratory":
             return self.grid
         return Grid(angle_tolerance_deg=self.grid.angle_tolerance_deg)
@@ -1181,7 +1191,7 @@ class Config(Model):
     @field_validator("intruders", "media")
     @classmethod
     def _names_differ(cls, section: dict[str, T]) -> dict[str, T]:
-        """Refuse names that cannot be names of different files."""
+        """Refuse names that cannot be parts of the names of different files."""
         # names become file names, and some disks ignore case
         names: dict[str, str] = {}
         for name in section:

@@ -14,6 +14,7 @@ from typing import Literal, NamedTuple
 from rftfit.campaign.problems import CampaignError, Place, Problem, did_you_mean
 
 Status = Literal["file", "folder", "other", "missing", "outside", "refused"]
+"""What lies at a path. other: a pipe or device; outside: a link leads out of the folder; refused: for its spelling."""
 
 DEVICE = "a name that is no device of Windows, where it could not be a file"
 """Words on what is allowed, for a name that `is_device`."""
@@ -56,14 +57,14 @@ def read_text(path: Path, file: str, area: str, limit: int) -> str:
 
 
 def read_bytes(path: Path, file: str, area: str, limit: int, cure: str = "") -> bytes:
-    """Read a regular file of at most `limit` bytes; raises CampaignError.
+    """Read a regular file of at most `limit` bytes; raises CampaignError for any other, and where it cannot be read.
 
     `file`: Name of the file for the user. `area`: First part of the code of a problem. `cure`: Advice for a file that
     is too large.
     """
 
     def refusal(code: str, allowed: str) -> CampaignError:
-        """Make the error; `code`: last part of the code of the problem."""
+        """Make the error, to be raised; `code`: last part of the code of the problem; `allowed`: the whole message."""
         return CampaignError([Problem(f"{area}.{code}", Place(file), None, allowed)])
 
     try:
@@ -80,17 +81,22 @@ def read_bytes(path: Path, file: str, area: str, limit: int, cure: str = "") -> 
     except FileNotFoundError:
         raise refusal("missing", "the file does not exist") from None
     except (OSError, ValueError) as error:
+        # a ValueError, as for a zero byte in the path, has no words of the system
         why = getattr(error, "strerror", None) or error
         raise refusal("unreadable", f"the file cannot be read: {why}") from error
 
 
 def is_device(name: str) -> bool:
-    """Return whether a name, with any ending, means a device and not a file under Windows."""
+    """Return whether a name, with any ending, means a device under Windows, as ``con.csv`` does: no file can have it."""
     return name.partition(".")[0].rstrip(" ").casefold() in _DEVICES
 
 
 def folded(path: str) -> str:
-    """Return a path in the form in which some disks compare paths: without case, accents as one character."""
+    """Return a path in the form in which some disks compare paths: without case, accents as one character.
+
+    Two paths with the same form may be one file there.
+    """
+    # twice: accents are joined before case is folded, which may take them apart again
     return unicodedata.normalize("NFC", unicodedata.normalize("NFC", path).casefold())
 
 
@@ -100,7 +106,7 @@ _DIRECTION_SIGNS = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u
 
 def unshowable(text: str) -> str:
     """Return the first character that a page or figure cannot show as it is; empty if there is none."""
-    if text.isprintable():  # as most are
+    if text.isprintable():  # a fast way out, as most texts are
         return ""
     for sign in text:
         is_control = sign not in "\t\n" and unicodedata.category(sign) in ("Cc", "Cs")
@@ -110,7 +116,7 @@ def unshowable(text: str) -> str:
 
 
 class BadPath(Exception):
-    """A path that is refused because of its spelling.
+    """A path that is refused because of its spelling; whoever knows the place of the path makes a problem of it.
 
     `code`: Last part of the code of a problem. `allowed`: Words on what is allowed. `nearest`: The path as it was
     probably meant.
@@ -122,12 +128,15 @@ class BadPath(Exception):
 
 
 def inside(path: str, folder: str) -> bool:
-    """Return whether a path is a folder, or lies in this folder."""
+    """Return whether a path is a folder, or lies in this folder; both without links, and absolute or from one folder."""
     return path == folder or path.startswith(folder.rstrip("/\\") + os.sep)
 
 
 def plain_path(written: str) -> str:
-    """Return a relative path without its ``.`` parts, or raise `BadPath`; `written`: path as the user wrote it."""
+    """Return a relative path without its ``.`` parts; `written`: path as the user wrote it.
+
+    Raises `BadPath` for a path that leads out of its folder, or that means another file, or none, on another system.
+    """
     parts = written.split("/")
     if "\\" in written:
         raise BadPath("backslash", "write / and not backslashes", written.replace("\\", "/"))
@@ -143,7 +152,10 @@ def plain_path(written: str) -> str:
 
 
 class Entry(NamedTuple):
-    """What lies at a path; for a path that cannot be used also `code` of the problem, `why`, and the `nearest` file."""
+    """What lies at a path; for a path that cannot be used also `code` of the problem, `why`, and the `nearest` file.
+
+    A path with the status missing has no code, as only its user knows whether it is needed; it may have a `nearest`.
+    """
 
     path: str
     status: Status
@@ -153,9 +165,9 @@ class Entry(NamedTuple):
 
 
 class Folder:
-    """A folder in which the files of a user are looked up.
+    """A folder in which the files of a user are looked up, and which their paths must not leave.
 
-    `base`: Its path. `elsewhere`: Further folders to which links may lead.
+    `base`: Its path, without links. `elsewhere`: Further folders to which links may lead.
     """
 
     def __init__(self, base: Path | str, elsewhere: Sequence[str] = ()) -> None:
@@ -164,7 +176,7 @@ class Folder:
         self._searches = 0
 
     def look_up(self, written: str) -> Entry:
-        """Return the entry of a path as the user has written it."""
+        """Return what lies at a path as the user has written it, with the reason if it cannot be used."""
         try:
             path = plain_path(written)
         except BadPath as bad:
@@ -195,9 +207,9 @@ class Folder:
         return any(inside(real, folder) for folder in self.elsewhere)
 
     def nearest(self, path: str) -> str | None:
-        """Return the file beside a missing one that was probably meant, or None.
+        """Return the path of the file beside a missing one that was probably meant, or None.
 
-        Also None after many searches: where all files are missing, hints do not help.
+        `path`: From `plain_path`. Also None after many searches: where all files are missing, hints do not help.
         """
         self._searches += 1
         if self._searches > MOST_SEARCHES:

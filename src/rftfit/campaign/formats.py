@@ -1,4 +1,9 @@
-"""Formats of tables of alpha, and of tables of stress against depth."""
+"""Formats of tables of alpha, and of tables of stress against depth: `ALPHA` and `STRESS`, with all names of columns.
+
+Such a table can be the data of a campaign, in place of run sheet and logs. Angles in deg, depth in cm, stress in N/cm^2,
+alpha and its standard error in N/cm^3. Stress and alpha are those of the medium on the plate, positive upward (z) and
+toward +x (x).
+"""
 
 from __future__ import annotations
 
@@ -9,7 +14,7 @@ from rftfit.campaign.columns import LABELS
 from rftfit.campaign.rows import Schema, TableColumn
 
 OTHER_SENSE = "with gamma > 0 depth grows, with gamma < 0 it shrinks"
-"""Rule by which rows of a table of stress are left out, for messages."""
+"""Rule by which rows of a table of stress are left out if they contradict it, in words for messages."""
 
 _optional = partial(TableColumn, needed=False)
 _ANGLES = tuple(
@@ -20,6 +25,7 @@ _ANGLES = tuple(
     )
 )
 RUN_ID = _optional("run_id", "name", "rows of one push")
+# columns that mean the same as those of a run sheet, in both tables
 _COLUMNS_OF_RUN = (
     _optional("medium", "name", "key of the config's media"),
     _optional("excluded", "flag", "yes leaves the run out"),
@@ -36,11 +42,11 @@ _NAMES_WITH_UNIT = {
     ),
     "stress_x": ("sigma_x", "sigma_xz", "tau", "shear_stress"),
 }
-"""Column to names of it in headers with a unit, such as ``Sinkage (mm)``."""
+"""Column, to names that other programs give it in headers with a unit, such as ``Sinkage (mm)``."""
 
 
 def _alpha_columns(component: str) -> tuple[TableColumn, TableColumn]:
-    """Return the columns of alpha and of its standard error; `component`: x or z."""
+    """Return the columns of alpha and of its standard error; `component`: x or z. Only alpha_z is needed."""
     name, error = f"alpha_{component}", f"se_{component}"
     return (
         TableColumn(
@@ -63,7 +69,6 @@ def _alpha_columns(component: str) -> tuple[TableColumn, TableColumn]:
     )
 
 
-# alpha and stress are positive upward and toward +x
 ALPHA = Schema(
     "alpha-table",
     (
@@ -100,7 +105,7 @@ STRESS = Schema(
                 also=(f"stress_{c}",),
                 names_with_unit=_NAMES_WITH_UNIT[f"stress_{c}"],
             )
-            for c in "zx"
+            for c in "zx"  # the two components
         ),
         RUN_ID,
         *_COLUMNS_OF_RUN,

@@ -1,4 +1,8 @@
-"""The campaign: configuration and run sheet together, and the paths of their files."""
+"""The campaign: configuration and run sheet together, read and checked, and which media and runs it has.
+
+A campaign has logs and a run sheet, or it *is a table*: a table of stress or alpha stands in place of both (`table` in
+the config). Paths in a `Run` are relative to the raw folder, the folder of the logs.
+"""
 
 from __future__ import annotations
 
@@ -36,9 +40,9 @@ REENACTED = "REENACTED.txt"
 class Campaign:
     """A checked campaign; its runs are in the order of the sheet.
 
-    `raw`, `sheet`: Paths of the raw folder and the run sheet. `numbers`: For a campaign that is a table, run_id to
-    its columns, each of shape (n,), as in `TablePush`; else empty. `read_from`: SHA-256 of config and run sheet before
-    they were read, by path from `root`.
+    `root`, `raw`, `sheet`: Paths of its folder, of the raw folder and of the run sheet or the table in its place.
+    `numbers`: For a campaign that is a table, run_id to its columns, each of shape (n,), as in `TablePush`; else empty.
+    `read_from`: SHA-256 of config and run sheet before they were read, by path from `root`; by it a change is noticed.
     """
 
     root: Path
@@ -66,17 +70,17 @@ class Campaign:
 
     @cached_property
     def calibration(self) -> Calibration | None:
-        """The calibration that the configuration names, if it names one."""
+        """Calibration of the force sensor that the configuration names; None if it names none. Reads its file once."""
         calibration_file = self.config.force_log.calibration
         return None if calibration_file is None else read_calibration(self.raw / calibration_file)
 
     @cached_property
     def digests(self) -> dict[str, str]:
-        """For a campaign that is a table, run_id to the digest of the rows of the run; else empty."""
+        """For a campaign that is a table, run_id to the digest of the rows of the run, to notice changes; else empty."""
         return {name: digest_of_numbers(columns) for name, columns in self.numbers.items()}
 
     def summary(self) -> str:
-        """Describe the campaign: a heading, and a table of the runs and logs of each medium."""
+        """Return, as text, a heading and a table of the runs and logs of each medium, with the in-air runs last."""
         rows = []
         size_of_log: dict[str, int | None] = {}
         for medium in (*self.media_with_runs, ""):
@@ -100,7 +104,8 @@ class Campaign:
     def count_level_depths(self, medium: str) -> int:
         """Count the depths at which a plate is to be pushed horizontally in a medium.
 
-        The config states them, or else the horizontal runs of the sheet have them, at least two.
+        Alpha of a horizontal direction is a slope over these depths, so it is complete only with all of them. The config
+        states them, or else the horizontal runs of the sheet have them, at least two.
         """
         fit = self.config.fit
         # only horizontal runs have a depth
@@ -116,7 +121,7 @@ class Campaign:
     def runs_of(self, medium: str) -> tuple[Run, ...]:
         """Return all runs of a medium, also excluded ones, and the in-air runs that its legs name as tare.
 
-        Sorted by run_id, so that the order of the sheet does not matter.
+        Sorted by run_id, so that the order of the sheet does not matter. Raises KeyError for an unknown medium.
         """
         if medium not in self.config.media:
             raise KeyError(medium)
@@ -133,7 +138,10 @@ class Campaign:
             return None
 
     def holds_tare(self, run: Run) -> bool:
-        """Return whether the forces of a run still include the force on rod and mount, or on a leg in air."""
+        """Return whether the forces of a run still include the force on rod and mount, or on a leg in air.
+
+        So it is where the run names no tare to be subtracted, unless there is no rod: in a table, or by the config.
+        """
         rodless = bool(self.numbers) or self.config.fit.missing_tare == "none"
         return not run.tare_run and not rodless
 
@@ -144,7 +152,7 @@ class Campaign:
         return tuple(medium for medium in self.config.media if medium in used)
 
     def plates_to_measure(self, medium: str) -> list[Run]:
-        """Return the plate runs of a medium before its first log exists; empty once there is a log."""
+        """Return the plate runs of a medium before its first log exists, without excluded ones; empty once there is a log."""
         runs = [run for run in self.runs if run.medium == medium and run.kind == "plate"]
         planned = [run for run in runs if not run.excluded]
         logs = {log for run in planned for log in (run.force_log, run.motion_log)}
@@ -156,16 +164,16 @@ class Campaign:
         return tuple(name for name in self.media_with_runs if role in ("", media[name].role))
 
     def media_with_logs(self, role: str = "") -> tuple[str, ...]:
-        """Return the media of a role whose runs have logs; empty for a campaign that is a table."""
+        """Return the media of a role, as in `of_role`, whose runs have logs; empty for a campaign that is a table."""
         return () if self.numbers else self.of_role(role)
 
     def media_with_samples(self, role: str = "") -> tuple[str, ...]:
-        """Return the media of a role with stress against depth; empty for a campaign that is a table of alpha."""
+        """Return the media of a role, as in `of_role`, with stress by depth; empty for a campaign that is a table of alpha."""
         table = self.config.table
         return () if table is not None and table.holds == "alpha" else self.of_role(role)
 
     def with_legs(self, role: str) -> tuple[str, ...]:
-        """Return the media of a role in which legs were turned."""
+        """Return the media of a role, as in `of_role`, in which legs were turned."""
         media_of_legs = {run.medium for run in self.runs if run.kind == "leg"}
         return tuple(name for name in self.of_role(role) if name in media_of_legs)
 
@@ -177,7 +185,7 @@ class Campaign:
 
     @cached_property
     def titles(self) -> dict[str, str]:
-        """Titles of the media."""
+        """Key of each medium, to its title in tables and figures."""
         return {name: medium.title for name, medium in self.config.media.items()}
 
     @cached_property
@@ -191,7 +199,7 @@ class Campaign:
 
 
 def load_campaign(config_path: Path) -> Campaign:
-    """Read a campaign; raises CampaignError if it has any error."""
+    """Read a campaign; raises CampaignError, with all problems, if it has any error."""
     campaign, problems = check_campaign(config_path)
     if campaign is None:
         raise CampaignError(problems)
@@ -203,20 +211,23 @@ def check_campaign(
 ) -> tuple[Campaign | None, list[Problem]]:
     """Read a campaign and find everything that is wrong with it.
 
-    `table`: Content of the table of the campaign, if it was read before. `good_rows`: Leave out rows with errors, and
-    runs that name them as tare, instead of refusing the campaign. Returns the campaign, or None where an error is left,
-    and all problems: of the configuration in the order of its lines, then of the run sheet in the order of its rows.
+    `table`: Content of the table of the campaign, if it was read before; None: it is read here, if the config names one.
+    `good_rows`: Leave out rows with errors, and runs that name them as tare, instead of refusing the campaign, as while
+    the sheet is being filled in. Returns the campaign, or None where an error is left, and all problems: of the
+    configuration in the order of its lines, then of the run sheet in the order of its rows.
     """
     if (no_campaign := miss_campaign(config_path)) is not None:
         return None, [no_campaign]
     path, root = config_path.absolute(), root_of(config_path)
     in_config = path.parent.name == "config" and root != path.parent
     file = read_model(path, Config, f"config/{path.name}" if in_config else path.name)
+    # of the files as they are before they are read
     digests = digests_of_files(root, [os.path.relpath(path, root)])
     if file.data is None:
         return None, file.problems
     config, raw_as_written = file.model, file.written("raw")
     within = campaign_folder(root, raw_as_written if isinstance(raw_as_written, str) else "")
+    # paths from the folder of the campaign, empty where they cannot be used; what can be checked without them still is
     raw = _locate(file, within, "raw")
     sheet = _locate(file, within, "run_sheet")
     logs = Folder(root / raw) if raw else None
@@ -231,6 +242,7 @@ def check_campaign(
         pushes, sheet_problems, *_ = table or _read_table(config, root, raw, sheet)
         runs = [push.run for push in pushes]
     elif sheet and not file.written("table"):
+        # the sheet is checked even where the config has errors, by the words that can be read in it
         runs, sheet_problems = read_sheet(root / sheet, sheet, _vocabulary(file), logs)
     if config is not None:
         if logs is not None:
@@ -243,6 +255,7 @@ def check_campaign(
         sheet_problems += tare_problems
     problems = sorted(file.problems, key=lambda problem: problem.place.line or 0)
     problems += sheet_problems
+    # with `good_rows` the rows with errors are left out already, so that only the config decides
     decisive = file.problems if good_rows else problems
     if config is None or any(problem.severity == "error" for problem in decisive):
         return None, problems
@@ -252,7 +265,10 @@ def check_campaign(
 
 
 def _drop_untared(sheet: str, runs: list[Run]) -> tuple[list[Run], list[Problem]]:
-    """Return the runs whose tare is one of the runs, or that name none, and a problem for each other run."""
+    """Return the runs whose tare is one of the runs, or that name none, and a problem for each other run.
+
+    `sheet`: Its name for the user. The row of a missing tare had an error, so that it is not among the runs.
+    """
     names = {run.run_id for run in runs} | {""}
     allowed = "a run whose own row has no error"
     lost = [
@@ -264,7 +280,10 @@ def _drop_untared(sheet: str, runs: list[Run]) -> tuple[list[Run], list[Problem]
 
 
 def _warn_of_alike_labels(sheet: str, runs: list[Run]) -> list[Problem]:
-    """Return a warning for each label that differs from another one in capitals, spaces or marks alone."""
+    """Return a warning for each label, as of operator or rod, that differs from another in capitals, spaces or marks alone.
+
+    Runs with one label may share an error, so that two spellings of one label would hide it.
+    """
     problems: dict[tuple[str, str], Problem] = {}
     for column in LABELS:
         # letters and digits of a label, to the first label with these and its row
@@ -282,7 +301,7 @@ def _warn_of_alike_labels(sheet: str, runs: list[Run]) -> list[Problem]:
 
 
 def _warn_of_near_walls(file: ModelFile[Config], config: Config, runs: list[Run]) -> None:
-    """Warn of each setting by which readings count where the plate was nearer to a wall than its own length."""
+    """Add a warning for each setting by which readings count where the plate was nearer to a wall than its own length."""
     pushed = {
         run.intruder
         for run in runs
@@ -315,7 +334,10 @@ def _warn_of_near_walls(file: ModelFile[Config], config: Config, runs: list[Run]
 
 
 def _warn_of_missing_profile(config: Config, sheet: str, runs: list[Run]) -> list[Problem]:
-    """Return a warning for each medium whose runs give no profile: only legs, or only level plates straight down."""
+    """Return a warning for each medium whose runs give no profile: only legs, or only level plates straight down.
+
+    A profile is alpha in all directions, and needs pushes in several.
+    """
     problems = []
     for name, medium in config.media.items():
         pushes = [run for run in runs if run.medium == name and run.kind == "plate"]
@@ -345,7 +367,10 @@ def _warn_of_missing_profile(config: Config, sheet: str, runs: list[Run]) -> lis
 def _read_table(
     config: Config, root: Path, raw: str, sheet: str
 ) -> tuple[list[TablePush], list[Problem]]:
-    """Read the table that replaces run sheet and logs; return its runs and problems."""
+    """Read the table that replaces run sheet and logs; return its runs and problems.
+
+    `raw`, `sheet`: Paths of the raw folder and the table from `root`.
+    """
     assert config.table is not None
     if not inside(sheet, raw):
         allowed = (
@@ -358,7 +383,10 @@ def _read_table(
 
 
 def read_layout(config_path: Path) -> Campaign:
-    """Read a campaign without its runs: raw folder and run sheet need not exist yet."""
+    """Read a campaign without its runs, as before its first run: raw folder and run sheet need not exist yet.
+
+    Raises CampaignError if the config has any error.
+    """
     root = root_of(config_path)
     file = read_model(config_path, Config, config_path.as_posix())
     within = Folder(root)
@@ -372,7 +400,7 @@ def read_layout(config_path: Path) -> Campaign:
 def _locate(file: ModelFile[Config], root: Folder, key: str, *, exists: bool = True) -> str:
     """Return the path in a key of the config, relative to the folder of the campaign; empty if it cannot be used.
 
-    `key`: ``raw`` or ``run_sheet``. `exists`: Whether the path has to exist.
+    `key`: ``raw`` or ``run_sheet``. `exists`: Whether the raw folder has to exist. Adds the problem of the path to `file`.
     """
     written = file.written(key)
     if not isinstance(written, str):
@@ -386,7 +414,10 @@ def _locate(file: ModelFile[Config], root: Folder, key: str, *, exists: bool = T
 
 
 def _path_fault(root: Folder, key: str, entry: Entry, *, exists: bool) -> tuple[str, str]:
-    """Return code and allowed words of the problem with the path of raw folder or run sheet; both empty without one."""
+    """Return code and allowed words of the problem with the path of raw folder or run sheet; both empty without one.
+
+    `key`, `exists`: As in `_locate`. `entry`: What lies at the path in `root`.
+    """
     if entry.code:
         what = "a folder" if key == "raw" else "a file"
         return entry.code, f"the path of {what} inside the campaign's folder; {entry.why}"
@@ -407,7 +438,10 @@ def _path_fault(root: Folder, key: str, entry: Entry, *, exists: bool) -> tuple[
 
 
 def _check_rigid_contact(file: ModelFile[Config], config: Config, logs: Folder) -> None:
-    """Check that the two logs of the push against something rigid can be used, as the sheet does for those of a run."""
+    """Check that the two logs of the push against something rigid can be used, as the sheet does for those of a run.
+
+    `logs`: The raw folder. Problems are added to `file`.
+    """
     contact, clock_method = config.rigid_contact, config.clock.method
     if contact is None:
         return
@@ -426,7 +460,7 @@ def _check_rigid_contact(file: ModelFile[Config], config: Config, logs: Folder) 
 
 
 def _check_calibration(file: ModelFile[Config], calibration_file: str | None, logs: Folder) -> None:
-    """Check that the calibration file exists and can be read."""
+    """Check that the calibration file exists in the raw folder `logs` and can be read; problems are added to `file`."""
     if calibration_file is None:
         return
     key = ("force_log", "calibration")
@@ -441,7 +475,7 @@ def _check_calibration(file: ModelFile[Config], calibration_file: str | None, lo
 def _check_robot(
     file: ModelFile[Config], robot: RobotRuns | None, root: Folder, logs: Folder, runs: list[Run]
 ) -> None:
-    """Check that the files that the section `robot` names exist."""
+    """Check that the files that the section `robot` names exist in the campaign's folder and in the raw folder `logs`."""
     # without runs in its medium, as in a part of a re-enactment, the robot is not used
     if robot is None or not any(run.medium == robot.medium for run in runs):
         return
@@ -456,8 +490,8 @@ def _need_file(
 ) -> str:
     """Return the path of a file that must exist; empty, and a problem at the key, where it cannot be used.
 
-    `written`: Path as the key has it. `folder`, `name`: Folder of the file, and its name in messages. `code`: Of the
-    problem.
+    `written`: Path as the key has it, from `folder`. `name`: Name of that folder in messages. `code`: Code of the problem,
+    without ``config.``.
     """
     entry = folder.look_up(written)
     if entry.status == "file":
@@ -469,7 +503,10 @@ def _need_file(
 
 
 def _vocabulary(file: ModelFile[Config]) -> Vocabulary:
-    """Return the words of the configuration that the sheet may use, from its plain data: it may have errors elsewhere."""
+    """Return the words of the configuration that the sheet may use: its media, and its intruders with their shapes.
+
+    They are taken from its plain data, as it may have errors elsewhere.
+    """
     media, intruders = (
         section if isinstance(section := file.written(key), dict) else {}
         for key in ("media", "intruders")

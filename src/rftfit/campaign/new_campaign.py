@@ -1,4 +1,4 @@
-"""Writes the files of a new campaign: from the template, or from a table of stress or alpha."""
+"""Writes the files of a new campaign: from the template, of the demonstration, or from a table of stress or alpha."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _UNREADABLE = (".not-text", ".web-page", ".not-a-workbook", ".too-large", ".unre
 
 
 def init_campaign(folder: Path) -> list[Path]:
-    """Write the files of a new campaign and list them."""
+    """Write the files of a new campaign from the template into a folder, and return their paths; nothing is overwritten."""
     header = ",".join(column.name for column in COLUMNS)
     # the configuration is written last: with it the folder is a campaign
     contents = {
@@ -40,7 +40,10 @@ def init_campaign(folder: Path) -> list[Path]:
 
 
 def init_demonstration(folder: Path) -> list[Path]:
-    """Write the configuration of the demonstration into a folder and list its files."""
+    """Write the configuration of the demonstration into a folder and return the paths of its files.
+
+    Its logs are those of the paper's runs, which `rftfit reenact` then simulates.
+    """
     shipped_files = ("config/robot.yaml", "config/robot.schema.json", "config/config.yaml")
     return _write_files(folder, {}, {name: shipped(name) for name in shipped_files})
 
@@ -48,9 +51,10 @@ def init_demonstration(folder: Path) -> list[Path]:
 def _write_files(
     folder: Path, contents: Mapping[str, str], sources: Mapping[str, Path]
 ) -> list[Path]:
-    """Write the files of a campaign and list them, also those that every campaign has; refuse to overwrite a file.
+    """Write the files of a campaign, and those that every campaign has; return their paths.
 
-    `contents`: Path in the folder, to content. `sources`: Path in the folder, to the file to be copied.
+    `contents`: Path in the folder, to content. `sources`: Path in the folder, to the file to be copied. Raises InputError
+    before anything is written if a file would be overwritten, or lies behind a link.
     """
     contents = {
         "config/README.md": reference_markdown(),
@@ -77,7 +81,7 @@ def _write_files(
 
 
 def _template(name: str) -> str:
-    """Return the text of a file of the template."""
+    """Return the text of a file of the template, which is part of the package; @WORDS@ in it are to be replaced."""
     return files("rftfit.campaign").joinpath("template", name).read_text(encoding="utf-8")
 
 
@@ -86,10 +90,13 @@ def init_from_table(
 ) -> tuple[list[Path], TableRead]:
     """Write a campaign whose data are a table of stress or alpha, which is copied into its raw folder.
 
-    Returns the files, and the content of the table.
+    The config names the media that the table has. Returns the paths of the files, and the content of the table, whose
+    problems, as an unknown unit, the user can mend in the config. Raises CampaignError for a table that cannot be read at
+    all.
     """
     if not table.is_file():
         raise InputError(f"{table}: there is no such file; allowed: a table as csv, tsv or xlsx")
+    # the name of the copy, of letters that any system and the config can hold
     name = "".join(c if c.isascii() and (c.isalnum() or c in "._-") else "_" for c in table.name)
     read = read_pushes(table, f"raw/{name}", TableSettings(holds=holds), (), name)
     for problem in read.problems:
@@ -97,6 +104,7 @@ def init_from_table(
             # the user knows the table by the path that was given, not by that of its copy
             place = Place(str(table), line=problem.place.line)
             raise CampaignError([replace(problem, place=place)])
+    # medium, to the (beta, gamma) of its pushes, deg
     directions: dict[str, set[tuple[float, float]]] = {key: set() for key in read.media}
     for push in read.pushes:
         directions[push.run.medium].add((push.run.beta_deg, push.run.gamma_deg))
@@ -109,7 +117,11 @@ def init_from_table(
 
 
 def _medium_line(key: str, title: str, directions: set[tuple[float, float]]) -> str:
-    """Return the line of config for a medium of a table; `directions`: (beta, gamma) of its pushes, deg."""
+    """Return the line of config for a medium of a table.
+
+    A medium pushed only straight down gets the role natural_sand: it has too few directions for a profile of its own.
+    `directions`: (beta, gamma) of its pushes, deg.
+    """
     settings = [f"title: {json.dumps(title)}"]
     if all(is_straight_down(*direction, TOLERANCE_DEG) for direction in directions):
         settings.append("role: natural_sand")

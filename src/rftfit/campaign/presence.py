@@ -1,4 +1,7 @@
-"""Finds the configuration and the folder of a campaign, or says that there is none, without slow imports."""
+"""Finds the configuration and the folder of a campaign, or says that there is none, without slow imports.
+
+A campaign is a folder with a configuration, ``config/config.yaml`` or ``config.yaml``.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ CONFIG = "config/config.yaml"
 """Path of the configuration of a campaign, relative to its folder."""
 
 _CONFIGS = (CONFIG, "config.yaml")
-"""Where a configuration may lie in the folder of a campaign."""
+"""Where a configuration may lie in the folder of a campaign; the first that exists counts."""
 
 
 def root_of(config_path: Path) -> Path:
@@ -24,7 +27,7 @@ def root_of(config_path: Path) -> Path:
 
 
 def miss_campaign(config_path: Path) -> Problem | None:
-    """Return the problem that a configuration is missing, with campaigns nearby; None where the file exists."""
+    """Return the problem that a configuration is missing, with campaigns nearby that may be meant; None if it exists."""
     config_path = Path(config_path)
     try:
         config_path.stat()

@@ -1,4 +1,7 @@
-"""Problems of the user's input, as objects, and their sentences."""
+"""Problems of the user's input, as objects, and their sentences: place, what was found, what is allowed, nearest word.
+
+Readers collect `Problem` objects and go on, so that a user sees all that is wrong at once; `CampaignError` holds them.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +15,7 @@ from typing import Any, Literal
 from rftfit.errors import InputError
 
 Severity = Literal["error", "warning"]
+"""An error stops the command; a warning is printed, and the input is used."""
 _LONGEST_SHOWN = 80
 """Most characters of a user's text in a message."""
 _LONGEST_COMPARED = 64
@@ -45,7 +49,7 @@ class Place:
 class Problem:
     """One thing that is wrong.
 
-    `code`: Stable name of this sort of problem, for example ``sheet.unknown-word``.
+    `code`: Stable name of this sort of problem, for scripts, for example ``sheet.unknown-word``: area and reason.
     `found`: The text that is wrong; None where there is none, and `allowed` is the whole message.
     `allowed`: What would be right.
     `nearest`: The valid word that was probably meant.
@@ -72,7 +76,10 @@ class Problem:
 
 
 def in_lines(problems: Iterable[Problem]) -> list[str]:
-    """Format each problem as a line; the same problem in several rows or columns of a file becomes one line."""
+    """Format each problem as a line; the same problem in several rows or columns of a file becomes one line.
+
+    First the rows of each problem are joined, then the columns of those problems that stand in the same rows.
+    """
     rows_by_problem: dict[Problem, list[int]] = {}
     for problem in problems:
         rows = rows_by_problem.setdefault(_move(problem, row=None), [])
@@ -90,12 +97,15 @@ def in_lines(problems: Iterable[Problem]) -> list[str]:
 
 
 def _move(problem: Problem, **place: Any) -> Problem:
-    """Return the problem with another place, given by fields of `Place`."""
+    """Return the problem with some fields of its `Place` replaced."""
     return replace(problem, place=replace(problem.place, **place))
 
 
 def _at_columns(problem: Problem, columns: Sequence[str]) -> Problem:
-    """Return the problem with the columns in its place: one, several as ``columns a, b``, or none."""
+    """Return the problem with the columns in its place: one, several as ``columns a, b``, or none.
+
+    Words for several stand behind the name of the file, as a place has only one column.
+    """
     if len(columns) < 2:
         return _move(problem, column=columns[0] if columns else None)
     names = join_words(map(shown, columns), most=None)
@@ -116,7 +126,7 @@ def _at_rows(problem: Problem, rows: Sequence[int]) -> Problem:
 
 
 class CampaignError(InputError):
-    """Files of a user cannot be used; the text has a line for each problem, errors first."""
+    """Files of a user cannot be used; the text has a line for each problem, errors first, both groups with a count."""
 
     def __init__(self, problems: Sequence[Problem]) -> None:
         self.problems = tuple(problems)
@@ -143,13 +153,13 @@ def unknown_word(what: str, word: str, allowed: Iterable[str]) -> str:
 
 
 def did_you_mean(word: str, choices: Iterable[str]) -> str | None:
-    """Return the choice that was probably meant, or None; case, blanks and hyphens do not matter."""
+    """Return the choice that was probably meant, or None where none is similar; case, blanks and hyphens do not matter."""
     return _nearest(word[:_LONGEST_COMPARED], tuple(choices))
 
 
 @lru_cache(maxsize=1024)
 def _nearest(word: str, choices: tuple[str, ...]) -> str | None:
-    """Return the most similar choice, or None; cached, as tables repeat a misspelling."""
+    """Return the most similar choice, or None; cached, as a comparison is slow and tables repeat a misspelling."""
     # of choices that are equal but for case, the first
     plain = {_plain(choice): choice for choice in reversed(choices)}
     close_words = difflib.get_close_matches(_plain(word), plain, n=1, cutoff=0.6)
@@ -184,7 +194,10 @@ def escaped(text: str) -> str:
 
 
 def choose(what: str, word: str, allowed: Sequence[str], hint: str = "") -> str:
-    """Return a word if it is allowed, else raise InputError; `hint` follows the allowed words in the message."""
+    """Return a word if it is allowed, else raise InputError.
+
+    `what`: As in `unknown_word`. `hint`: Words in brackets at the end of the message.
+    """
     if word not in allowed:
         raise InputError(unknown_word(what, word, allowed) + (hint and f" ({hint})"))
     return word

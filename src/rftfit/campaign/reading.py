@@ -1,4 +1,9 @@
-"""Reads a YAML file and checks it against a model; all problems at once, each with the line of its key."""
+"""Reads a YAML file and checks it against a model; all problems at once, each with the line of its key.
+
+The way: text -> tokens of PyYAML (`_refuse_features`) -> nodes -> plain data with the line of each key (`_plain_data`) ->
+pydantic model -> its errors in words for the user (`_add_problem`). A *path* is the keys, and the indices of entries of
+lists, that lead to a value: ``("arm", "speed_cm_per_s")``.
+"""
 
 from __future__ import annotations
 
@@ -39,18 +44,19 @@ _CONSTANTS: dict[str, bool | None] = {
 _TYPE_ERRORS = re.compile(r".*(_type|_parsing|from_float)$")
 """Types of errors of pydantic for a value of a wrong type."""
 _NAME = "letters A-Z a-z, digits, and . _ -, at most 64, beginning with a letter or digit"
+"""Words for a name that the user chooses as a key."""
 
 M = TypeVar("M", bound=BaseModel)
 
 
 @dataclass
 class ModelFile(Generic[M]):
-    """A YAML file, its content and its problems.
+    """A YAML file, its content and its problems; the functions of this module fill it step by step.
 
     `name`: Name of the file for the user.
     `model`: The checked content; None where there is any problem.
-    `data`: The content as written, right or wrong; None where the file is no YAML.
-    `lines`: Path of a key or list entry to its line.
+    `data`: The content as written, right or wrong; None where the file cannot be read, is empty or is no YAML.
+    `lines`: Path of a key or list entry, to its line.
     """
 
     name: str
@@ -79,14 +85,17 @@ class ModelFile(Generic[M]):
         allowed: str,
         nearest: str | None = None,
     ) -> None:
-        """Add a problem at a key; the arguments as in `Problem`, but `code` without ``config.``."""
+        """Add an error at the key with this path; other arguments as in `Problem`, but `code` without ``config.``."""
         self.problems.append(
             Problem(f"config.{code}", self.place(path), value_found, allowed, nearest)
         )
 
 
 def read_model(path: Path, model: type[M], name: str = "") -> ModelFile[M]:
-    """Read a YAML file and check it against a model; `name`: its name for the user, default: its path."""
+    """Read a YAML file and check it against a model; whatever is wrong is among the problems of the result.
+
+    `name`: Name of the file for the user; empty: its path.
+    """
     file = ModelFile[M](name or str(path))
     try:
         text = read_text(path, file.name, "config", MAX_BYTES)
@@ -105,7 +114,7 @@ def read_model(path: Path, model: type[M], name: str = "") -> ModelFile[M]:
 
 
 def check_model(file: ModelFile[M], model: type[M]) -> None:
-    """Check the data of a file against its model; problems are in the order of the lines."""
+    """Check the data of a file against its model: set `file.model`, or add problems, in the order of the lines."""
     try:
         checked = model.model_validate(file.data)
     except ValidationError as error:
@@ -122,7 +131,10 @@ def check_model(file: ModelFile[M], model: type[M]) -> None:
 
 
 def parse_yaml(text: str, file: ModelFile[Any]) -> None:
-    """Set data and lines of a file from its text; add problems for wrong syntax, refused features and repeated keys."""
+    """Set data and lines of a file from its text; add problems for wrong syntax, refused features and repeated keys.
+
+    Where syntax or a feature is refused, the data stay None.
+    """
     try:
         _refuse_features(text, file)
         file.data = _plain_data(yaml.compose(text, Loader=_LOADER), (), file)
@@ -151,6 +163,7 @@ _REFUSED_TOKENS: dict[type, tuple[str, str, str]] = {
 """Features of YAML that a file may not use: code, sign before the name, and what is allowed."""
 
 _ENTRIES = (yaml.ScalarToken, yaml.BlockEntryToken, yaml.FlowEntryToken)
+"""Tokens that are counted as keys, values and entries of lists."""
 _STARTS = (
     yaml.BlockMappingStartToken,
     yaml.BlockSequenceStartToken,
@@ -162,12 +175,16 @@ _ENDS = (yaml.BlockEndToken, yaml.FlowMappingEndToken, yaml.FlowSequenceEndToken
 
 
 def _refuse_features(text: str, file: ModelFile[Any]) -> None:
-    """Refuse forbidden features of YAML, and files with too many levels or entries, before data are built."""
+    """Raise CampaignError for forbidden features of YAML and for too many levels or entries, before data are built.
+
+    Aliases within aliases make a small file grow without limit, and tags can call code.
+    """
     depth = entries = 0
     tokens: Iterator[Any] = yaml.scan(text, Loader=_LOADER)
     for token in tokens:
         if refused := _REFUSED_TOKENS.get(type(token)):
             code, sign, allowed = refused
+            # the value of a tag has two parts, of which the first may be missing
             name = token.value if sign else "".join(filter(None, token.value))
             raise _refusal(token, file, code, allowed, sign + name)
         depth += isinstance(token, _STARTS) - isinstance(token, _ENDS)
@@ -177,7 +194,10 @@ def _refuse_features(text: str, file: ModelFile[Any]) -> None:
 
 
 def _plain_data(node: Any, path: KeyPath, file: ModelFile[Any]) -> Any:
-    """Return the plain data of a node of YAML at a path, and store the line of each key and entry."""
+    """Return the plain data of a node of YAML at a path: dict, list, text, number, True, False or None.
+
+    The lines of keys and entries are stored in `file`.
+    """
     if node is None:
         return None
     if isinstance(node, yaml.MappingNode):
@@ -200,7 +220,7 @@ def _section_data(node: yaml.MappingNode, path: KeyPath, file: ModelFile[Any]) -
             raise _refusal(key_node, file, "not-yaml", "a key must be a single word")
         # a key is always a text, not a number or yes/no: a medium may be called 2013 or no
         key, key_path = key_node.value, (*path, key_node.value)
-        _plain_data(key_node, key_path, file)
+        _plain_data(key_node, key_path, file)  # only to refuse control characters in it
         line = key_node.start_mark.line + 1
         first_line = file.lines.setdefault(key_path, line)
         value = _plain_data(value_node, key_path, file)
@@ -215,7 +235,7 @@ def _section_data(node: yaml.MappingNode, path: KeyPath, file: ModelFile[Any]) -
 def _refusal(
     node: Any, file: ModelFile[Any], code: str, allowed: str, value_found: str | None = None
 ) -> CampaignError:
-    """Make the error that refuses a file because of a node or token."""
+    """Make the error, to be raised, that refuses a file because of a node or token; other arguments as in `note`."""
     place = _place_of(node.start_mark, file)
     return CampaignError([Problem(f"config.{code}", place, value_found, allowed)])
 
@@ -239,7 +259,10 @@ def _scalar_value(text: str) -> Any:
 
 
 def _path_of_error(location: tuple[str | int, ...], data: Any) -> KeyPath:
-    """Return the path in the file for a location of pydantic, without the steps that it adds for keys and unions."""
+    """Return the path in the file for a location of pydantic, without the steps that it adds for keys and unions.
+
+    `location`: Steps from the whole file to the value with the error. `data`: Plain data of the file.
+    """
     path: KeyPath = ()
     is_tag_passed = False
     for step in location:
@@ -261,7 +284,10 @@ def _path_of_error(location: tuple[str | int, ...], data: Any) -> KeyPath:
 
 
 def _add_problem(detail: Any, path: KeyPath, model: type[BaseModel], file: ModelFile[Any]) -> None:
-    """Add the problem for one error of pydantic (`detail`) at a path, in words for the user."""
+    """Add the problem for one error of pydantic at a path, in words for the user.
+
+    `detail`: Dictionary of pydantic with the type, the input, the location and the message of the error.
+    """
     error_type: str = detail["type"]
     value = detail["input"]
     if error_type == "missing" and path and isinstance(path[-1], int):
@@ -271,6 +297,7 @@ def _add_problem(detail: Any, path: KeyPath, model: type[BaseModel], file: Model
     names = path
     while names and isinstance(names[-1], int):
         names = names[:-1]
+    # the section that has the key, the keys that it may have, and the key with its words
     section = file.data
     for step in names[:-1]:
         section = section[step]
@@ -315,12 +342,12 @@ def _add_problem(detail: Any, path: KeyPath, model: type[BaseModel], file: Model
 
 
 def _one_of(words: Iterable[str]) -> str:
-    """Return what is allowed where a value must be one of some words."""
+    """Return the words on what is allowed, where a value must be one of some words."""
     return f"one of {', '.join(words)}"
 
 
 def _describe_key(key: Key | None) -> str:
-    """Return the words on what a key allows and means."""
+    """Return the words on what a key allows and means; None: a key that the model does not describe."""
     return f"{key.allowed} ({key.description})" if key else "a value"
 
 
@@ -333,7 +360,7 @@ def _describe_quotes(error_type: str, value: Any) -> str:
 
 
 def _describe_value(value: Any) -> str:
-    """Return the words for a wrong value in a message."""
+    """Return a wrong value as the user would write it; a section or a list only as such, as it may be long."""
     if isinstance(value, dict):
         return "a section"
     if isinstance(value, list):

@@ -1,4 +1,11 @@
-"""Reads tables that a user makes (csv, tsv or xlsx), and checks them cell by cell against a schema."""
+"""Reads tables that a user makes (csv, tsv or xlsx), and checks them cell by cell against a schema.
+
+`read_rows` gives each row as a `DraftRow`; `read_table_columns` does the same work for tables of millions of rows, as
+columns; `read_sheets` gives plain cells of a table in any layout. Rows are numbered as in a spreadsheet: the first is 1.
+
+A *problem* is a sentence for the user on one place (`Problem`). Problems are collected, not raised, so that the user
+sees all of them at once; only a table that cannot be read at all raises `CampaignError`.
+"""
 
 from __future__ import annotations
 
@@ -42,66 +49,28 @@ from rftfit.table.workbook import (
     text_of,
 )
 
-MAX_BYTES = 50_000_000
-"""Most bytes of a table that is read by rows."""
-MAX_TEXT = 500_000_000
-"""Most bytes of a csv that is read by columns."""
-
-MAX_UNPACKED = 40_000_000
-"""Most bytes of a workbook when unpacked."""
-MAX_TAGS = 3_000_000
-"""Most XML tags of a workbook, about four for each cell: enough for 45,000 runs, and any are read in seconds."""
-
-_FIRST_BLOCK, _BLOCK = 1 << 12, 1 << 21
-"""Bytes of the first block of a csv, which holds the header, and of the further ones, at least."""
-_MOST_PROBLEMS = 100
-"""Number of problems at which reading by columns stops."""
-
-_MOST_MERGED = 1000
-"""Most ranges of merged cells, and most rows of each, that are searched."""
-MAX_COLUMNS = 64
-"""Most columns of a sheet that are read."""
-BAD = "?"
-"""Text in place of a bad cell."""
-
-YES = ("yes", "true", "1")
-NO = ("no", "false", "0")
-
-_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]{0,99}")
-_OLD_WORKBOOK = b"\xd0\xcf\x11\xe0"
-"""First bytes of an xls, and of an encrypted workbook."""
-# code of a problem of a cell of a workbook, to the words on what is allowed
-_BAD_CELLS = {
-    "formula": "a value; this formula was never calculated: open the workbook in a spreadsheet and "
-    "save it, or type the value",
-    "date": "what you typed; the spreadsheet made a date of it: set the cell's format to Text and "
-    "type it again",
-    "cell-error": "a value; the spreadsheet shows an error here",
-    "merged-cell": "a value of its own; this cell is merged with the one that has it: unmerge them "
-    "and fill each",
-}
-_MERGED = re.compile(rb'<mergeCell ref="([A-Z]+)([0-9]+):([A-Z]+)([0-9]+)"')
-_Range = tuple[bytes, bytes, bytes, bytes]
-"""Merged cells of a sheet: letters of the left column, top row, right column, bottom row."""
-
 Form = Literal["name", "choice", "number", "path", "flag", "text"]
+"""What the cells of a column hold: a name for files, one of some words, a number, a path, yes or no, or any text."""
 Others = Literal["refused", "warned", "ignored"]
+"""What is done about a column that the schema does not have."""
 Line = tuple[int, list[str]]
 """Number of a row, and its cells."""
 Columns = dict[str, npt.NDArray[Any]]
-"""Name of a column, to its values, shape (n,)."""
+"""Name of a column, to its values for n rows, shape (n,)."""
 
 
 @dataclass(frozen=True)
 class TableColumn:
-    """One column of a table.
+    """One column of a table, as the program wants it.
 
     `meaning`: Words for the user.
     `needed`: True if the table must have the column, and each of its cells a value.
-    `choices`: Words that a cell may hold; None where they are not known, so that no cell is a problem.
-    `low`, `high`: Inclusive range of a number; `above`: exclusive lower limit.
-    `unit`: Unit of a number. A header may state another one of the same dimension, as in ``x_mm`` or ``x (mm)``.
-    `default`: Unit of the column where its header states none; empty: `unit`.
+    `choices`: Words that a cell of the form choice may hold; None where they are not known, as after an error in the
+    config: each cell is then bad, without a problem.
+    `low`, `high`: Inclusive range of a number; `above`: exclusive lower limit; None: no limit.
+    `unit`: Unit in which the program gets a number. A header may state another one of the same dimension, as in ``x_mm``
+    or ``x (mm)``, and is then converted.
+    `default`: Unit of the numbers in the file where the header states none; empty: `unit`.
     `also`: Other names of the column in a header.
     `names_with_unit`: Further names, only for a header that states the unit.
     `hint`: Words added to what is allowed.
@@ -125,7 +94,7 @@ class TableColumn:
 
     @cached_property
     def units(self) -> Mapping[str, float]:
-        """Unit that a header or a cell may state, to its factor in `unit`."""
+        """Unit that a header or a cell may state, to the factor by which its numbers are converted to `unit`."""
         return units_like(self.unit)
 
     @cached_property
@@ -145,12 +114,12 @@ class TableColumn:
 
     @property
     def header_needed(self) -> bool:
-        """True if a table without this column cannot be read."""
+        """True if a table without this column cannot be read; in a derived class not all rows may need the column."""
         return self.needed
 
     @property
     def allowed(self) -> str:
-        """Words on what a cell may hold."""
+        """Words on what a cell may hold, for messages: ``0 to 90 degrees``."""
         allowed = {
             "name": "letters A-Z a-z, digits, and . _ -",
             "choice": ", ".join(self.choices or ()),
@@ -178,22 +147,25 @@ class TableColumn:
         )
 
     def why_unused(self, cells: Mapping[str, str]) -> str | None:  # noqa: ARG002
-        """Return why a row does not use this column: empty if it does, None if that is unknown."""
+        """Return why a row does not use this column: empty if it does, None if that is unknown.
+
+        Here each row does; in a derived class that may depend on the other `cells` of the row, by name of column.
+        """
         return ""
 
 
 @dataclass(frozen=True)
 class Schema:
-    """Format of a table.
+    """Format of a table: its columns, and the rules for all else.
 
-    `area`: First part of the codes of problems.
+    `area`: First part of the codes of problems, as ``sheet`` in ``sheet.empty``.
     `rows`: Noun for its rows in messages.
     `comments`: True if lines that start with ``#`` are left out.
-    `others`: What a column that is not in `columns` is: an error, a warning, or ignored.
-    `lenient`: True if a bad cell is only marked in its row, without a problem.
+    `lenient`: True if a bad cell is only marked in its row, without a problem: the caller leaves such rows out.
+    `most_rows`: Most rows of a table that is read by rows; one with more is refused.
     `missing`: Column to the numbers that mean no data, in the unit of the file: a row with one of them has no data.
-    `decimal`: Decimal mark of its numbers.
-    `file`: Name of the table in problems.
+    `decimal`: Decimal mark of its numbers, which the reader finds in the file.
+    `file`: Name of the table in problems, which the reader sets.
     """
 
     area: str
@@ -210,31 +182,31 @@ class Schema:
     def refusal(
         self, code: str, allowed: str, value_found: str | None = None, row: int | None = None
     ) -> CampaignError:
-        """Make the error for a table that cannot be read at all."""
+        """Make the error, for the caller to raise, for a table that cannot be read at all; arguments as in `Problem`."""
         place = Place(self.file, row)
         return CampaignError([Problem(f"{self.area}.{code}", place, value_found, allowed)])
 
     @property
     def names(self) -> list[str]:
-        """Names that a header may have, of all columns."""
+        """All names by which a header may name a column: those of the columns, and their other names."""
         return [name for column in self.columns for name in (column.name, *column.also)]
 
     @property
     def no_rows(self) -> tuple[Problem, ...]:
-        """Problem of a table with a header and no row."""
+        """Problem of a table with a header and no row, in a tuple to be added to the others."""
         allowed = f"no {self.rows} yet: below the header, one row for each is needed"
         return self.refusal("empty", allowed).problems
 
 
 @dataclass(slots=True, eq=False)
 class DraftRow:
-    """A row while it is being checked.
+    """A row while it is being checked: its good cells, and which are bad.
 
     `row`: Number of the row as in a spreadsheet; 0: the problems are of the whole table.
+    `problems`: The list of problems of the whole table, to which this row adds its own.
     `text`: Column to its cell as text; blank and bad cells are empty.
     `number`: Column to the number of a good cell, in the unit of the schema.
     `bad`: Columns whose cell has an error, or is blank though needed.
-    `problems`: Problems of the whole table, to which this row adds its problems.
     `no_data`: True if a cell has a number that means no data; `number` has 0 there.
     """
 
@@ -255,7 +227,10 @@ class DraftRow:
         nearest: str | None = None,
         severity: Severity = "error",
     ) -> None:
-        """Add a problem of one cell; the arguments as in `Problem`. An error makes the column bad in this row."""
+        """Add a problem of one cell; the arguments as in `Problem`. An error makes the column bad in this row.
+
+        `code`: Without the area of the schema, which is put in front.
+        """
         if severity == "error":
             self.bad.add(column)
         place = Place(self.schema.file, self.row or None, column)
@@ -263,13 +238,13 @@ class DraftRow:
         self.problems.append(Problem(code_of_area, place, value_found, allowed, nearest, severity))
 
     def yes(self, column: str) -> bool:
-        """Return whether a flag is set; False also where the cell is blank or bad."""
+        """Return whether the cell of a flag says yes; False also where it is blank or bad."""
         return self.text.get(column) == "yes"
 
     def check_file(
         self, column: TableColumn, folder: files.Folder, lost: str, above: str = ""
     ) -> None:
-        """Check that the file that a cell names exists.
+        """Check that the file that a cell names exists; a cell that names the folder of a ROS 2 bag gets its index file.
 
         `folder`, `above`: Folder of the files, and folder within it that the cell leaves out. `lost`: Words on what
         happens to the row where the file is missing; empty: no warning.
@@ -278,6 +253,7 @@ class DraftRow:
         if not name:
             return
         start = f"{above}/" if above else ""
+        # the noun in codes and words: "log" of the column force_log
         status, what = folder.status(start + name), column.name.rpartition("_")[2]
         if status == "outside":
             allowed = f"{column.allowed}; a link leads out of it"
@@ -294,31 +270,41 @@ class DraftRow:
             self.note(column.name, f"{what}-missing", name, allowed, nearest, "warning")
 
 
-def read_rows(
-    path: Path, schema: Schema, file: str | None = None
-) -> tuple[list[DraftRow], list[Problem]]:
-    """Read a table, a workbook or text, as its content shows.
+# --- A table as text, and where its columns stand
 
-    `file`: Its name in problems; default: its path. Returns every row, with its good cells, and all problems; for a
-    lenient schema without those of single cells.
+
+@dataclass
+class _Table:
+    """Header and rows of a file as text, without blank rows.
+
+    `rows`: Number of each row, and its cells. `bad`: Number of the row and index of the column of a cell of a workbook
+    that holds no typed value, to its code and text. `header_row`, `last`: Numbers of the header's row and of the last row
+    that was read, blank or not.
     """
-    schema = replace(schema, file=str(path) if file is None else file)
-    try:
-        table = _read_table(path, schema)
-        headers, problems = _find_columns(table, schema)
-    except CampaignError as error:
-        return [], list(error.problems)
-    if not table.rows:
-        problems += schema.no_rows
-    # a deque of length 0 forgets what is added to it
-    problems_of_cells = deque[Problem](maxlen=0) if schema.lenient else problems
-    return _check_rows(table, headers, schema, problems_of_cells), problems
+
+    header: list[str] = field(default_factory=list)
+    rows: list[Line] = field(default_factory=list)
+    bad: dict[tuple[int, int], tuple[str, str]] = field(default_factory=dict)
+    header_row: int = 1
+    last: int = 0
+    delimiter: str = ","
+    decimal: str = "."
+
+    def add(self, row: int, cells: list[str]) -> None:
+        """Add a row; the first one that is not blank is the header."""
+        self.last = row
+        if not any(cells):
+            return
+        if self.header:
+            self.rows.append((row, cells))
+        else:
+            self.header, self.header_row = cells, row
 
 
 class HeaderCell(NamedTuple):
     """Header of a column in the file.
 
-    `position`: Number of the column in the file, from 0. `name`: Its name there. `unit`: Unit in the file. `scale`: Factor
+    `position`: Index of the column in the file. `name`: Its name there. `unit`: Unit in the file. `scale`: Factor
     from this unit to the unit of the schema; NaN where it is not known. `is_stated`: True if the header states the unit.
     """
 
@@ -333,11 +319,36 @@ _Headers = dict[str, HeaderCell]
 """Name of a column of the schema, to its header in the file; without columns that the file does not have."""
 
 
+# --- Reading by rows
+
+
+def read_rows(
+    path: Path, schema: Schema, file: str | None = None
+) -> tuple[list[DraftRow], list[Problem]]:
+    """Read a table, a workbook or text, as its content shows.
+
+    `file`: Its name in problems; default: its path. Returns every row, good or bad, and all problems; for a lenient
+    schema without those of single cells. A table that cannot be read has no rows, and its reason among the problems.
+    """
+    schema = replace(schema, file=str(path) if file is None else file)
+    try:
+        table = _read_table(path, schema)
+        headers, problems = _find_columns(table, schema)
+    except CampaignError as error:
+        return [], list(error.problems)
+    if not table.rows:
+        problems += schema.no_rows
+    # a deque of length 0 forgets what is added to it
+    problems_of_cells = deque[Problem](maxlen=0) if schema.lenient else problems
+    return _check_rows(table, headers, schema, problems_of_cells), problems
+
+
 def _check_rows(
     table: _Table, headers: _Headers, schema: Schema, problems: MutableSequence[Problem]
 ) -> list[DraftRow]:
-    """Check the rows of a table cell by cell, and add the problems of cells."""
+    """Make a draft of each row of a table, checked cell by cell, and add the problems of cells to `problems`."""
     schema = replace(schema, decimal=table.decimal)
+    # for a column that the file does not have: its cells count as blank
     no_header = HeaderCell(-1, "", "", 1.0, is_stated=False)
     columns = [(column, headers.get(column.name, no_header)) for column in schema.columns]
     # in a table of another program a column without a name may be an index: "-" stands for its name
@@ -360,12 +371,21 @@ def _check_rows(
     return drafts
 
 
+# --- Reading by columns
+
+
+BAD = "?"
+"""Text in place of a bad cell."""
+
+
 @dataclass
 class TableRows:
-    """Rows of a table as columns, shape (n,): ``row``, ``bad``, ``no_data``, and the columns of the schema.
+    """Rows of a table as columns: a list of `DraftRow` would need too much memory for millions of rows.
 
-    `columns`: Name to values; a missing number is NaN, and of a text there is its code, a whole number. `texts`: Column
-    of texts, to each of its different texts, to the code; a bad cell has the text `BAD`.
+    `columns`: Those of the schema; a missing number is NaN, and a text is replaced by its code, a whole number. Also
+    ``row`` (number of the row), ``bad`` (True: some cell has an error, or is blank though needed) and ``no_data`` (True:
+    some cell has a number that means no data). `texts`: Column of texts, to each of its different texts, to the code; a
+    bad cell has the text `BAD`.
     """
 
     columns: Columns
@@ -375,7 +395,7 @@ class TableRows:
     def of(
         cls, drafts: Sequence[DraftRow], schema: Schema, texts: dict[str, dict[str, int]]
     ) -> TableRows:
-        """Make columns of checked rows; new texts are added to `texts`."""
+        """Make columns of checked rows; new texts are added to `texts`, which further blocks of the table share."""
         columns: Columns = {
             "row": np.array([draft.row for draft in drafts], dtype=np.int64),
             "bad": np.array([bool(draft.bad) for draft in drafts], dtype=bool),
@@ -399,20 +419,31 @@ def _code_texts(texts: Iterable[str], codes: dict[str, int]) -> npt.NDArray[np.i
     return np.array([codes.setdefault(text, len(codes)) for text in texts], dtype=np.int32)
 
 
+MAX_TEXT = 500_000_000
+"""Most bytes of a csv that is read by columns."""
+_FIRST_BLOCK, _BLOCK = 1 << 12, 1 << 21
+"""Bytes of the first block of a csv, which holds the header, and of the further ones, at least."""
+_MOST_PROBLEMS = 100
+"""Number of problems at which reading by columns stops."""
+
+
 def read_table_columns(
     path: Path, schema: Schema, file: str
 ) -> tuple[TableRows, _Headers, list[Problem]]:
     """Read a table of any length by columns, block by block; a block with a bad cell is checked cell by cell.
 
-    Returns its rows, the header of each column, and all problems; after many problems only those of the first rows.
+    The first block is small and read by rows: it shows header, delimiter and decimal mark. Returns the rows, the header
+    of each column, and all problems; after many problems only those of the first rows. A table that cannot be read has
+    no rows and no headers.
     """
     schema = replace(schema, file=file)
     problems: list[Problem] = []
     texts: dict[str, dict[str, int]] = {}
     try:
         data = _long_text(path, schema)
+        # `position`: where the part that has not been read begins
         position = _next_row_start(data, 0, _FIRST_BLOCK)
-        if not data[:position].strip():
+        if not data[:position].strip():  # no header there: all is read by rows
             position = len(data)
         if data:
             table = _read_csv(data[:position].decode(), schema, path.suffix.lower())
@@ -422,7 +453,8 @@ def read_table_columns(
         drafts = _check_rows(table, headers, schema, problems)
         blocks = [TableRows.of(drafts, schema, texts).columns]
         while position < len(data):
-            block = data[position : (position := _next_row_start(data, position, _BLOCK))]
+            start, position = position, _next_row_start(data, position, _BLOCK)
+            block = data[start:position]
             columns = _read_valid_rows(block, table, headers, schema, texts)
             if columns is None:
                 table.rows = []
@@ -445,9 +477,10 @@ def read_table_columns(
 def _read_valid_rows(
     block: bytes, table: _Table, headers: _Headers, schema: Schema, texts: dict[str, dict[str, int]]
 ) -> Columns | None:
-    """Read a block of rows as columns, by Arrow; None where a cell is not valid.
+    """Read a block of rows as columns, by Arrow; None where a cell is not valid, for which only `_check_rows` has words.
 
-    `texts`: As in `TableRows`; new texts are added.
+    `table`: The first rows, by which delimiter, decimal mark and the number of the last row are known; the number is
+    advanced. `texts`: As in `TableRows`; new texts are added.
     """
     kinds: list[Kind] = ["skip"] * len(table.header)
     for column in schema.columns:
@@ -464,6 +497,7 @@ def _read_valid_rows(
     draft = DraftRow(schema, 0, deque(maxlen=0))
     for column in schema.columns:
         name, header = column.name, headers.get(column.name)
+        # numbers; of a text its different values and, for each row, the index of one of them
         values: Any = cells.column(str(header.position)).combine_chunks() if header else None
         if column.form == "number":
             if header is None:
@@ -475,7 +509,7 @@ def _read_valid_rows(
                 columns["no_data"] |= means_no_data
                 numbers = np.where(means_no_data, 0.0, numbers)
             columns[name] = numbers * header.scale + 0.0  # never -0
-            ends = columns[name].min(), columns[name].max()
+            ends = columns[name].min(), columns[name].max()  # NaN if any number is
             if not all(math.isfinite(end) and column.holds(end) for end in ends):
                 return None
             continue
@@ -494,7 +528,46 @@ def _read_valid_rows(
     return columns
 
 
+_OLD_WORKBOOK = b"\xd0\xcf\x11\xe0"
+"""First bytes of an xls, and of an encrypted workbook."""
+
+
+def _long_text(path: Path, schema: Schema) -> bytes:
+    """Return a text table in UTF-8 with line feeds as line ends; empty for a workbook, which is read by rows."""
+    cure = "leave out columns that are not needed, keep every tenth row, or part the table by media"
+    data = files.read_bytes(path, schema.file, schema.area, MAX_TEXT, cure)
+    if path.suffix.lower() in (".xlsx", ".xlsm") or data.startswith((WORKBOOK, _OLD_WORKBOOK)):
+        return b""
+    plain = data.isascii() and b"\r" not in data
+    return data if plain else _decode_table(data, schema).encode()
+
+
+def _next_row_start(text: bytes, begin: int, size: int) -> int:
+    """Return the index of the first row that starts `size` or more bytes after `begin`, itself the start of a row.
+
+    A line end between quotes is part of a cell: a row ends only where the number of quotes since `begin` is even.
+    """
+    stop = text.find(b"\n", begin + size) + 1 or len(text)
+    quotes = text.count(b'"', begin, stop)
+    while quotes % 2 and stop < len(text):
+        begin, stop = stop, text.find(b"\n", stop) + 1 or len(text)
+        quotes += text.count(b'"', begin, stop)
+    return stop
+
+
 # --- One cell
+
+
+# code of a problem of a cell of a workbook, to the words on what is allowed
+_BAD_CELLS = {
+    "formula": "a value; this formula was never calculated: open the workbook in a spreadsheet and "
+    "save it, or type the value",
+    "date": "what you typed; the spreadsheet made a date of it: set the cell's format to Text and "
+    "type it again",
+    "cell-error": "a value; the spreadsheet shows an error here",
+    "merged-cell": "a value of its own; this cell is merged with the one that has it: unmerge them "
+    "and fill each",
+}
 
 
 def _read_cell(
@@ -506,8 +579,8 @@ def _read_cell(
 ) -> None:
     """Read the cell of a column into a row, or add its problem.
 
-    `cells`: Cells of the row by column. `bad`: Code and text of a cell of a workbook that is no value. `scale`: As in
-    `HeaderCell`.
+    `cells`: Cells of the row, by the columns that the file has. `bad`: Code and text of a cell of a workbook that holds
+    no typed value (`_bad_cell`); None for any other. `scale`: As in `HeaderCell`.
     """
     name = column.name
     cell = cells.get(name, "")
@@ -531,7 +604,7 @@ def _read_cell(
 
 
 def _read_number(draft: DraftRow, column: TableColumn, cell: str, scale: float) -> None:
-    """Read a number, perhaps with a unit, which then replaces the unit of the header."""
+    """Read a number, perhaps with a unit, which then replaces the unit of the header; `scale`: as in `HeaderCell`."""
     if math.isnan(scale):  # the unit is unknown, which is a problem of the header
         draft.bad.add(column.name)
         return
@@ -561,13 +634,19 @@ def _read_number(draft: DraftRow, column: TableColumn, cell: str, scale: float) 
 
 
 def same_angle(value: float, period: float, low: float) -> tuple[str, str]:
-    """Return the angle at which a plate is the same, in the range from `low`, as text, and the words on why it is."""
+    """Return the angle at which a plate is the same, as text, and the words on why it is.
+
+    `value`, `period`, `low`: In degrees; the angle that is returned lies in the `period` from `low` on.
+    """
     same = f"{(value - low) % period + low:g}"
     return same, f"; a plate has two faces: {value:g} is the plate at {same}"
 
 
+_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]{0,99}")
+
+
 def _read_name(draft: DraftRow, column: TableColumn, cell: str) -> None:
-    """Read a name that can be part of the name of a file."""
+    """Read a name, such as that of a run: it becomes part of the name of a file."""
     if files.is_device(cell):
         draft.note(column.name, "reserved-name", cell, files.DEVICE)
     elif _NAME.fullmatch(cell):
@@ -578,7 +657,10 @@ def _read_name(draft: DraftRow, column: TableColumn, cell: str) -> None:
 
 
 def _read_choice(draft: DraftRow, column: TableColumn, cell: str) -> None:
-    """Read one of the words of the column; where they are not known, the cell is bad without a problem."""
+    """Read one of the words of the column; where they are not known, the cell is bad without a problem.
+
+    They are unknown after an error in the config, which is a problem already.
+    """
     words = column.choices
     if words is None:
         draft.bad.add(column.name)
@@ -590,11 +672,15 @@ def _read_choice(draft: DraftRow, column: TableColumn, cell: str) -> None:
 
 
 def _read_path(draft: DraftRow, column: TableColumn, cell: str) -> None:
-    """Read a relative path."""
+    """Read a relative path, which stays inside its folder; whether the file exists is not checked here."""
     try:
         draft.text[column.name] = files.plain_path(cell)
     except files.BadPath as bad:
         draft.note(column.name, bad.code, cell, f"{column.allowed}; {bad.allowed}", bad.nearest)
+
+
+YES = ("yes", "true", "1")
+NO = ("no", "false", "0")
 
 
 def _read_flag(draft: DraftRow, column: TableColumn, cell: str) -> None:
@@ -628,41 +714,18 @@ _READERS = {
 # --- The header
 
 
-@dataclass
-class _Table:
-    """Header and rows as text, without blank rows.
-
-    `rows`: Number of each row, and its cells. `bad`: Row and column, from 0, of a bad cell, to its code and text.
-    `last`: Number of the last row that was read.
-    """
-
-    header: list[str] = field(default_factory=list)
-    rows: list[Line] = field(default_factory=list)
-    bad: dict[tuple[int, int], tuple[str, str]] = field(default_factory=dict)
-    header_row: int = 1
-    last: int = 0
-    delimiter: str = ","
-    decimal: str = "."
-
-    def add(self, row: int, cells: list[str]) -> None:
-        """Add a row; the first one that is not blank is the header."""
-        self.last = row
-        if not any(cells):
-            return
-        if self.header:
-            self.rows.append((row, cells))
-        else:
-            self.header, self.header_row = cells, row
-
-
 def _find_columns(table: _Table, schema: Schema) -> tuple[_Headers, list[Problem]]:
-    """Find the columns of the schema in the header; return their headers, and the problems."""
+    """Find the columns of the schema in the header; return their headers, and the problems.
+
+    Raises CampaignError where the header seems to stand in a row below.
+    """
     headers: _Headers = {}
     problems: list[Problem] = []
     note = DraftRow(schema, table.header_row, problems).note
     unknown: list[str] = []
     names = schema.names
     with_unknown_unit: _Headers = {}
+    # first the columns of the file: which column of the schema each one is
     for index, name in enumerate(table.header):
         column, unit = _column_of(name, schema)
         if column is None:
@@ -679,6 +742,7 @@ def _find_columns(table: _Table, schema: Schema) -> tuple[_Headers, list[Problem
             unit_in_file = unit or column.default
             scale = column.units[unit_in_file] if unit_in_file else 1.0
             headers[column.name] = HeaderCell(index, name, unit_in_file, scale, bool(unit))
+    # a header that names a column, but with a unit that it cannot have: a problem, unless another header has the column
     for column in schema.columns:
         if column.name not in with_unknown_unit:
             continue
@@ -695,6 +759,7 @@ def _find_columns(table: _Table, schema: Schema) -> tuple[_Headers, list[Problem
         )
         first_name = next(filter(None, table.header))
         raise schema.refusal("header-below", allowed, first_name, table.header_row)
+    # then the columns of the schema that are missing, and those of the file that are left over
     missing = [column for column in schema.columns if column.name not in headers]
     for name in () if schema.others == "ignored" else unknown:
         # first among the columns that are missing, so that two misspellings get different answers
@@ -724,7 +789,8 @@ def _header_below(table: _Table, schema: Schema) -> int:
 def _column_of(header: str, schema: Schema) -> tuple[TableColumn | None, str | None]:
     """Return the column that a header names, None without one, and the unit that it states.
 
-    The unit is empty where the header states none, and None where it states one that the column cannot have.
+    The unit is empty where the header states none, and None where it states one that the column cannot have or where
+    there is no column. Names of the schema itself go before a name with a unit.
     """
     for column in schema.columns:
         if header == column.name:
@@ -744,7 +810,10 @@ def _column_of(header: str, schema: Schema) -> tuple[TableColumn | None, str | N
 def _check_cells_without_header(
     draft: DraftRow, names: Sequence[str], cells: Sequence[str]
 ) -> None:
-    """Add a problem for each filled cell below a blank header; `names`: headers of the columns."""
+    """Add a problem for each filled cell below a blank header, as where a comma cut a cell in two.
+
+    `names`, `cells`: Headers of the columns of the file, and the cells of the row, in the same order.
+    """
     for index, cell in enumerate(cells):
         if cell and (index >= len(names) or not names[index]):
             allowed = (
@@ -757,8 +826,12 @@ def _check_cells_without_header(
 # --- Text and workbooks
 
 
+MAX_BYTES = 50_000_000
+"""Most bytes of a table that is read by rows."""
+
+
 def _read_table(path: Path, schema: Schema) -> _Table:
-    """Read header and rows of a workbook or a text as text."""
+    """Read header and rows of a workbook or a text, as its first bytes show; raises CampaignError if it is neither."""
     data = files.read_bytes(path, schema.file, schema.area, MAX_BYTES)
     suffix = path.suffix.lower()
     if data.startswith(WORKBOOK):
@@ -773,7 +846,7 @@ def _read_table(path: Path, schema: Schema) -> _Table:
 
 
 def _decode_table(data: bytes, schema: Schema) -> str:
-    """Decode a text table; all line ends become line feeds."""
+    """Decode a text table; all line ends become line feeds. Raises CampaignError for a binary file or a web page."""
     if data and not text_head(data if utf16_of(data) else data.replace(b"\0", b"")):
         allowed = "csv or tsv as text, or xlsx; this file is none of them: save it again from a spreadsheet"
         raise schema.refusal("not-text", allowed)
@@ -789,26 +862,6 @@ def _too_many_rows(schema: Schema) -> CampaignError:
     return schema.refusal("too-many-rows", allowed, row=schema.most_rows)
 
 
-def _long_text(path: Path, schema: Schema) -> bytes:
-    """Return a text table in UTF-8 with line feeds as line ends; empty for a workbook, which is read by rows."""
-    cure = "leave out columns that are not needed, keep every tenth row, or part the table by media"
-    data = files.read_bytes(path, schema.file, schema.area, MAX_TEXT, cure)
-    if path.suffix.lower() in (".xlsx", ".xlsm") or data.startswith((WORKBOOK, _OLD_WORKBOOK)):
-        return b""
-    plain = data.isascii() and b"\r" not in data
-    return data if plain else _decode_table(data, schema).encode()
-
-
-def _next_row_start(text: bytes, begin: int, size: int) -> int:
-    """Return the place of the first row that starts `size` or more bytes after `begin`; quotes may hold line ends."""
-    stop = text.find(b"\n", begin + size) + 1 or len(text)
-    quotes = text.count(b'"', begin, stop)
-    while quotes % 2 and stop < len(text):
-        begin, stop = stop, text.find(b"\n", stop) + 1 or len(text)
-        quotes += text.count(b'"', begin, stop)
-    return stop
-
-
 def _read_csv(text: str, schema: Schema, suffix: str) -> _Table:
     """Read header and rows of a text; delimiter and decimal mark are found by the names and numbers in it."""
     if schema.comments:
@@ -816,7 +869,7 @@ def _read_csv(text: str, schema: Schema, suffix: str) -> _Table:
     first_line = next((line for line in io.StringIO(text) if line.strip()), "")
 
     def count_names(delimiter: str) -> tuple[int, int]:
-        """Count the names of columns in the first line, split at a delimiter, and the delimiters."""
+        """Return the number of cells in the first line that name a column, if it is split here, and of delimiters."""
         cells = (cell.strip().strip('"').strip() for cell in first_line.split(delimiter))
         known_names = sum(_column_of(cell, schema)[1] is not None for cell in cells)
         return known_names, first_line.count(delimiter)
@@ -836,7 +889,7 @@ def _read_csv(text: str, schema: Schema, suffix: str) -> _Table:
 
 
 def _add_rows(table: _Table, text: str, schema: Schema, most: float = math.inf) -> None:
-    """Add the rows of a text to a table; raises CampaignError for more than `most` rows."""
+    """Add the rows of a text to a table, below its last row; raises CampaignError for more than `most` rows."""
     try:
         records = records_of(io.StringIO(text), table.delimiter)
         for row, cells in enumerate(records, start=table.last + 1):
@@ -848,15 +901,32 @@ def _add_rows(table: _Table, text: str, schema: Schema, most: float = math.inf) 
         raise schema.refusal("not-csv", allowed, row=table.last + 1) from None
 
 
+MAX_UNPACKED = 40_000_000
+"""Most bytes of a workbook when unpacked."""
+MAX_TAGS = 3_000_000
+"""Most XML tags of a workbook, about four for each cell: enough for 45,000 runs, and any are read in seconds."""
+
+MAX_COLUMNS = 64
+"""Most columns of a sheet that are read."""
+_MERGED = re.compile(rb'<mergeCell ref="([A-Z]+)([0-9]+):([A-Z]+)([0-9]+)"')
+_Range = tuple[bytes, bytes, bytes, bytes]
+"""Merged cells of a sheet: letters of the left column, top row, right column, bottom row."""
+_MOST_MERGED = 1000
+"""Most ranges of merged cells, and most rows of each, that are searched."""
+
+
 def _read_workbook(data: bytes, schema: Schema) -> _Table:
-    """Read header and rows of the first sheet as text; bad cells are noted in the table, without a problem yet."""
+    """Read header and rows of the first sheet as text; bad cells are noted in the table, without a problem yet.
+
+    The sheet is read twice side by side, as results and as formulas: a formula without a result was never calculated.
+    """
     table = _Table()
     with contextlib.ExitStack() as opened:
         opened.enter_context(_workbook_errors(schema))
         has_formulas, merged_ranges = _check_archive(data, schema)
 
         def first_sheet(*, formulas: bool = False) -> tuple[Any, Iterator[tuple[Any, ...]]]:
-            """Open the first sheet, with the formulas of its cells or their results, and its rows."""
+            """Open the first sheet; return it, and its rows, with the formulas of its cells or their results."""
             file = io.BytesIO(data)
             sheet = opened.enter_context(open_workbook(file, formulas=formulas)).worksheets[0]
             return sheet, opened.enter_context(rows_of(sheet, MAX_COLUMNS))
@@ -874,6 +944,7 @@ def _read_workbook(data: bytes, schema: Schema) -> _Table:
                 if bad := _bad_cell(value, formula):
                     table.bad[row, index] = bad
                     texts[index] = texts[index] or bad[1]
+            # the first cell of merged ones has their value; the others look blank, and are bad if it is not
             for index, first_cell in merged.get(row, {}).items() if any(texts) else ():
                 if first_cell == (row, index):
                     text_of_merged[first_cell] = texts[index] if index < len(texts) else ""
@@ -886,7 +957,8 @@ def _read_workbook(data: bytes, schema: Schema) -> _Table:
 def read_sheets(path: Path, schema: Schema) -> Iterator[tuple[str, list[Line]]]:
     """Yield name, and number and cells of each row that is not blank, of every sheet of a table in any layout.
 
-    Raises CampaignError if the file cannot be read.
+    A text counts as one sheet with the name of its file. `schema`: Only its names for problems, and `most_rows`, are
+    used. Raises CampaignError if the file cannot be read.
     """
     data = files.read_bytes(path, schema.file, schema.area, MAX_BYTES)
     if not data.startswith(WORKBOOK):
@@ -908,7 +980,7 @@ def read_sheets(path: Path, schema: Schema) -> Iterator[tuple[str, list[Line]]]:
 
 @contextlib.contextmanager
 def _workbook_errors(schema: Schema) -> Iterator[None]:
-    """Turn whatever the library raises on a damaged file into a problem."""
+    """Turn whatever the library that reads workbooks raises in the block on a damaged file into a CampaignError."""
     try:
         yield
     except CampaignError:
@@ -921,7 +993,7 @@ def _workbook_errors(schema: Schema) -> Iterator[None]:
 
 
 def _check_archive(data: bytes, schema: Schema) -> tuple[bool, dict[str, list[_Range]]]:
-    """Refuse an archive that no spreadsheet writes, before it is parsed.
+    """Refuse an archive that no spreadsheet writes, before it is parsed: few bytes can unpack to any size.
 
     Returns whether there are formulas, and the merged ranges of each sheet by its path in the archive.
     """
@@ -945,7 +1017,10 @@ def _check_archive(data: bytes, schema: Schema) -> tuple[bool, dict[str, list[_R
 
 
 def _merged_cells(ranges: Sequence[_Range]) -> dict[int, dict[int, tuple[int, int]]]:
-    """Return, by row and column from 0, the cell that has the value of a merged cell: row and column of the first one."""
+    """Return row, to column from 0, to the row and column of the first cell of the merged range that holds this cell.
+
+    A spreadsheet shows the value of this first cell in all of the range, and stores it there alone.
+    """
     first_cells: dict[int, dict[int, tuple[int, int]]] = {}
     for left, top, right, bottom in ranges[:_MOST_MERGED]:
         first, last = place_of_column(left.decode()), place_of_column(right.decode())
@@ -956,7 +1031,11 @@ def _merged_cells(ranges: Sequence[_Range]) -> dict[int, dict[int, tuple[int, in
 
 
 def _bad_cell(value: Any, formula: Any) -> tuple[str, str] | None:
-    """Return code and text of a cell that holds no value typed by the user, else None."""
+    """Return code and text of a cell that holds no value typed by the user, else None.
+
+    `value`: Content of the cell, or the result of its formula. `formula`: The content of the cell; None where no sheet
+    has formulas.
+    """
     if value is None and formula is not None:
         return "formula", str(getattr(formula, "text", formula))
     if is_moment(value):

@@ -1,4 +1,9 @@
-"""Describes each key of a model in words: for messages, the JSON schema and the generated reference page."""
+"""Describes each key of a model in words: for messages, the JSON schema and the generated reference page.
+
+The models of `rftfit.campaign.config` and the columns of the run sheet are the source. A *node* is a part of a JSON
+schema: the description of a section or of one value. A section that can have several models, as an intruder is a plate
+or a leg, says by its *tag*, the key ``shape``, which one it has.
+"""
 
 from __future__ import annotations
 
@@ -21,8 +26,9 @@ from rftfit.errors import RftfitError
 from rftfit.store import write_text
 
 KeyPath = tuple[str | int, ...]
+"""Keys, and indices of entries of lists, that lead to a value in a file."""
 TAG = "shape"
-"""Key that says which of several models a section has."""
+"""Key whose value says which of several models a section has."""
 
 NAME, NUMBER = "<name>", "<number>"
 """Steps in the path of a key that stand for a name that the user chooses, and for an entry of a list."""
@@ -56,9 +62,9 @@ _TYPES = {
 class Key:
     """One key of a model, described in words.
 
-    `path`: Its steps are `NAME` or `NUMBER` where the user chooses. `tag`: Kind of section that has the key; empty:
-    all kinds. `default`: ``required`` where there is none. `description`: One sentence, for messages and tables.
-    `more`: What the reference page adds, with an example.
+    `path`: Its steps are `NAME` or `NUMBER` where the user chooses. `tag`: Tag of the sections that have the key; empty:
+    all have it. `type`, `unit`, `allowed`: Words. `default`: ``required`` where there is none. `description`: One sentence,
+    for messages and tables. `more`: What the reference page adds, with an example.
     """
 
     path: tuple[str, ...]
@@ -87,10 +93,11 @@ class Key:
 def schema(model: type[BaseModel] = Config) -> dict[str, Any]:
     """Return the JSON schema of a model, in which the text below a key in its class describes the key.
 
-    The result is cached: callers must not change it.
+    The result is cached, as it is slow to make: callers must not change it.
     """
     page = model.model_json_schema()
     module = sys.modules[model.__module__]
+    # by the name of its class, the node of the whole and those of its sections
     for name, section in {model.__name__: page, **page.get("$defs", {})}.items():
         classes = [cls for cls in getattr(module, name).__mro__ if issubclass(cls, Model)]
         # a class describes its keys anew where its base describes them, too
@@ -102,7 +109,7 @@ def schema(model: type[BaseModel] = Config) -> dict[str, Any]:
 
 @cache
 def _descriptions(module: str) -> dict[str, dict[str, str]]:
-    """Return the text below each key in the source of the models of a module, by class and key.
+    """Return the text below each key in the source of a module with models: name of the class, to key, to text.
 
     pydantic can read these texts, too, but would do so at every start of the program.
     """
@@ -125,22 +132,23 @@ def all_keys(model: type[BaseModel] = Config) -> tuple[Key, ...]:
 
 
 def keys_at(model: type[BaseModel], parent: KeyPath, tag: str = "") -> list[Key]:
-    """Return the keys that a section can have; `tag`: sort of the section; empty: unknown, so all."""
+    """Return the keys that the section at a path can have; `tag`: tag of the section; empty: unknown, so those of all."""
     keys = [key for key in all_keys(model) if key.fits((*parent, key.name))]
     return [key for key in keys if not (tag and key.tag and key.tag != tag)]
 
 
 def tags_of(model: type[BaseModel], section: KeyPath) -> list[str]:
-    """Return the words that the tag of a section can be."""
+    """Return the values that the tag of the section at a path can have."""
     return list(dict.fromkeys(key.tag for key in keys_at(model, section)))
 
 
 def _walk_keys(
     node: dict[str, Any], path: tuple[str, ...], defs: dict[str, Any], tag: str = ""
 ) -> Iterator[Key]:
-    """Yield each key below a node of the JSON schema.
+    """Yield each key below a node of the JSON schema, a section before its own keys.
 
-    `path`, `tag`: Of the section that the node describes, as in `Key`. `defs`: Nodes to which other nodes refer.
+    `path`, `tag`: Those of the section that the node describes, as in `Key`. `defs`: Name, to a node to which other nodes
+    refer.
     """
     for name, field in node.get("properties", {}).items():
         target = _resolve(field, defs)
@@ -168,13 +176,16 @@ def _walk_keys(
 
 
 def _short_and_more(text: str) -> tuple[str, str]:
-    """Return the first paragraph of a text, and all others, each on one line."""
+    """Return the first paragraph of a text, and all others together, both as a single line."""
     short, _, details = text.partition("\n\n")
     return " ".join(short.split()), " ".join(details.split())
 
 
 def _resolve(node: dict[str, Any], defs: dict[str, Any]) -> dict[str, Any]:
-    """Return the node to which a node refers; of several types the first one that is not null."""
+    """Return the node to which a node refers; of several types the first one that is not null, marked if null is another.
+
+    `defs`: As in `_walk_keys`. The mark, ``nullable``, is no word of JSON schema: `_describe_allowed` reads it.
+    """
     if "$ref" in node:
         target: dict[str, Any] = defs[node["$ref"].rsplit("/", 1)[1]]
         return target
@@ -195,7 +206,7 @@ def _describe_type(node: dict[str, Any]) -> str:
 
 
 def _items(node: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the nodes of the entries of a list: one for each place, or a single one for all; null is left out."""
+    """Return the nodes of the entries of a list: one for each entry, or a single one for all; null is left out."""
     items = node.get("prefixItems") or [node["items"]]
     return [
         _resolve(item_schema, {}) if "anyOf" in item_schema else item_schema
@@ -210,7 +221,7 @@ def _describe_types(node: dict[str, Any]) -> str:
 
 
 def _describe_default(field: dict[str, Any]) -> str:
-    """Return the words for the default of a key."""
+    """Return the words for the default of a key; `field`: its node, before it is resolved."""
     value = field.get("default")
     # the keys of a section have defaults of their own
     if "$ref" in field or isinstance(value, dict):
@@ -220,8 +231,17 @@ def _describe_default(field: dict[str, Any]) -> str:
     return ", ".join(f"{number:g}" for number in value) if isinstance(value, list) else str(value)
 
 
+_LIMITS = {
+    "exclusiveMinimum": "above",
+    "minimum": "at least",
+    "exclusiveMaximum": "below",
+    "maximum": "at most",
+}
+"""Word of JSON schema for a limit, to ours."""
+
+
 def _describe_allowed(node: dict[str, Any]) -> str:
-    """Return the words on what a value may be."""
+    """Return the words on what a value may be: ``a number above 0 and at most 1e+06``."""
     if "const" in node:
         return str(node["const"])
     if "enum" in node:
@@ -240,12 +260,7 @@ def _describe_allowed(node: dict[str, Any]) -> str:
     return text + (" or nothing" if node.get("nullable") else "")
 
 
-_LIMITS = {
-    "exclusiveMinimum": "above",
-    "minimum": "at least",
-    "exclusiveMaximum": "below",
-    "maximum": "at most",
-}
+# --- The reference page: words around its two tables
 
 
 _INTRO = """\
@@ -310,13 +325,13 @@ def reference_markdown() -> str:
 
 
 def _key_row(key: Key) -> tuple[str, ...]:
-    """Return the cells of a key in the table of keys."""
+    """Return the cells of a key in the table of keys of the reference page."""
     path = f"`{'.'.join(key.path)}`" + (f" ({key.tag})" if key.tag else "")
     return path, key.type, key.unit, key.default, key.allowed, key.description
 
 
 def _column_row(column: SheetColumn) -> tuple[str, ...]:
-    """Return the cells of a column of the run sheet in the table of columns."""
+    """Return the cells of a column of the run sheet in the table of columns of the reference page."""
     used = "all" if column.kinds == KINDS else ", ".join(column.kinds)
     used += f"; {column.direction} only" if column.direction else ""
     needed = used if column.needed else "may be blank"

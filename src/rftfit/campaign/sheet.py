@@ -1,4 +1,12 @@
-"""Reads the run sheet and checks each row, each run with its tare, and all rows together."""
+"""Reads the run sheet and checks each row, each run with its tare, and all rows together.
+
+A row is checked as a `DraftRow`: `text` and `number` have its good cells by column (a blank or bad cell is an empty text,
+and has no number), `bad` the columns with errors, and `note` adds a problem. "Refuse" in the checks below means to add a
+problem that is an error, so that the row makes no run; "warn", one that is a warning. A row without errors becomes a `Run`.
+
+The *tare* of a plate is a run of its rod alone on the same path (kind rod), that of a leg the leg turned in air (leg_air):
+its force is subtracted.
+"""
 
 from __future__ import annotations
 
@@ -21,9 +29,11 @@ from rftfit.store.chosen import chosen
 SCHEMA = Schema("sheet", COLUMNS, rows="runs")
 _CHOSEN = chosen("campaign", "sheet")
 
+# kind of run, to the shapes of intruders that it can have
 _SHAPES = {"plate": PLATE_SHAPES, "rod": PLATE_SHAPES, "leg": ("leg",), "leg_air": ("leg",)}
 _LOGS = tuple(column for column in COLUMNS if column.form == "path" and column.needed)
 _ZERO_LOG = next(column for column in COLUMNS if column.name == "zero_log")
+# name of a column, to its place in the sheet
 _ORDER = {column.name: index for index, column in enumerate(COLUMNS)}
 _TARE_OF = {"plate": "rod", "leg": "leg_air"}
 """Kind of run, to the kind of its tare."""
@@ -40,7 +50,8 @@ class Run:
 
     `medium`: Key of the configuration's ``media``; empty for ``leg_air``.
     `intruder`: Key of the configuration's ``intruders``.
-    `beta_deg`, `gamma_deg`: Angle of the plate, and of the path on the way down; NaN for legs.
+    `beta_deg`, `gamma_deg`: Angle of the plate, and of the path on the way down; NaN for legs. Beta is NaN also for a rod
+        that is the tare of plates at any angle.
     `depth_cm`: Depth of a horizontal run; NaN for all others.
     `force_log`, `motion_log`: Paths relative to the raw folder, with ``/`` and without ``.`` or ``..``.
     `tare_run`: run_id of the run to subtract; empty if there is none.
@@ -100,7 +111,8 @@ class Run:
 class Vocabulary:
     """Words of the configuration that a sheet may use; None where errors of the configuration hide them.
 
-    `shapes`: Intruder to its shape. `config`: The whole configuration, if it has no error.
+    `media`: Keys of the media. `shapes`: Key of each intruder, to its shape, empty where that has an error. `config`: The
+    whole configuration, if it has no error. Checks that need what is None are left out.
     """
 
     media: tuple[str, ...] | None = None
@@ -205,7 +217,7 @@ def _check_gamma(draft: DraftRow) -> None:
 
 
 def _check_direction_is_planned(draft: DraftRow, vocabulary: Vocabulary) -> None:
-    """Refuse a plate run in a direction that the config's grid does not plan."""
+    """Refuse a plate run in a direction that the config's grid does not plan: most often a typing error."""
     config, medium = vocabulary.config, draft.text["medium"]
     beta, gamma = draft.number.get("beta_deg"), draft.number.get("gamma_deg")
     if config is None or not medium or beta is None or gamma is None:
@@ -215,6 +227,7 @@ def _check_direction_is_planned(draft: DraftRow, vocabulary: Vocabulary) -> None
         return
     if draft.text["kind"] != "plate" or draft.yes("excluded"):
         return
+    # the direction (beta, gamma) in the table of alpha, where an extraction stands under another one than in the sheet
     cell = (beta, gamma)
     if draft.text["direction"] == "extraction":
         cell = file_extraction(beta, gamma)[:2]
@@ -237,7 +250,7 @@ def _check_stroke(draft: DraftRow) -> None:
 
 
 def _check_sources(draft: DraftRow) -> None:
-    """Refuse rows and columns of the logs that are not written as assignments."""
+    """Refuse cells on rows and columns of the logs that are no assignments: whether the logs have them, their reader says."""
     for name in OF_SOURCES:
         cell, form = draft.text[name], "column=value; column=value"
         try:
@@ -296,7 +309,10 @@ def _check_ids(drafts: list[DraftRow]) -> None:
 
 
 def same_file_needs_one_clock(method: str) -> str:
-    """Return the words on what is allowed where one file is both logs of a run, and `method` is not same_clock."""
+    """Return the words on what is allowed where one file is both logs of a run, and `method` is not same_clock.
+
+    `method`: Setting `clock.method`. One file has one clock: to bring two together would find an offset of noise.
+    """
     return (
         "a file of its own; or, where this one holds force and motion, clock.method same_clock in "
         f"the config, found {method}"
@@ -304,11 +320,16 @@ def same_file_needs_one_clock(method: str) -> str:
 
 
 def _check_files(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
-    """Refuse a log that two rows name, unless they are different strokes, rows or columns of it, or one rod."""
+    """Refuse a log that two rows name, unless they are different strokes, rows or columns of it, or one rod.
+
+    One log for two runs is mostly a typing error, and would count one push twice. Each use of a file, by a row as its
+    force_log or motion_log, is compared with the first use of this file and with all uses of the same stroke, rows and
+    columns of it: any other use differs in these.
+    """
     config = vocabulary.config
     method = "same_clock" if config is None else config.clock.method
     tolerance_deg = (config.arm if config else Arm()).angle_tolerance_deg
-    # by file the first row that names it, and by file, stroke, rows and columns all rows; each with the column of the log
+    # file, to its first use; and file, stroke, rows and columns, to all uses: each is a row and the column of the log there
     first_uses: dict[str, tuple[DraftRow, str]] = {}
     equal_uses: defaultdict[object, list[tuple[DraftRow, str]]] = defaultdict(list)
     for draft in drafts:
@@ -323,6 +344,7 @@ def _check_files(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
                 if earlier is draft and earlier_log == log:
                     continue
                 path_there = earlier.text[earlier_log]
+                # the row names this file as both of its logs
                 has_both_logs = earlier is draft and path_there == path
                 if has_both_logs and method != "same_clock":
                     draft.note(log, "one-file", path, same_file_needs_one_clock(method))
@@ -348,7 +370,7 @@ def _check_files(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
 
 
 def _rows_and_columns(draft: DraftRow, log: str) -> tuple[str, str]:
-    """Return the rows and columns of a log that belong to a run, as its row states them."""
+    """Return the rows and columns of a log that belong to a run, as its row states them; `log`: force_log or motion_log."""
     kind = log.removesuffix("_log")
     return draft.text[f"{kind}_where"], draft.text[f"{kind}_columns"]
 
@@ -356,9 +378,11 @@ def _rows_and_columns(draft: DraftRow, log: str) -> tuple[str, str]:
 def _are_different_strokes(first_row: DraftRow, second_row: DraftRow, tolerance_deg: float) -> bool:
     """Return whether two rows name different strokes of one log.
 
-    Strokes are counted for each direction of motion: a push and its pull back may both be number 1.
+    Strokes are counted for each direction of motion: a push and its pull back may both be number 1. `tolerance_deg`: The
+    arm's, between the direction of a row and that of its log.
     """
     first, second = first_row.number.get("stroke"), second_row.number.get("stroke")
+    # a row without a number takes the whole log, so that it differs from none
     if first is None or second is None or first != second:
         return None not in (first, second)
     first_gamma, second_gamma = (
@@ -370,7 +394,7 @@ def _are_different_strokes(first_row: DraftRow, second_row: DraftRow, tolerance_
 
 
 _MAY_DIFFER = ("run_id", "intruder", "beta_deg", "tare_run", "tare_shared", "reason", "note")
-"""Columns in which rows of kind rod that name one log may differ."""
+"""Columns in which rows of kind rod that name one log may differ, as one rod serves plates at several angles."""
 _MUST_AGREE = tuple(
     column.name
     for column in COLUMNS
@@ -384,7 +408,7 @@ def _are_rods(first_row: DraftRow, second_row: DraftRow) -> bool:
 
 
 def _differences(first_row: DraftRow, second_row: DraftRow) -> list[str]:
-    """Return the columns in which two rows of kind rod differ so that they cannot be one run."""
+    """Return the columns in which two rows of kind rod differ so that they cannot be one run; empty: they are one."""
     return [
         name
         for name in _MUST_AGREE
@@ -399,9 +423,11 @@ def merge_rods(runs: list[Run]) -> list[Run]:
     The merged run has the run_id of the first row, and no angle where the rows have different ones. In runs that name
     another of these rows as tare, this run replaces it.
     """
+    # cells in which rows must agree, to the first row that has them
     first_rows: dict[tuple[object, ...], Run] = {}
     # run_id of a rod, to that of the first row with the same log
     merged_ids: dict[str, str] = {}
+    # run_id of a merged run, to the attack angles of its rows
     angles: defaultdict[str, set[float]] = defaultdict(set)
     for run in runs:
         if run.kind == "rod":
@@ -421,6 +447,7 @@ def merge_rods(runs: list[Run]) -> list[Run]:
 
 def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
     """Check each run with its tare; warn of runs without a tare, and of tares without a run."""
+    # rows by run_id, the first of several with one
     by_id: dict[str, DraftRow] = {}
     for draft in drafts:
         by_id.setdefault(draft.text["run_id"], draft)
@@ -429,6 +456,7 @@ def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
     ids_by_kind: defaultdict[str, list[str]] = defaultdict(list)
     for name in sorted(by_id):
         ids_by_kind[by_id[name].text["kind"]].append(name)
+    # run_id of a tare, to the rows that use it; and the rows without a tare, with the words for the kind of tare
     users: defaultdict[str, list[DraftRow]] = defaultdict(list)
     untared: list[tuple[DraftRow, str]] = []
     searches = 0
@@ -508,7 +536,7 @@ def _check_shared(tare: str, users: list[DraftRow]) -> None:
 
 
 def _check_match(draft: DraftRow, tare: DraftRow) -> None:
-    """Compare a run with its tare; add a problem for each difference."""
+    """Compare a run with its tare; add a problem for each difference: the force on another path is not that of the rod."""
     kind, name = draft.text["kind"], draft.text["tare_run"]
     where = f"{name} (row {tare.row})"
     if not tare.text["kind"]:
@@ -540,9 +568,10 @@ def find_shift(
 ) -> tuple[int, list[int]] | None:
     """Find the number of rows by which a column is shifted, and the contradicted rows that this shift explains.
 
-    `rows`: Contradicted rows, as numbers among all rows. `fits`: Function of an index in `rows` and a row: whether the
-    cells of that row fit the contradicted row. Returns the shift (positive: cells stand above their row) and indices in
-    `rows`; None where no shift explains most of them.
+    A cell deleted or inserted in a spreadsheet shifts all cells below it in its column. `rows`: Indices of the
+    contradicted rows among all rows. `fits`: Function of an index in `rows` and the index of a row: whether the cell in
+    that row fits the contradicted row. Returns the shift (positive: cells stand above their row) and indices in `rows`;
+    None where no shift explains most of them.
     """
     explained = {
         shift: [index for index, row in enumerate(rows) if fits(index, row - shift)]
@@ -578,7 +607,7 @@ def _report_shifted_column(drafts: list[DraftRow], by_id: Mapping[str, DraftRow]
     ]
     likeliest_shift = find_shift(
         [index for index, _ in contradictions],
-        lambda number, index: has_beta_of(index, contradictions[number][1]),
+        lambda contradiction, index: has_beta_of(index, contradictions[contradiction][1]),
     )
     if likeliest_shift is None:
         return
@@ -593,11 +622,12 @@ def _report_shifted_column(drafts: list[DraftRow], by_id: Mapping[str, DraftRow]
 
 
 def _agree_in(column: str, draft: DraftRow, tare: DraftRow) -> bool:
-    """Return whether a run and its tare agree in a column."""
+    """Return whether a run and its tare agree in a column, numbers within what a sheet rounds off."""
     if column not in draft.number:
         return draft.text[column] == tare.text[column]
     of_run, of_tare = draft.number[column], tare.number[column]
     if column == "beta_deg":
+        # a plate at -90 deg is the same as at 90
         return bool(same_direction(of_run, 0.0, of_tare, 0.0, _CHOSEN.same_angle_deg))
     same = _CHOSEN.same_depth_cm if column == "depth_cm" else _CHOSEN.same_angle_deg
     return bool(abs(of_run - of_tare) <= same)
@@ -608,11 +638,15 @@ def _agree_in(column: str, draft: DraftRow, tare: DraftRow) -> bool:
 
 LogKind = Literal["force", "motion"]
 
+# kind of log, to the quantities that its columns can be
 _QUANTITIES = {"force": get_args(ForceQuantity), "motion": get_args(MotionQuantity)}
 
 
 def read_assignments(text: str) -> dict[str, str]:
-    """Read ``name=value; name=value`` into a dictionary; raises ValueError for another form, or a name given twice."""
+    """Read ``name=value; name=value`` into a dictionary, empty for a blank text.
+
+    Raises ValueError for another form, or a name given twice.
+    """
     assignments: dict[str, str] = {}
     for item in filter(str.strip, text.split(";")):
         name, equals, value = (cell.strip() for cell in item.partition("="))
@@ -625,7 +659,7 @@ def read_assignments(text: str) -> dict[str, str]:
 
 
 def read_log_columns(text: str, log: LogKind) -> dict[str, str]:
-    """Read ``quantity=column; quantity=column`` into a dictionary; raises ValueError, also for an unknown quantity."""
+    """Read ``quantity=column; quantity=column`` as `read_assignments` does; raises ValueError also for an unknown quantity."""
     columns = read_assignments(text)
     for quantity in columns:
         if quantity not in _QUANTITIES[log]:

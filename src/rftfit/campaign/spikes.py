@@ -4,7 +4,17 @@ A loose contact, a lost packet or a code for "no data" gives readings with a jum
 true step stays on the other side, and a force that slips falls from a peak to which it has risen: such readings are
 close to the readings on one of their sides.
 
-Equal readings in a row are a *level*. Thresholds and their reasons stand in ``chosen.toml``.
+Terms and arrays of all functions:
+
+- `values`: n readings of one channel in the order of time, in any unit, finite; a mask (n,) is True for false readings
+- a *level*: equal readings in a row, which count as one, since a channel slower than its logger repeats each reading;
+  `level` (m,): the reading of each level; `starts` (m,): the row in which it begins
+- a *step* is the size of the change from one level to the next; a *jump* is a step that is large beside those near it
+- a *group*: neighbouring levels between two jumps, as the first level and the one behind the last; it may be a spike
+- `far` (m,): distance from which other levels are far from a level
+
+The attributes of `_SPIKES`, `_HELD`, `_STEPS`, `_PLATEAU` and `_POSITIONS` are thresholds; the tables of these names in
+``chosen.toml`` give the reason of each.
 """
 
 from __future__ import annotations
@@ -20,6 +30,7 @@ from rftfit.conventions import FloatArray
 from rftfit.store.chosen import chosen
 
 Mask = npt.NDArray[np.bool_]
+"""True for the readings in question, shape (n,)."""
 
 _SPIKES = chosen("campaign", "spikes")
 _HELD = chosen("campaign", "held")
@@ -27,15 +38,15 @@ _STEPS = chosen("campaign", "steps")
 _PLATEAU = chosen("campaign", "plateau")
 _POSITIONS = chosen("campaign", "positions")
 
-FEWEST_ROWS: int = _SPIKES.most_rows
-"""Most rows in a row that may be a spike, in the slowest log."""
+MOST_LONE_ROWS: int = _SPIKES.most_rows
+"""Most rows of one spike or lone position in the slowest log; callers allow spikes of more rows in a faster log."""
 MOST_SHARE: float = _SPIKES.most_share
-"""Largest share of spikes: with more of them, the good readings cannot be told from the bad ones."""
+"""Largest share of spikes among the readings: with more, good and bad ones cannot be told apart; callers refuse the log."""
 
 
 def find_spikes(
     values: FloatArray,
-    most_rows: int = FEWEST_ROWS,
+    most_rows: int = MOST_LONE_ROWS,
     times: float = _SPIKES.times_usual_step,
     *,
     ends_in_push: bool = False,
@@ -49,7 +60,7 @@ def find_spikes(
     most_rows : int, optional
         Most rows of a spike; readings that stay away longer may be right.
     times : float, optional
-        Least distance of a spike from the readings beside it, in small steps near it.
+        Least distance of a spike from the readings beside it, in usual steps near it (`_usual_steps`).
     ends_in_push : bool, optional
         Whether the first and the last reading are from a steady push, as in a table of stress: then a reading far
         away at an end is a spike, and no true step.
@@ -67,9 +78,11 @@ def find_spikes(
 def _find_repeatedly(find_once: Callable[[FloatArray], Mask], values: FloatArray) -> Mask:
     """Mark the bad readings among `values`, shape (..., n): search again without those found, until no more are found.
 
-    Where many readings are bad, some are found only after others have been removed.
+    Where many readings are bad, some are found only after others have been removed. `find_once`: Returns the mask of one
+    search. The mask that is returned has shape (n,).
     """
     is_bad = marked = find_once(values)
+    # rows of the readings that are left
     unmarked = np.arange(marked.size)
     while is_bad.any():
         unmarked = unmarked[~is_bad]
@@ -79,7 +92,7 @@ def _find_repeatedly(find_once: Callable[[FloatArray], Mask], values: FloatArray
 
 
 def _find_spikes_once(values: FloatArray, most_rows: int, times: float, ends_in_push: bool) -> Mask:
-    """Mark readings far from the level on both sides; the arguments as in `find_spikes`."""
+    """Mark groups far from the levels on both sides, and a first or last level far from all; arguments: `find_spikes`."""
     nothing = np.zeros(values.size, dtype=bool)
     starts = _starts_of_levels(values[1:] != values[:-1])
     level = values[starts]
@@ -87,7 +100,7 @@ def _find_spikes_once(values: FloatArray, most_rows: int, times: float, ends_in_
         return nothing
     step = np.abs(level[1:] - level[:-1])
     far = times * _usual_steps(step)
-    # a fast way out, as most logs have no jump: a spike has a jump of about its size at both ends
+    # a fast way out, as most logs have no jump; half, since a spike that is far has a jump of about its size at both ends
     jumps = np.flatnonzero(step > np.minimum(far[1:], far[:-1]) / 2)
     if not jumps.size:
         return nothing
@@ -98,10 +111,11 @@ def _find_spikes_once(values: FloatArray, most_rows: int, times: float, ends_in_
         for first, stop in _choose_groups(groups, level, edges):
             is_spike[first:stop] = True
     lengths = np.diff(edges)
+    # the first and last level have neighbours on one side only, and are judged by stricter rules
     for end in (0, -1):
         if (
             step[end] > far[end]
-            and lengths[end] <= FEWEST_ROWS
+            and lengths[end] <= MOST_LONE_ROWS
             and _is_end_alone(level, far, at_start=end == 0, ends_in_push=ends_in_push)
         ):
             is_spike[end] = True
@@ -109,7 +123,7 @@ def _find_spikes_once(values: FloatArray, most_rows: int, times: float, ends_in_
 
 
 def _starts_of_levels(changes: Mask) -> np.ndarray:
-    """Return the rows in which levels start.
+    """Return the rows in which levels start, shape (m,).
 
     `changes`: True for each reading from the second on that differs from the one before, shape (n - 1,).
     """
@@ -117,11 +131,12 @@ def _starts_of_levels(changes: Mask) -> np.ndarray:
 
 
 def _may_come_back(level: FloatArray, jumps: np.ndarray, edges: np.ndarray, most_rows: int) -> bool:
-    """Return whether a jump is soon followed by one the other way: a fast test, which most logs do not pass.
+    """Return whether a jump is followed by one the other way within `most_rows`: a fast test, which most logs do not pass.
 
-    `level`, `jumps`, `edges`: As in `_candidate_groups`.
+    `jumps`, `edges`: As in `_candidate_groups`.
     """
     grows = level[jumps + 1] > level[jumps]
+    # jumps whose next jump goes the other way, and the number of rows between the two
     turns = np.flatnonzero(grows[1:] != grows[:-1])
     rows_away = edges[jumps[turns + 1] + 1] - edges[jumps[turns] + 1]
     return bool((rows_away <= most_rows).any())
@@ -137,43 +152,44 @@ def _candidate_groups(
 ) -> Iterator[tuple[int, int]]:
     """Yield groups of levels between two jumps that are far from the levels on both sides: first level, and stop.
 
-    `level`: Readings of the levels. `jumps`: Last level before each jump. `far`: Least distance of each level that
-    counts as far. `edges`: First row of each level, and the number of rows.
+    For each jump in, the nearest jump out that makes such a group, of at most `most_rows` rows. `jumps`: Last level
+    before each jump. `edges` (m + 1,): First row of each level, and the number of rows.
     """
-    # levels on both sides of each jump; near an end of the log those that are missing are replaced by their mirror image
+    # medians beside each jump; indices beyond an end of the log are reflected there: -1 becomes 1
     sides = np.arange(_SPIKES.side)
     last = level.size - 1
     before = np.median(level[np.abs(jumps[:, None] - sides)], axis=1)
     after = np.median(level[last - np.abs(last - jumps[:, None] - 1 - sides)], axis=1)
     low, high = np.quantile(values, [0.1, 0.9])
     least = _SPIKES.least_of_range * float(high - low)
-    firsts = (jumps + 1).tolist()
-    for entry, first in enumerate(firsts):
+    levels_after_jumps = (jumps + 1).tolist()
+    for jump_in, first in enumerate(levels_after_jumps):
         if first < _SPIKES.fewest:
             continue
-        # of the levels of the group that are seen so far
+        # extremes of the levels of the group that are seen so far: those from `first` to before `seen`
         lowest, highest, least_far, seen = math.inf, -math.inf, math.inf, first
-        for back in range(entry + 1, len(firsts)):
-            stop = firsts[back]
+        for jump_out in range(jump_in + 1, len(levels_after_jumps)):
+            stop = levels_after_jumps[jump_out]
             if edges[stop] - edges[first] > most_rows or stop > level.size - _SPIKES.fewest:
                 break
             lowest = min(lowest, float(level[seen:stop].min()))
             highest = max(highest, float(level[seen:stop].max()))
             least_far = min(least_far, float(far[seen:stop].min()))
             seen = stop
-            if lowest <= before[entry] <= highest:
+            if lowest <= before[jump_in] <= highest:
                 # some level is not outside, which further levels cannot change
                 break
-            # readings between the two levels may be right: the force was changing from one to the other
-            low, high = sorted((before[entry], after[back]))
+            # readings between the two medians may be right: the force was changing from one to the other
+            low, high = sorted((before[jump_in], after[jump_out]))
             distance = max(lowest - high, low - highest)
+            # a single level that stands out is a spike by its distance; several must be no bump of the force
             is_peak = stop == first + 1 and _is_peak(level, first)
             if distance > least_far and (
                 is_peak
                 or (
                     distance > least
-                    and _is_sharp(level, (first - 1, first), before[entry])
-                    and _is_sharp(level, (stop, stop - 1), after[back])
+                    and _is_sharp(level, (first - 1, first), before[jump_in])
+                    and _is_sharp(level, (stop, stop - 1), after[jump_out])
                 )
             ):
                 yield first, stop
@@ -190,20 +206,22 @@ def _choose_groups(
     candidate, in the order of time. `edges`: First row of each level.
     """
     for chain in _chains(groups):
+        # the levels by which choices are compared: those of the chain, and some on both sides
         start = max(chain[0][0] - _SPIKES.block, 0)
         stop = max(stop for _, stop in chain) + _SPIKES.block
         shortest_first = sorted(chain, key=lambda group: edges[group[1]] - edges[group[0]])
-        least, chosen = math.inf, chain
+        least, best_choice = math.inf, chain
         for order in (shortest_first, chain, chain[::-1]) if len(chain) > 1 else ():
-            apart = _without_touching(order)
+            choice = _without_touching(order)
             is_good = np.ones(level.size, dtype=bool)
-            for first, behind in apart:
+            for first, behind in choice:
                 is_good[first:behind] = False
             good = level[start:stop][is_good[start:stop]]
+            # the whole way of the good readings, less the way that leads from the first to the last of them
             there_and_back = float(np.abs(np.diff(good)).sum()) - abs(float(good[-1] - good[0]))
             if there_and_back < least / 2:
-                least, chosen = there_and_back, apart
-        yield from chosen
+                least, best_choice = there_and_back, choice
+        yield from best_choice
 
 
 def _chains(groups: Sequence[tuple[int, int]]) -> Iterator[list[tuple[int, int]]]:
@@ -219,25 +237,25 @@ def _chains(groups: Sequence[tuple[int, int]]) -> Iterator[list[tuple[int, int]]
 
 
 def _without_touching(groups: Iterable[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Return the first group, and each further one that touches none of those chosen before it."""
-    chosen: list[tuple[int, int]] = []
+    """Return the first group, and each further one that touches none of those taken before it."""
+    apart: list[tuple[int, int]] = []
     for first, stop in groups:
-        if all(stop < start or first > end for start, end in chosen):
-            chosen.append((first, stop))
-    return chosen
+        if all(stop < start or first > end for start, end in apart):
+            apart.append((first, stop))
+    return apart
 
 
 def _is_peak(level: FloatArray, index: int) -> bool:
-    """Return whether the steps before and behind a level have opposite signs; on the side of a bump they have not."""
+    """Return whether a level is above both its neighbours or below both; on the side of a bump it is between them."""
     before, peak, behind = level[index - 1 : index + 2]
     return bool((peak - before) * (behind - peak) < 0)
 
 
 def _is_sharp(level: FloatArray, edge: tuple[int, int], beside: float) -> bool:
-    """Return whether a single jump leads from the level beside a group into the group.
+    """Return whether a single jump leads from the levels beside a group into the group: else it may be a true bump.
 
-    A bump of the force begins and ends with several steps. `edge`: Last level outside the group, first level inside.
-    `beside`: Median of the levels beside the group.
+    A bump of the force begins and ends with several steps. `edge`: Index of the level outside the group, next to it, and
+    of the level inside, next to that. `beside`: Median of the levels on this side of the group.
     """
     outside, inside = edge
     jump = abs(float(level[inside] - level[outside]))
@@ -250,7 +268,7 @@ def _is_end_alone(
     """Return whether the first or last level is a spike: far from the levels beside it, which are close together.
 
     A force may rise or fall at once where a log begins or ends, but not to a value far outside all other readings.
-    `far`: Least distance of each level that counts as far. `ends_in_push`: As in `find_spikes`.
+    `at_start`: Judge the first level, else the last. `ends_in_push`: As in `find_spikes`.
     """
     ordered = level if at_start else level[::-1]
     beside = ordered[1 : 1 + _SPIKES.side]
@@ -263,13 +281,14 @@ def _is_end_alone(
 
 
 def _usual_steps(step: FloatArray) -> FloatArray:
-    """Return the usual step near each of n + 1 readings, from the n steps between them.
+    """Return the usual step near each of m levels, from the m - 1 steps between them.
 
     It is the lower quartile of the steps of a block, and of three neighbouring blocks the largest. A quartile, since
     steps to and from bad readings are large: a quarter of bad readings makes half of the steps large.
     """
     size = min(_SPIKES.block, step.size)
     count = step.size // size
+    # the steps behind the last whole block get the value of that block
     blocks = step[: count * size].reshape(count, size)
     quarter = size // 4
     lower_quartile = np.partition(blocks, quarter, axis=1)[:, quarter]
@@ -308,6 +327,7 @@ def find_held(values: FloatArray) -> Mask:
     # a fast way out, as most channels have no jump behind equal readings: a coarse sensor changes by one bit
     if np.count_nonzero(repeats) < _HELD.fewest - 1:
         return held
+    # three repeats, which are four equal readings, and then a change: the end of the shortest hold
     ends_hold = repeats[2:-1] & repeats[1:-2] & repeats[:-3]
     if not ends_hold.any():
         return held
@@ -324,12 +344,13 @@ def find_held(values: FloatArray) -> Mask:
     level = values[starts]
     long = np.flatnonzero(lengths[:-1] >= _HELD.fewest)
     # a channel that is slower than its logger repeats each reading
-    usual = float(np.quantile(lengths, _SPIKES.usual_share))
+    usual_length = float(np.quantile(lengths, _SPIKES.usual_share))
     # half of what makes a spike, since there is a jump at one end alone
     far = _SPIKES.times_usual_step * _usual_steps(steps) / 2
-    for index in long[lengths[long] >= _HELD.times_usual * usual]:
+    for index in long[lengths[long] >= _HELD.times_usual * usual_length]:
         jump = abs(level[index + 1] - level[index])
         jump_before = abs(level[index] - level[max(index - 1, 0)])
+        # a reading that was new before it was held was reached by a small step
         if jump > far[index] and jump_before < jump / 2:
             held[starts[index] + 1 : starts[index + 1]] = True
     return held
@@ -339,14 +360,17 @@ def find_held(values: FloatArray) -> Mask:
 
 
 class LastingStep(NamedTuple):
-    """A jump that stays, between the readings in `row` and the row before; `size`: in the unit of the readings."""
+    """A jump that stays, between the readings in `row` and the row before; `size`: signed, in the unit of the readings."""
 
     row: int
     size: float
 
 
 def find_steps(values: FloatArray, rows: int) -> list[LastingStep]:
-    """Find the jumps after which readings continue at a distance from the trend before.
+    """Find the jumps after which readings continue at a distance from the trend before, as when a zero shifts.
+
+    A jump counts if lines through the readings before and after it are about as far apart as it is large, and it is no
+    slip (`_is_slip`); in a log with very many jumps none counts.
 
     Parameters
     ----------
@@ -365,11 +389,13 @@ def find_steps(values: FloatArray, rows: int) -> list[LastingStep]:
         return []
     size = min(_SPIKES.block, change.size)
     count = change.size // size
+    # the trend is the median change in each block; changes behind the last whole block have its trend
     trend = np.median(change[: count * size].reshape(count, size), axis=1)
     away = np.abs(change - trend[np.minimum(np.arange(change.size) // size, count - 1)])
     far = _STEPS.times_usual_change * _usual_departures(away, size, count)
     # a change over several readings is no step: the changes beside a jump must be small
     padded = np.concatenate([[0.0, 0.0], away, [0.0, 0.0]])
+    # the largest of the two departures before and the two behind each change
     beside = np.maximum.reduce([padded[:-4], padded[1:-3], padded[3:-1], padded[4:]])
     jumps = np.flatnonzero((away > far) & (beside <= _SPIKES.most_of_jump * away))
     if jumps.size > _STEPS.most_jumps:
@@ -381,6 +407,7 @@ def find_steps(values: FloatArray, rows: int) -> list[LastingStep]:
         after = values[jump + 1 : jump + 1 + rows]
         if min(before.size, after.size) < _STEPS.fewest_for_trend:
             continue
+        # both lines are taken in the row behind the jump; the readings before it are reversed, to end there
         gap = _start_of_line(after) - _start_of_line(before[::-1], beyond=1.0)
         stays = _STEPS.staying[0] < gap / change[jump] < _STEPS.staying[1]
         if stays and not _is_slip(change, np.flatnonzero(away > far), jump, rows):
@@ -392,7 +419,8 @@ def _is_slip(change: FloatArray, jumps: np.ndarray, jump: int, rows: int) -> boo
     """Return whether a jump is a slip of the force: one of many jumps in the same direction.
 
     Between slips the force grows back. A zero that changes, or a loose cable, jumps seldom, or in both directions.
-    `change`: Changes from reading to reading. `jumps`: Places of all large changes. `rows`: Rows in a second.
+    `change`: Changes from reading to reading. `jumps`, `jump`: Indices in it of all large changes, and of the one in
+    question. `rows`: Rows in a second.
     """
     near = jumps[np.abs(jumps - jump) <= _STEPS.seconds_around * rows]
     ratios = change[near] / change[jump]
@@ -402,16 +430,16 @@ def _is_slip(change: FloatArray, jumps: np.ndarray, jump: int, rows: int) -> boo
 
 
 def may_step(channels: FloatArray) -> np.ndarray:
-    """Return the numbers of the `channels`, shape (k, n), that may have a step: a fast test, which few channels pass.
+    """Return the indices of the `channels`, shape (k, n), that may have a step: a fast test, which few channels pass.
 
-    One change is far from the others near it.
+    In them one change departs far from the mean of its block of changes. Callers search only these by `find_steps`.
     """
     change = channels[:, 1:] - channels[:, :-1]
     size = min(_SPIKES.block, change.shape[1])
     if size < 2 * _STEPS.fewest_for_trend:
         return np.arange(0)
     count = change.shape[1] // size
-    # the last block ends with the last change
+    # the last block ends with the last change, and may overlap the one before
     blocks = np.concatenate([change[:, : count * size], change[:, -size:]], axis=1)
     away = blocks.reshape(-1, count + 1, size)
     away -= away.mean(axis=2, keepdims=True)
@@ -421,20 +449,21 @@ def may_step(channels: FloatArray) -> np.ndarray:
 
 
 def _usual_departures(away: FloatArray, size: int, count: int) -> FloatArray:
-    """Return the usual departure from the trend near each change, shape (n,).
+    """Return the usual departure from the trend near each change, shape as `away`.
 
-    It is the median in a block, and of three neighbouring blocks the largest. `away`: Departures, shape (n,). `size`,
-    `count`: Changes in a block, and number of blocks.
+    It is the median in a block, and of three neighbouring blocks the largest. `away`: Size of the departure of each
+    change. `size`, `count`: Changes in a block, and number of whole blocks.
     """
     usual = np.median(away[: count * size].reshape(count, size), axis=1)
-    near = _largest_near(usual)
+    near = _largest_near(usual)  # by block
     # where most readings repeat the one before, the median is 0, and any change would be a step
     least = float(np.quantile(away, _SPIKES.usual_share) / _STEPS.times_usual_change)
-    return np.maximum(near, least)[np.minimum(np.arange(away.size) // size, count - 1)]
+    block_of_change = np.minimum(np.arange(away.size) // size, count - 1)
+    return np.maximum(near, least)[block_of_change]
 
 
 def _start_of_line(values: FloatArray, beyond: float = 0.0) -> float:
-    """Return the value of the straight line through some readings at the first one, or `beyond` rows before it."""
+    """Return the value of the straight line through some readings at the first one, or `beyond` rows before that."""
     return float(values.mean()) - _slope_by_row(values) * ((values.size - 1) / 2 + beyond)
 
 
@@ -443,6 +472,9 @@ def _start_of_line(values: FloatArray, beyond: float = 0.0) -> float:
 
 def find_plateau(values: FloatArray) -> Mask:
     """Mark the readings at the end of an amplifier: the highest level, where growth stops at once and noise is left.
+
+    Such readings are false: the load grew on while the amplifier could not follow. The longest stretch near the highest
+    reading counts if readings grew before it, hardly grow in it, and only scatter there.
 
     Parameters
     ----------
@@ -461,6 +493,7 @@ def find_plateau(values: FloatArray) -> Mask:
     noise = _estimate_noise(values[:: 1 + values.size // _PLATEAU.most_for_noise])
     highest = float(values.max())
     near = np.count_nonzero(values >= highest - _PLATEAU.times_noise * noise)
+    # few readings near the highest, or no load beyond the noise
     if near < _PLATEAU.fewest or highest < 2 * _PLATEAU.times_noise * noise:
         return nothing
     first, last = _longest_at_top(values, noise)
@@ -472,7 +505,9 @@ def find_plateau(values: FloatArray) -> Mask:
     length = last + 1 - first
     # before the end: readings that are below it by more than their noise
     below = np.flatnonzero(values[:first] < highest - _PLATEAU.times_noise / 2 * noise)
-    before = values[below[-min(max(length, _PLATEAU.fewest), _PLATEAU.most_before) :]]
+    # as many as there are at the end, within limits
+    count_before = min(max(length, _PLATEAU.fewest), _PLATEAU.most_before)
+    before = values[below[-count_before:]]
     if before.size < _PLATEAU.fewest:
         return nothing
     growth_before = _slope_by_row(before)
@@ -483,17 +518,20 @@ def find_plateau(values: FloatArray) -> Mask:
     inside = values[first + entered : last]
     if inside.size < _PLATEAU.fewest:
         return nothing
-    white = float(np.diff(inside, n=2).std()) / math.sqrt(6)
-    if np.ptp(inside) > 0 and float(inside.std()) > _PLATEAU.most_sway * white:
+    # readings that sway are a true force: they scatter by more than their white noise, which second differences show
+    white_noise = float(np.diff(inside, n=2).std()) / math.sqrt(6)
+    if np.ptp(inside) > 0 and float(inside.std()) > _PLATEAU.most_sway * white_noise:
         return nothing
     growth = _slope_by_row(inside)
-    # the growth of a curve that bends to its highest point becomes smaller before it
+    # growth by row from a quarter of the load on: a curve that bends to its highest point grows by less before it
     quarter = int(np.argmax(values >= values[first] / 4))
     usual_growth = float(values[first] - values[quarter]) / max(first - quarter, 1)
-    if growth_before * inside.size < _PLATEAU.least_lost * noise or not (
+    lost_growth = growth_before * inside.size
+    stops_at_once = (
         abs(growth) < _PLATEAU.most_growth * growth_before
         and growth_before > _PLATEAU.least_growth * usual_growth
-    ):
+    )
+    if lost_growth < _PLATEAU.least_lost * noise or not stops_at_once:
         return nothing
     nothing[first : last + 1] = True
     return nothing
@@ -517,7 +555,10 @@ def _estimate_noise(values: FloatArray) -> float:
 
 
 def _longest_at_top(values: FloatArray, noise: float) -> tuple[int, int]:
-    """Return first and last row of the longest stretch of readings within the noise of the highest one."""
+    """Return first and last row of the longest stretch of readings within the noise of the highest one.
+
+    `noise`: Its standard deviation. Single readings below the others may lie in the stretch.
+    """
     near = np.flatnonzero(values >= values.max() - _PLATEAU.times_noise * noise)
     breaks = np.flatnonzero(np.diff(near) > _PLATEAU.most_apart)
     firsts = near[np.append(0, breaks + 1)]
@@ -538,7 +579,8 @@ def _slope_by_row(values: FloatArray) -> float:
 _QUARTILE, _UPPER_FIFTH = 0.319 * math.sqrt(1.5), 1.282 * math.sqrt(1.5)
 """25 % and 80 % quantile of the distance aside, in standard deviations of normal noise of a coordinate.
 
-The distance aside is that of a coordinate from the middle of its neighbours, with 1 + 1/4 + 1/4 of its variance.
+The distance aside is that of a coordinate from the middle of its two neighbours, with 1 + 1/4 + 1/4 of its variance. A
+quantile of the distances divided by one of these numbers is an estimate of the noise.
 """
 
 
@@ -563,59 +605,70 @@ def find_lone_positions(*axes: FloatArray) -> Mask:
 
 
 def _find_lone_once(path: FloatArray) -> Mask:
-    """Mark the positions farthest aside, in a path of shape (axes, n); equal positions in a row count as one."""
+    """Mark the positions farthest aside, in a path of shape (k, n) with k axes; equal positions in a row are one level.
+
+    A position is lone if it is farther aside than its neighbours in the path, the noise, and the usual way from level to
+    level allow. `_find_repeatedly` calls this again without those found, which put their neighbours aside, too.
+    """
     nothing = np.zeros(path.shape[1], dtype=bool)
     moves = (path[:, 1:] != path[:, :-1]).any(axis=0)
     starts = _starts_of_levels(moves)
     if starts.size < _POSITIONS.fewest:
         return nothing
     lengths = np.diff(np.append(starts, path.shape[1]))
-    level = path.take(starts, axis=1)  # contiguous along the rows, which is fast below
+    level = path.take(starts, axis=1)  # (k, m), contiguous along the rows, which is fast below
+    # from the middle of the two neighbours: by axis (k, m - 2), and the distance of all inner levels (m - 2,)
     aside = level[:, 1:-1] - (level[:, :-2] + level[:, 2:]) / 2
     inner = np.sqrt((aside**2).sum(axis=0))
     least = _POSITIONS.least_part * float(np.ptp(level, axis=1).max())
     if 2 * inner.max() <= least:  # twice, as an end may be that far aside (`_end_aside`)
         return nothing
-    off = np.concatenate([[_end_aside(inner)], inner, [_end_aside(inner[::-1])]])
-    size = np.abs(aside)
-    quartile = np.partition(size, inner.size // 4, axis=1)[:, inner.size // 4]
+    distance = np.concatenate([[_end_aside(inner)], inner, [_end_aside(inner[::-1])]])  # (m,)
+    aside_by_axis = np.abs(aside)
+    quartile = np.partition(aside_by_axis, inner.size // 4, axis=1)[:, inner.size // 4]
     far = max(_POSITIONS.times_noise * float(quartile.max()) / _QUARTILE, least)
-    largest_beside = np.maximum(np.append(off[1:], 0.0), np.append(0.0, off[:-1]))
-    suspects = np.flatnonzero((off > far) & (off >= largest_beside) & (lengths <= FEWEST_ROWS))
+    largest_beside = np.maximum(np.append(distance[1:], 0.0), np.append(0.0, distance[:-1]))
+    suspects = np.flatnonzero(
+        (distance > far) & (distance >= largest_beside) & (lengths <= MOST_LONE_ROWS)
+    )
     if not suspects.size:
         return nothing
-    # usual way: the second smallest of the two ways before and the two behind, without those of the position itself
+    # usual way: the second smallest of the two ways before and the two behind, without those of the position itself;
+    # way i leads from level i to level i + 1, and indices beyond an end are reflected there
     way = np.sqrt((np.diff(level) ** 2).sum(axis=0))
     last = way.size - 1
     beside = np.abs(suspects[:, None] + np.array([-3, -2, 1, 2]))
-    usual = np.sort(way[last - np.abs(last - beside)], axis=1)[:, 1]
+    usual_way = np.sort(way[last - np.abs(last - beside)], axis=1)[:, 1]
     # a position between its neighbours may be right, at any speed of the arm
     before = level[:, np.abs(suspects - 1)]
     after = level[:, last + 1 - np.abs(last - suspects)]
     above = level[:, suspects] - np.maximum(before, after)
     below = np.minimum(before, after) - level[:, suspects]
     outside = np.maximum(above, below).max(axis=0)
-    far_aside = (off[suspects] > _POSITIONS.times_usual_way * usual) & (
-        outside > _POSITIONS.least_outside * off[suspects]
+    far_aside = (distance[suspects] > _POSITIONS.times_usual_way * usual_way) & (
+        outside > _POSITIONS.least_outside * distance[suspects]
     )
     suspects = suspects[far_aside]
     if not suspects.size:
         return nothing
     # noise again, without the positions beside lone ones; 80 %, since half are 0 aside in an interpolated log
-    good = np.ones(starts.size + 2, dtype=bool)
-    good[np.concatenate([suspects, suspects + 1, suspects + 2])] = False
-    kept = size[:, good[2:-2]]
-    if kept.shape[1]:
-        far = _POSITIONS.times_noise * float(np.quantile(kept, 0.8, axis=1).max()) / _UPPER_FIFTH
+    # `is_good` has one entry more at each end than there are levels, for neighbours of the first and last one
+    is_good = np.ones(starts.size + 2, dtype=bool)
+    is_good[np.concatenate([suspects, suspects + 1, suspects + 2])] = False
+    good_aside = aside_by_axis[:, is_good[2:-2]]
+    if good_aside.shape[1]:
+        upper_fifth = float(np.quantile(good_aside, 0.8, axis=1).max())
+        far = _POSITIONS.times_noise * upper_fifth / _UPPER_FIFTH
     is_lone = np.zeros(starts.size, dtype=bool)
-    is_lone[suspects[off[suspects] > far]] = True
+    is_lone[suspects[distance[suspects] > far]] = True
     return np.repeat(is_lone, lengths)
 
 
 def _end_aside(inner: FloatArray) -> float:
-    """Return how far the first position is off the line through the next two; 0 if the second one is aside.
+    """Return how far the first position is off the line through the next two; 0 if the second one is the lone one.
 
-    `inner`: Distances aside of the second position and of those behind it.
+    `inner`: Distances aside of the second position and of those behind it. The first has no middle of two neighbours: it
+    puts the second aside by half its own distance, and the third not at all.
     """
     second, third = inner[:2]
     return 2 * float(second) if third < _POSITIONS.most_of_neighbour * second else 0.0

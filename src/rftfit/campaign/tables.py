@@ -1,4 +1,13 @@
-"""Reads campaigns without logs: a table of stress against depth, or a finished table of alpha."""
+"""Reads campaigns without logs: a table of stress against depth, or a finished table of alpha.
+
+Columns and units are those of `STRESS` and `ALPHA` (`rftfit.campaign.formats`): angles beta_deg and gamma_deg of a push in
+deg, depth_cm, stress_z_N_per_cm2 and stress_x_N_per_cm2, alpha_z_N_per_cm3 and alpha_x_N_per_cm3 with their standard
+errors se_z and se_x, positive upward and toward +x. The config's section `table` may say other names and units.
+
+The way: file -> `TableRows`, its rows as columns -> checks that mark rows as bad (`_CheckedRows`) -> one `TablePush` a run.
+A table of alpha may also stand in *blocks*, as Table S5 of the paper does: one block a component, its rows by beta, its
+columns by gamma.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +40,7 @@ from rftfit.campaign.rows import (
     same_angle,
 )
 from rftfit.campaign.sheet import Run, check_excluded
-from rftfit.campaign.spikes import FEWEST_ROWS, find_spikes
+from rftfit.campaign.spikes import MOST_LONE_ROWS, find_spikes
 from rftfit.conventions import BoolArray, FloatArray, IndexArray
 from rftfit.directions import SAME_DEPTH_CM, TOLERANCE_DEG, number_depths, same_direction
 from rftfit.store.chosen import chosen
@@ -72,8 +81,9 @@ _NUMBERS = (
 class TablePush:
     """Rows of the table that belong to one run, in their order.
 
-    `columns`: In cm and N: depth and stress, or alpha, error and number of runs. Stress has also ``other_sense``: True
-    where depth changes opposite to gamma; and ``alone``: True where depth or stress is far from the rows before and after.
+    `columns`: Those of `_NUMBERS` that the table has, shape (n,). With stress also two masks: ``other_sense``, True where
+    depth changes opposite to gamma; and ``alone``, True where depth or stress is far from the rows before and after.
+    Rows marked by them are to be left out.
     """
 
     run: Run
@@ -99,8 +109,9 @@ def read_pushes(
 ) -> TableRead:
     """Read the table of a campaign: a row for each depth or direction; or, for alpha, in blocks as in Table S5.
 
-    `file`: Name of the table for messages. `media`: Keys of the media of the config; empty: those that the table names.
-    `path_in_raw`: Path relative to the raw folder. `tolerance_deg`: Angles this close to 90 are 90.
+    `file`: Name of the table for messages. `table`: The section `table` of the config. `media`: Keys of the media of the
+    config; empty: those that the table names. `path_in_raw`: Path relative to the raw folder, which the runs have in place
+    of logs. `tolerance_deg`: Angles this close to 90 are 90.
     """
     schema = _schema_of(table, file)
     problems: list[Problem] = []
@@ -108,7 +119,7 @@ def read_pushes(
     sheets = _read_sheets(path, schema) if table.holds == "alpha" else []
     titles = {key: key for key in media} or _media_of_blocks(sheets)
     drafts = _rows_of_blocks(sheets, schema, table, tuple(titles), problems)
-    if drafts is None:
+    if drafts is None:  # no blocks: a row for each depth or direction, below one header
         rows, headers, problems = read_table_columns(path, schema, file)
         _add_lines_of_config(problems, schema)
         for column, header in headers.items():
@@ -146,12 +157,15 @@ def read_pushes(
 def pushes_in(path: Path) -> tuple[pd.DataFrame, list[Problem]]:
     """Read a table of alpha of one medium; return it in the form for `rftfit.estimate_map`, and warnings.
 
-    A component may be missing: a penetrometer measures only the force along its path, a load cell behind a blade only the
-    drag. Raises CampaignError with all problems if there is an error.
+    The frame has a row for each push that is not excluded, with beta_deg, gamma_deg, alpha, its standard errors
+    (alpha_z_se_N_per_cm3, alpha_x_se_N_per_cm3) and the other columns of the table. A component may be missing: a
+    penetrometer measures only the force along its path, a load cell behind a blade only the drag. Raises CampaignError
+    with all problems if there is an error.
     """
     schema = _schema_of(TableSettings(holds="alpha"), str(path))
     rows, headers, problems = read_table_columns(path, schema, str(path))
     if _ALPHA_X in headers:
+        # with alpha_x alpha_z may be missing, which the schema of a campaign does not allow
         schema = replace(schema, columns=tuple(map(_not_needed, schema.columns)))
         rows, headers, problems = read_table_columns(path, schema, str(path))
     checked = _CheckedRows(rows, schema, problems)
@@ -178,7 +192,7 @@ def _not_needed(column: TableColumn) -> TableColumn:
 
 
 def _schema_of(table: TableSettings, file: str) -> Schema:
-    """Return the format of a table, with the names and units of columns that the config states."""
+    """Return the format of a table, with names, units and values without meaning that the config states."""
     schema = STRESS if table.holds == "stress" else ALPHA
     names_in_file = {str(column): (name,) for column, name in table.columns.items()}
     columns = []
@@ -194,8 +208,9 @@ def _schema_of(table: TableSettings, file: str) -> Schema:
 def _add_lines_of_config(problems: list[Problem], schema: Schema) -> None:
     """Add lines of config to the problem of a missing column, if the file has it under a name without a unit.
 
-    With these lines the program can read the column.
+    With these lines the program can read the column. `problems`: Those of the header; entries are replaced.
     """
+    # headers in the file that no column of the schema has
     unread = [
         problem.place.column or ""
         for problem in problems
@@ -225,9 +240,11 @@ def _other_unit(
     First part of the code of the problem.
     """
     key = _UNIT_KEYS.get(column, "")
+    # a unit of the config is a contradiction only if the user wrote it, not as a default
     if not stated_unit or key not in table.model_fields_set:
         return []
     unit_in_config = str(getattr(table, key))
+    # two spellings of one unit have the factor 1
     if units_like(stated_unit)[unit_in_config] == 1:
         return []
     allowed = f"a column in {unit_in_config}, as {key} of `table` in the config says; set {key}: {stated_unit}, or convert the column and rename it"
@@ -236,7 +253,10 @@ def _other_unit(
 
 @dataclass
 class _CheckedRows:
-    """Rows of a table while they are checked: any number of rows with the same fault make one problem."""
+    """Rows of a table while they are checked: any number of rows with the same fault make one problem.
+
+    Checks add to `problems`, mark bad rows in the column ``bad`` of `rows`, and correct values there.
+    """
 
     rows: TableRows
     schema: Schema
@@ -247,7 +267,8 @@ class _CheckedRows:
     ) -> None:
         """Mark the rows where `is_wrong`, of shape (n,), as bad, and add one problem at the first of them.
 
-        `value_found`: Text with `{}` for the value of the first row. `code`, `allowed`: As in `Problem`.
+        `value_found`: Text with `{}` for the value of the first row; None: no value is shown. `code` (without the area of the
+        schema), `allowed`: As in `Problem`.
         """
         columns, wrong = self.rows.columns, np.flatnonzero(is_wrong)
         if not wrong.size:
@@ -258,11 +279,11 @@ class _CheckedRows:
         self.draft_of(int(wrong[0])).note(column, code, value_found, allowed)
 
     def draft_of(self, index: int) -> DraftRow:
-        """Make a row to which problems of the row with this index can be added."""
+        """Make a row to which problems of the row with this index can be added; its cells are not in it."""
         return DraftRow(self.schema, int(self.rows.columns["row"][index]), self.problems)
 
     def warn_of_no_data(self) -> None:
-        """Warn of the rows with a number that means no data, in whose place the checks see 0."""
+        """Warn of the rows with a number that means no data: they are left out later, and until then it is 0."""
         without_data = np.flatnonzero(self.rows.columns["no_data"])
         if without_data.size:
             allowed = f"values other than those of table.missing in the config; {without_data.size} rows are left out"
@@ -270,7 +291,7 @@ class _CheckedRows:
             draft.note("depth_cm", "no-data", None, allowed, severity="warning")
 
     def check_has_alpha(self) -> None:
-        """Add a problem of the first row that has neither alpha_z nor alpha_x."""
+        """Mark the rows that have neither alpha_z nor alpha_x as bad."""
         columns = self.rows.columns
         alpha = [columns[name] for name in (_ALPHA_Z, _ALPHA_X) if name in columns]
         lacks_alpha = np.isnan(alpha).all(axis=0) & ~columns["bad"]
@@ -278,9 +299,9 @@ class _CheckedRows:
         self.note(lacks_alpha, _ALPHA_X, "no-alpha", None, allowed)
 
     def check_numbers(self, units: Collection[str], tolerance_deg: float) -> None:
-        """Check angles, depths and the size of alpha.
+        """Check angles, depths and the size of alpha; angles close to 90 or -90 deg become 90 or -90.
 
-        `units`: Units of the columns in the file. `tolerance_deg`: Angles this close to 90 become 90.
+        `units`: Units of the columns in the file. `tolerance_deg`: What counts as close.
         """
         columns = self.rows.columns
         angles = [columns["beta_deg"], columns["gamma_deg"]]
@@ -318,7 +339,8 @@ class _CheckedRows:
             self.note(columns["n"] % 1 > 0, "n", "not-whole", "{:g}", "a whole number of runs")
 
     def number_media(self, media: tuple[str, ...]) -> None:
-        """Replace names of media by their indices in `media`; with a single medium the name may be blank."""
+        """Replace names of media by their indices in `media`, -1 for a bad one; with a single medium the name may be blank."""
+        # `indices`: by the code of a name, its index in `media`
         codes, indices = self.rows.columns["medium"], []
         for name, code in self.rows.texts["medium"].items():
             medium = name or (media[0] if len(media) == 1 else "")
@@ -331,6 +353,7 @@ class _CheckedRows:
     def group_runs(self, media: tuple[str, ...], file: str) -> list[TablePush]:
         """Group the rows into runs: each row of alpha, or the rows of stress with one run_id or one direction.
 
+        Bad rows, and rows without data, are left out; a run without any row with data gets a warning in place of a push.
         `file`: Path of the table in the raw folder.
         """
         columns = self.rows.columns
@@ -370,13 +393,15 @@ class _CheckedRows:
 def _order_by_run(
     columns: Columns, texts: Mapping[str, Mapping[str, int]]
 ) -> tuple[IndexArray | slice, IndexArray]:
-    """Return an order that puts the rows of a run together, and the first row of each run in this order.
+    """Return an order that puts the rows of a run together, and the index of the first row of each run in this order.
 
-    `columns`, `texts`: As in `TableRows`.
+    Rows of one medium and run_id are a run; without a run_id, those of one direction. `columns`, `texts`: As in
+    `TableRows`. The order is an index for a column: indices, or a slice of all, which copies nothing.
     """
     as_they_stand, size = slice(None), columns["row"].size
     if "depth_cm" not in columns:  # in a table of alpha each row is a run
         return as_they_stand, np.arange(size)
+    # code of the run_id of each row, and the code of a blank one, or -1
     run, unnamed = columns["run_id"], texts["run_id"].get("", -1)
     keys = [columns["medium"], run]
     if unnamed >= 0:
@@ -397,7 +422,8 @@ def _order_by_run(
 def _make_push(columns_of_run: Columns, draft: DraftRow, medium: str, file: str) -> TablePush:
     """Make a run of its rows, and add its problems.
 
-    `columns_of_run`: Columns of the rows with data. `draft`: First of these rows, with its texts.
+    `columns_of_run`: Columns of the rows with data. `draft`: First of these rows, with its texts, to which problems are
+    added; its number is set to the row of each. `file`: Path of the table in the raw folder, which stands for both logs.
     """
     beta, gamma = (float(columns_of_run[f"{angle}_deg"][0]) for angle in ("beta", "gamma"))
     row, texts, depth_of_level_run = draft.row, draft.text, math.nan
@@ -422,6 +448,7 @@ def _make_push(columns_of_run: Columns, draft: DraftRow, medium: str, file: str)
         kept = np.flatnonzero(~columns["alone"])
         columns["other_sense"] = np.zeros(depth.size, dtype=bool)
         columns["other_sense"][kept], second_start = rows_against_gamma(depth[kept], gamma)
+        # from an index among the kept rows to one among all rows of the run
         second_start = second_start and int(kept[second_start])
         if not draft.yes("excluded"):
             rows = columns_of_run | columns
@@ -449,7 +476,10 @@ def _make_push(columns_of_run: Columns, draft: DraftRow, medium: str, file: str)
 
 
 def _stress_x(columns: Columns, draft: DraftRow) -> tuple[FloatArray, bool]:
-    """Return stress along x, 0 for a run without it, and True for such a run; refuse a run with it in some rows only."""
+    """Return stress along x, N/cm^2, shape (n,), 0 for a run without it, and whether it is such a run.
+
+    Adds a problem to `draft` for a run with it in some rows only.
+    """
     stress = columns.get("stress_x_N_per_cm2", np.full(columns["depth_cm"].size, math.nan))
     is_blank = np.isnan(stress)
     if is_blank.any() and not is_blank.all():
@@ -460,9 +490,12 @@ def _stress_x(columns: Columns, draft: DraftRow) -> tuple[FloatArray, bool]:
 
 
 def _rows_alone(columns: Columns) -> BoolArray:
-    """Return True for rows whose depth or stress is far from the rows before and after, shape (n,)."""
+    """Return a mask of the rows whose depth or stress is far from that of the rows before and after, shape (n,).
+
+    Such rows are false readings or typing errors. In a longer push, longer stretches of its stress may be such.
+    """
     stress = [columns[f"stress_{c}_N_per_cm2"] for c in "zx"]
-    most_rows = max(FEWEST_ROWS, int(_CHOSEN.most_away * stress[0].size))
+    most_rows = max(MOST_LONE_ROWS, int(_CHOSEN.most_away * stress[0].size))
     alone = [find_spikes(columns["depth_cm"], times=_CHOSEN.times_step_of_depth)]
     alone += [find_spikes(values, most_rows, ends_in_push=True) for values in stress]
     return np.asarray(np.any(alone, axis=0))
@@ -473,8 +506,8 @@ def _note_depths(
 ) -> None:
     """Add the problems that the depths of a run show: several pushes in one run, or rows that are left out.
 
-    `second_start`: Row where a second push starts; 0: none. `name`: Name of the run, which `has_run_id` in the table or
-    is named by its direction.
+    `second_start`: Index of the row where a second push starts; 0: none. `name`: Name of the run: its run_id if it
+    `has_run_id` in the table, else one of its direction.
     """
     depth, other_sense = columns_of_run["depth_cm"], columns_of_run["other_sense"]
     cure = "give each push a run_id of its own"
@@ -485,7 +518,7 @@ def _note_depths(
         depth_found = f"{depth[alone[0]]:g} cm"
         allowed = f"depth and stress near those of the rows before and after; {alone.size} rows of the run {name} are left out"
         draft.note("depth_cm", "stands-alone", depth_found, allowed, severity="warning")
-    # number of rows in a row with one depth
+    # lengths of the stretches of rows with one depth
     times = np.diff(np.flatnonzero(np.diff(depth, prepend=-1, append=-1)))
     if second_start:
         draft.row = int(columns_of_run["row"][second_start])
@@ -504,8 +537,9 @@ def _note_depths(
 def rows_against_gamma(depth: FloatArray, gamma: float) -> tuple[BoolArray, int]:
     """Return where depth changes opposite to gamma (deg), bool of shape (n,), and the row where a second push starts.
 
-    Row 0: there is none. A run whose depth changes in one sense only has no wrong row, whatever its gamma,
-    since tables may be sorted by depth.
+    Row 0: there is none. Depth must grow where gamma > 0 and shrink where gamma < 0: other rows are the way back, or
+    another push. A run whose depth changes in one sense only has no wrong row, whatever its gamma, since tables may be
+    sorted by depth. `depth`: cm, of a single run, shape (n,).
     """
     is_wrong = np.zeros(depth.size, dtype=bool)
     if gamma == 0:
@@ -515,6 +549,7 @@ def rows_against_gamma(depth: FloatArray, gamma: float) -> tuple[BoolArray, int]
         _, first = np.unique(depth_number[starts], return_index=True)
         returns = np.setdiff1d(np.arange(starts.size), first)
         return is_wrong, int(starts[returns[0]]) if returns.size else 0
+    # a *way* leads from one turn to the next; `sign`: of the change of depth on it
     turns, sign = _find_turns(depth, gamma)
     ways_along_gamma = 0
     for start, stop in pairwise([0, *turns, depth.size - 1]) if turns else ():
@@ -534,7 +569,7 @@ def rows_against_gamma(depth: FloatArray, gamma: float) -> tuple[BoolArray, int]
 def _find_turns(depth: FloatArray, gamma: float) -> tuple[list[int], int]:
     """Return the rows where depth turns by more than noise, the first ones, and the sign of its change at the start.
 
-    Rows of a pause at a turn count to the way against the sense of gamma.
+    Rows of a pause at a turn count to the way against the sense of gamma. `depth`, `gamma`: As in `rows_against_gamma`.
     """
     least = _CHOSEN.least_turn * float(depth.max() - depth.min())
     # rows in which depth is first larger, or smaller, than before by more than noise; 0: never
@@ -542,6 +577,7 @@ def _find_turns(depth: FloatArray, gamma: float) -> tuple[list[int], int]:
         int(np.argmax(way - np.minimum.accumulate(way) > least)) for way in (depth, -depth)
     )
     first_sign = sign = 1 if grown and (grown < shrunk or not shrunk) else -1
+    # from each turn on: the first row that is back by more than noise; the turn is the farthest row before it
     turns = [0]
     while len(turns) <= _CHOSEN.most_turns:
         ahead = sign * depth[turns[-1] :]
@@ -580,17 +616,19 @@ def _rows_of_blocks(
 
     A block has a head that names alpha_z or alpha_x, in its corner or above it; gamma along its first
     row; and beta down its first column. The name of a sheet, or a line with nothing but the key of a medium,
-    says of which medium the blocks below are.
+    says of which medium the blocks below are. `media`: Keys of the media. Problems of cells are added to `problems`.
     """
     # key of the medium, beta and gamma, as the table writes them, to the row of this direction
     drafts: dict[tuple[str, float, float], DraftRow] = {}
     columns = {column.name: column for column in schema.columns}
+    # factor from the unit of angles in the file
     to_deg = columns["beta_deg"].units[columns["beta_deg"].default]
     for sheet, rows in sheets:
         medium = next((key for key in media if key == key_of(sheet)), "")
-        column: TableColumn | None = None  # None: outside of a block
-        scale = 1.0
-        gammas: dict[int, float] = {}  # by the index of their column
+        # of the block that a row lies in
+        column: TableColumn | None = None  # of its component; None: outside of a block
+        scale = 1.0  # factor to N/cm^3
+        gammas: dict[int, float] = {}  # by the index of their column; empty before its first row
         width = max((len(cells) for _, cells in rows), default=0)
         components = _find_components(rows)
         for row, cells in rows:
@@ -609,9 +647,11 @@ def _rows_of_blocks(
                 # a line of words ends a block
                 column, gammas = None, {}
             if column and not gammas and beta is None:
+                # the first row of the block
                 gammas = {i: number for i, number in numbers.items() if number is not None}
                 gammas = gammas if len(gammas) > 1 else {}
             elif column and gammas and beta is not None:
+                # a further row: alpha at its beta and each gamma
                 name = column.name
                 for i, gamma in gammas.items():
                     key, cell, alpha = (medium, beta, gamma), texts[i], numbers[i]
@@ -642,12 +682,15 @@ def _rows_of_blocks(
 
 
 def key_of(name: str) -> str:
-    """Return a key for the config, made of the name of a sheet, a file or a medium."""
+    """Return a key for the config, made of the name of a sheet, a file or a medium: letters that a key may have.
+
+    It may be empty, where the name has none of these.
+    """
     return re.sub(r"[^A-Za-z0-9._-]+", "_", name.strip()).strip("_.-")[:64]
 
 
 def _media_of_blocks(sheets: list[_Sheet]) -> dict[str, str]:
-    """Return key to title of the media in a table of blocks, in its order; empty for a table without blocks."""
+    """Return key, to title, of the media in a table of blocks, in its order; empty for a table without blocks."""
     titles: dict[str, str] = {}
     for sheet, rows in sheets:
         if not _find_components(rows):
@@ -667,7 +710,10 @@ def _media_of_blocks(sheets: list[_Sheet]) -> dict[str, str]:
 
 
 def _find_components(rows: list[Line]) -> dict[int, str]:
-    """Return the component, x or z, of each block in a sheet by the row of its head; two blocks without heads are z and x."""
+    """Return row of the head of each block in a sheet, to the component of the block, x or z.
+
+    Two blocks without heads are z and x, as in the paper, each with the row of its gammas.
+    """
     components: dict[int, str] = {}
     # rows of gammas, with nothing in their first cell
     corners: list[int] = []
@@ -689,6 +735,6 @@ def _read_sheets(path: Path, schema: Schema) -> list[_Sheet]:
 
 
 def _finite_number(text: str) -> float | None:
-    """Return a cell as a number; None where it is none."""
+    """Return a cell as a number; None where it is no finite one."""
     number = number_of(text)
     return number if math.isfinite(number) else None

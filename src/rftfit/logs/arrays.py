@@ -1,4 +1,10 @@
-"""Files of arrays: MATLAB (.mat), HDF5 (.h5), NumPy (.npy, .npz); a column is named by its path inside."""
+"""Files of arrays: MATLAB (.mat), HDF5 (.h5), NumPy (.npy, .npz); a column is named by its path inside.
+
+The way: each array of the file -> its columns (`_columns_of_array`; in HDF5 scaled as its attributes say,
+`_columns_of_dataset`) -> those of one length -> `Log`. An array may be a column itself, a *table* of two dimensions, or
+*records* with named fields. Sizes that a file states are checked before anything is read, and MATLAB and HDF5 files are
+read in a child process: a damaged file may crash the library.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +35,7 @@ _HDF5, _NPY, _NPZ, _MAT5, _MAT7 = (
     b"MATLAB 5.0",
     b"MATLAB 7.3",
 )
-
+"""First bytes of the kinds of files."""
 
 _NUMBER_KINDS = "biuf"
 """Kinds of numpy types that hold numbers: bool, integer, unsigned integer and float; V is a record, M a date."""
@@ -38,9 +44,9 @@ _NUMBER_KINDS = "biuf"
 class ArrayColumn(NamedTuple):
     """Values of a column, shape (n,), and what the attributes of the file say about them.
 
-    `unit`: As the file states it. `note`: Sentence on how the attributes were applied. `has_blanks`: Whether some values
-    are NaN because the file says that the stored number stands for no value. `unapplied`: Scaling that the file
-    states under a name that is no convention, and that was not applied.
+    `unit`: As the file states it; empty: not. `note`: Sentence on how the attributes were applied; empty: no need of one.
+    `has_blanks`: Whether some values are NaN because the file says that the stored number stands for no value.
+    `unapplied`: Scaling that the file states under a name that is no convention, and that was not applied; empty: none.
     """
 
     values: np.ndarray
@@ -52,16 +58,6 @@ class ArrayColumn(NamedTuple):
 
 NamedColumns = Iterator[tuple[str, ArrayColumn | str]]
 """Name and column; for an array that is no column, name and a few words on what the array is."""
-
-
-def _load_in_child(path: Path) -> list[tuple[str, ArrayColumn | str]]:
-    """Read the columns of a MATLAB or HDF5 file, in the child process; none for a file of another kind."""
-    with path.open("rb") as file:
-        head = file.read(16)
-    if head.startswith(_MAT5):
-        variables = load_mat5(path).items()
-        return [column for name, value in variables for column in _columns_of_array(name, value)]
-    return _load_hdf5(path) if head.startswith((_HDF5, _MAT7)) else []
 
 
 class ArraysReader(base.Reader):
@@ -78,7 +74,10 @@ class ArraysReader(base.Reader):
         return head.startswith((_HDF5, _NPY, _MAT5, _MAT7)) or numpy_archive
 
     def load(self, path: Path) -> base.Log:
-        """Read the arrays that are asked for, or, where none is, those of the most frequent length."""
+        """Read the arrays that are asked for, or, where none is, those of the most frequent length.
+
+        Raises `LogError` where those asked for differ in length.
+        """
         with base.library_errors(path, "damaged, or no file of arrays"), warnings.catch_warnings():
             # scipy and numpy warn of old versions of a format
             warnings.simplefilter("ignore")
@@ -99,12 +98,13 @@ class ArraysReader(base.Reader):
     def _log(
         self, path: Path, array_columns: dict[str, ArrayColumn], omitted: list[str]
     ) -> base.Log:
-        """Make a log of the columns of one length; `omitted`: contents of the file that are no columns."""
+        """Make a log of the columns of one length; `omitted`: contents of the file that are no columns, in words."""
         if not array_columns:
             listed = f"; found {', '.join(omitted)}: save plain arrays" if omitted else ""
             raise base.LogError(
                 "header_only", f"{path}: no array of numbers with more than one value{listed}"
             )
+        # names without units, to the unit in the name, which counts where the file states none elsewhere
         units_in_names = units_by_name(array_columns)
         columns = dict(zip(units_in_names, array_columns.values(), strict=True))
         notes = [column.note for column in columns.values() if column.note]
@@ -137,6 +137,7 @@ class ArraysReader(base.Reader):
             numbers["time"], units["time"] = np.arange(size) / self.rate, "s"
             blank.pop("time", None)
             notes.append(f"time is the place in the array / {self.rate:g} Hz (the config)")
+        # columns of few whole numbers that are not read may say which of several sensors a row is from
         labels = {
             name: np.array([f"{value:g}" for value in column.values], dtype=object)
             for name, column in columns.items()
@@ -167,7 +168,10 @@ def _refuse_many(path: Path, count: int) -> None:
 
 
 def _are_blanks(is_nan: np.ndarray) -> bool:
-    """Return whether NaN of a column, where `is_nan`, are so many that they stand for no value; a rarer NaN is damage."""
+    """Return whether the NaN of a column are so many that they stand for no value; a rarer NaN is damage.
+
+    `is_nan`: Where they are, bool of shape (n,).
+    """
     is_often = np.count_nonzero(is_nan) * base.FIRST.blank_by_share >= is_nan.size > 0
     return bool(is_often and not is_nan.all())
 
@@ -210,8 +214,21 @@ def _read_columns(path: Path, head: bytes) -> NamedColumns:
         raise base.LogError("header", f"{path}: neither a MATLAB (5 or 7.3), HDF5 nor NumPy file")
 
 
+def _load_in_child(path: Path) -> list[tuple[str, ArrayColumn | str]]:
+    """Read the columns of a MATLAB or HDF5 file, in the child process, as a list, which can be sent back.
+
+    No columns for a file of another kind: it was replaced since its head was read.
+    """
+    with path.open("rb") as file:
+        head = file.read(16)
+    if head.startswith(_MAT5):
+        variables = load_mat5(path).items()
+        return [column for name, value in variables for column in _columns_of_array(name, value)]
+    return _load_hdf5(path) if head.startswith((_HDF5, _MAT7)) else []
+
+
 def _load_hdf5(path: Path) -> list[tuple[str, ArrayColumn | str]]:
-    """Read the columns of a file, within limits of memory: the library allocates whatever a damaged file states."""
+    """Read the columns of an HDF5 file within limits of memory: the library allocates whatever a damaged file states."""
     import h5py
 
     with base.limited_memory(_BOUNDS.names_bytes):
@@ -230,7 +247,10 @@ def _load_hdf5(path: Path) -> list[tuple[str, ArrayColumn | str]]:
 
 
 def _tables_of_hdf5(path: Path, file: Any) -> Iterator[tuple[str, Any, dict[str, Any]]]:
-    """Yield name, dataset and attributes of each dataset that may be columns; refuse a file too large to be read."""
+    """Yield name, dataset and attributes of each dataset that may be columns.
+
+    Raises `LogError` for a file too large to be read, or with values in another file, which may be any file of the user.
+    """
     import h5py
 
     datasets: dict[str, Any] = {}
@@ -306,7 +326,10 @@ def _is_scaling(name: str, number: float) -> bool:
 
 
 def _columns_of_dataset(name: str, dataset: Any, attributes: dict[str, Any]) -> NamedColumns:
-    """Yield the columns of a dataset as its attributes say: scaled, and NaN where a number stands for no value."""
+    """Yield the columns of a dataset as its attributes say: scaled, and NaN where a number stands for no value.
+
+    Attributes that look like a scaling, but follow no convention, are named in the columns and not applied.
+    """
     stored = dataset[()]
     if stored.dtype.names:
         units = _units_of_fields(attributes, stored.dtype.names)
@@ -315,6 +338,7 @@ def _columns_of_dataset(name: str, dataset: Any, attributes: dict[str, Any]) -> 
             unit = units.get(field, "")
             yield column, content if isinstance(content, str) else content._replace(unit=unit)
         return
+    # name and unit of each column of a table; a list of units is no unit of the whole
     listed = _names_of_columns(attributes, stored.shape)
     stated = attributes.get("unit", attributes.get("units", ""))
     unit = "" if listed and np.size(stated) > 1 else canonical_unit(_text_of(stated))
@@ -327,6 +351,7 @@ def _columns_of_dataset(name: str, dataset: Any, attributes: dict[str, Any]) -> 
         if not in_si:
             del packing["unitSI"]
     values, notes, has_blanks = _unpack(stored, attributes, packing)
+    # attributes with a number that this program does not know
     unknown = {
         key: number
         for key, value in attributes.items()
@@ -352,7 +377,8 @@ def _unpack(
 ) -> tuple[np.ndarray, list[str], bool]:
     """Return the values that stored numbers mean, phrases on how they follow, and whether some stand for no value.
 
-    Those are NaN. `packing`: Those of the attributes `_PACKING` that are applied.
+    Those are NaN. The conventions are those of netCDF and openPMD. `packing`: Those of the attributes `_PACKING` that are
+    applied, to their numbers.
     """
     applied = [
         f"x {packing[key]:g} ({key})" for key in ("scale_factor", "unitSI") if key in packing
@@ -367,6 +393,7 @@ def _unpack(
         notes.append(
             f"{n_invalid} values outside the range that the file calls valid stand for no value"
         )
+    # stored numbers that stand for no value
     codes = [np.ravel(attributes[key]) for key in _NO_VALUE if key in attributes]
     for code in np.unique(np.concatenate(codes)) if codes else ():
         is_code = stored == code
@@ -411,7 +438,10 @@ def _names_of_columns(attributes: Mapping[str, Any], shape: Sequence[int]) -> li
 def listed_columns(
     columns: NamedColumns, table: str, listed: Sequence[tuple[str, str]]
 ) -> NamedColumns:
-    """Rename the columns of a table, and set their units, by a list of names and units."""
+    """Yield the columns of a table with names and units from a list; columns beyond its end as they are.
+
+    `table`: Name of the table, which is put in front. `listed`: Name and unit of each column.
+    """
     for number, (column, values) in enumerate(columns):
         if isinstance(values, str) or number >= len(listed):
             yield column, values
@@ -447,7 +477,7 @@ _SI_UNITS = (*_DIMENSIONS.values(), "rad")
 def _unit_of_si(attributes: Any, unit: str, scale: float) -> tuple[str, bool]:
     """Return the unit of the values, and whether to multiply by `unitSI` (`scale`), which makes them SI.
 
-    Not where the stated unit has the same factor: a stored number in mm with `unitSI` 0.001 is already in mm.
+    `unit`: As stated; empty: not. The unit that is returned is that of `unitDimension`, else the SI unit of `unit`. Not where the stated unit has the same factor: a stored number in mm with `unitSI` 0.001 is already in mm.
     """
     in_si = {word: (si, factor) for si in _SI_UNITS for word, factor in units_like(si).items()}
     si_unit, factor = in_si.get(unit, ("", math.nan))
@@ -458,7 +488,7 @@ def _unit_of_si(attributes: Any, unit: str, scale: float) -> tuple[str, bool]:
 
 
 def _units_of_fields(attributes: Any, fields: Sequence[str]) -> dict[str, str]:
-    """Return the unit of each field of a table of records: field to unit.
+    """Return field, to its unit, for a table of records; fields without a unit are left out.
 
     The units are in a list with a unit for each field, or in one attribute for each field. A single unit for several
     fields is not used: time and force cannot both have it.
@@ -500,7 +530,7 @@ def _number_of(value: Any) -> float | None:
 
 
 def _foreign_sources(dataset: Any, names_in_file: Collection[str]) -> list[str]:
-    """Return the names of the sources outside its file from which a dataset has its values.
+    """Return the names of the sources outside its file from which a dataset has its values; empty: all are inside.
 
     `names_in_file`: Names of the datasets of the file itself.
     """
@@ -543,7 +573,7 @@ def _count_numbers(dtype: np.dtype[Any]) -> int:
 
 
 def _npy_header(file: Any) -> tuple[tuple[int, ...], np.dtype[Any]]:
-    """Read shape and type from the header of an .npy file."""
+    """Read shape and type of the array from the header of an open .npy file."""
     npy = np.lib.format
     first_version = npy.read_magic(file) == (1, 0)
     read_header = npy.read_array_header_1_0 if first_version else npy.read_array_header_2_0
@@ -551,10 +581,13 @@ def _npy_header(file: Any) -> tuple[tuple[int, ...], np.dtype[Any]]:
     return shape, dtype
 
 
+# --- The columns of one array, of a file of any kind
+
+
 def _columns_of_array(path: str, value: Any, unit: str = "") -> NamedColumns:
     """Yield the columns of an array: the array itself if it has one dimension, its fields, or the columns of a table.
 
-    `path`: Name of the array in the file. `unit`: Its unit as the file states it.
+    `path`: Name of the array in the file. `unit`: Its unit as the file states it. Dates become seconds since 1970.
     """
     if isinstance(value, NoArray):
         yield path, value.what
@@ -586,7 +619,8 @@ def _columns_of_array(path: str, value: Any, unit: str = "") -> NamedColumns:
 def _columns_of_cells(path: str, cell_path: str, array: np.ndarray, unit: str) -> NamedColumns:
     """Yield the columns of a cell array, or of a field of a struct array.
 
-    `cell_path`: Name of one cell, where # stands for the number of the cell.
+    `path`: Name of the whole, for cells of a single number each, which are one column. `cell_path`: Name of one cell, where
+    # stands for its number, for cells with columns of their own.
     """
     if array.dtype != object or array.size == 1:
         yield from _columns_of_array(path, array if array.dtype != object else array.flat[0], unit)

@@ -1,4 +1,8 @@
-"""ATI transducers: through an NI DAQ card, and Net F/T."""
+"""ATI force transducers: through an NI DAQ card (text with a rate), and Net F/T (numbered packets, quoted csv).
+
+In both the time follows from a count over a rate, which the file or the option ``rate_Hz`` states: of rows, or of packets
+by their sequence number (RDT Sequence), so that a lost packet leaves a gap.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +17,11 @@ from rftfit.table.parse import Kind, Layout
 from rftfit.table.text import cells_of, decode_first_lines, text_head, unique_names
 from rftfit.table.units import canonical_unit
 
+# name of a column, and reasons of the ledger for a row that is dropped and for packets that are missing
 SEQUENCE = "RDT Sequence"
 STATUS = "the transducer reports an error or saturation (status is not 0x0)"
 LOST = "lost packets (gap in the RDT sequence)"
+# beginning of the row of names of Net F/T, and of the first line of NI DAQ
 _HEADER = "Status (hex), RDT Sequence"
 _LABEL = "first line indicates sampling freq"
 
@@ -34,7 +40,7 @@ class AtiDaqReader(TextReader):
         return bool(lines) and lines[0].text.strip(' "').casefold().startswith(_LABEL)
 
     def plan(self, head: bytes) -> ReadingPlan:
-        """Read the names and the rate from the three lines of header."""
+        """Read the names and the rate from the three lines of header; raises ValueError where they lack."""
         lines = decode_first_lines(head, 3)
         if len(lines) < 3 or not lines[2].whole:
             raise ValueError("the file ends within its three lines of header: cut short?")
@@ -77,7 +83,10 @@ class AtiNetftReader(TextReader):
         )
 
     def plan(self, head: bytes) -> ReadingPlan:
-        """Read preamble and row of names."""
+        """Read preamble and row of names: rate, units, and which columns are read.
+
+        Raises ValueError for a header that is cut, `LogError` for one without a rate.
+        """
         settings: dict[str, str] = {}
         for line in decode_first_lines(head, 40):
             if line.text.startswith(_HEADER):
@@ -125,7 +134,10 @@ class AtiNetftReader(TextReader):
 
 
 def _rate_refusal(settings: Mapping[str, str], *, has_data: bool) -> LogError:
-    """Make the error for a preamble without a sample rate."""
+    """Make the error, to be raised, for a preamble without a sample rate.
+
+    `settings`: Key, to value, of the preamble. `has_data`: Whether anything stands below the header.
+    """
     rate = settings.get("rdt sample rate") or "nothing"
     unit = settings.get("force units") or "nothing"
     refusal = (

@@ -1,4 +1,10 @@
-"""`Log`, which every reader returns; `Reader`, the base of all readers; and helpers that several readers share."""
+"""`Log`, which every reader returns; `Reader`, the base of all readers; and helpers that several readers share.
+
+A *log* is a file in which a program recorded forces or positions of a run; its format is a *dialect*, and each dialect has
+a `Reader`. A *data line* is a line (message, packet) of the file that should be a row: each one is either a row of the
+`Log`, or counted in it with the reason why it was dropped. A long file is read in *blocks*: a `Log` of some of its rows
+each. The *head* is the first 64 kB of a file.
+"""
 
 from __future__ import annotations
 
@@ -34,16 +40,13 @@ Result = TypeVar("Result")
 
 
 NO_VALUE_AT_ALL = "no value in any row"
-"""Reason for a column that is not read."""
+"""Reason why a column is not read, in `Log.unread`."""
 
 BOUNDS = chosen("logs", "bounds")
 """Largest files, and parts of files, that are read: table ``bounds`` of ``chosen.toml``."""
 
 FIRST = chosen("logs", "first")
 """How many first lines of a file decide what it holds, and by which shares: table ``first`` of ``chosen.toml``."""
-
-MOST_WORKERS: int = BOUNDS.threads
-"""Most threads that parse at once."""
 
 HEAD_BYTES = 65536
 """First bytes of a file, from which a reader decides whether the file is in its dialect."""
@@ -58,7 +61,7 @@ MOST_UNPACKED: int = BOUNDS.unpacked_bytes
 class LogError(InputError):
     """A log that cannot be used at all; the text says what was found and what is allowed.
 
-    `code`: Short stable name of the cause. `rows`: Number of data lines in the file, for the ledger.
+    `code`: Short stable name of the cause. `rows`: Number of data lines in the file, for the ledger; 0 where unknown.
     """
 
     def __init__(self, code: str, text: str, rows: int = 0) -> None:
@@ -68,6 +71,7 @@ class LogError(InputError):
         self.rows = rows
 
     def __reduce__(self) -> tuple[type[LogError], tuple[str, str, int]]:
+        # pickle, by which a child process sends its error, would call the class with the text alone
         return LogError, (self.code, str(self), self.rows)
 
 
@@ -76,8 +80,8 @@ class Log:
     """One log as read: columns of numbers, and what became of every data line.
 
     `columns`: Name without unit (``time``, ``F1``, ``x``...; for logs of other labs the names in the file)
-        to values, all of shape (n,), in file order.
-    `units`: Column to its unit as the file states it; an empty text where the file states none.
+        to values, all of shape (n,), in file order. NaN where the file has no value.
+    `units`: Column to its unit as the file states it, in which its values are; empty where the file states none.
     `rows`: Number of data lines in the file.
     `dropped`: Reason to number of lines left out; these numbers and n add up to `rows`.
     `missing`: Reason to number of samples that the instrument counted and the file lacks (lost
@@ -90,6 +94,8 @@ class Log:
     `unapplied`: Column to a scaling that the file states and that was not applied to its numbers.
     `stretches`: Reason for which rows were left out, to the first and last time of each stretch of such rows.
     `clock_times`: Columns that hold a time of day without a date, in s from midnight.
+
+    Each "X to Y" is a dictionary with X as its keys.
     """
 
     path: Path
@@ -118,7 +124,7 @@ class Log:
         return int(next(iter(self.columns.values())).size)
 
     def name_of(self, column: str) -> str:
-        """Return the name of the third column for ``column 3``; any other name comes back unchanged."""
+        """Return the name of the third column of the file for ``column 3``; any other name comes back unchanged."""
         if column in self.columns:
             return column
         return by_number(column, self.names_in_file or self.columns)
@@ -138,8 +144,8 @@ class Log:
     def without_blanks(self, blank: Mapping[str, np.ndarray], *, keeps_blanks: bool) -> Log:
         """Return the log without rows of NaN or infinite numbers, and without rows with a blank cell.
 
-        `blank`: Column to an array of shape (n,), True where the file has no value and this log has NaN.
-        `keeps_blanks`: Whether a row with a blank cell stays, with its NaN.
+        `blank`: Column to an array of shape (n,), True where the file has no value and this log has NaN; NaN elsewhere is
+        damage. `keeps_blanks`: Whether a row with a blank cell stays, with its NaN.
         """
         if blank and not keeps_blanks:
             is_whole = ~np.logical_or.reduce([*blank.values()])
@@ -168,19 +174,29 @@ class Log:
         )
 
 
+_OPTIONS: dict[str, tuple[Any, str]] = {
+    "rate_Hz": (int | float, "a number above 0, in Hz"),
+    "sheet": (str | int | float, "a name, a pattern or a number from 1"),
+}
+"""Option that is more than a text, to its types and what is allowed; all other options are texts."""
+
+
 class Reader:
     """Base of a dialect: give it a `name`, a `description`, `marks` or a `detect`, and `load` or `stream`.
 
     `name`: Name of the dialect in the registry and the config.
     `description`: One line on which program writes such files.
     `evidence`: What identifies a file of the dialect, to complete "recognised by ...".
-    `marks`: First bytes of its files, for the default of `detect`.
+    `marks`: First bytes of its files, any of which is enough for the default of `detect`.
     `takes`: Names of its options, and `options`: the values that the config sets.
-    `asked`: Columns to be read, where a reader can choose; None: all.
+    `asked`: Columns to be read, where a reader can choose; None: all. The name of a column, its number (``column 3``),
+        or the name of a quantity, which a file may lack.
     `where`: Column to the labels that it has in the rows to be read; other rows are of other sources, such as a
         second sensor.
     `selects`: Whether the dialect supports `where`.
     `keeps_blanks`: Whether rows with a cell that has no value are returned, with NaN there.
+
+    A reader never changes: methods that set something return a changed copy.
     """
 
     name = ""
@@ -219,13 +235,16 @@ class Reader:
         return names if asked.difference(names, QUANTITIES) else asked
 
     def asked_among(self, names: Collection[str]) -> set[str]:
-        """Return the columns asked for, as a file with the columns `names` calls them; empty where all are wanted."""
+        """Return the columns asked for, as a file with the columns `names` calls them; empty where all are wanted.
+
+        Names that the file lacks are among them.
+        """
         return {by_number(name, names) for name in self.asked or ()}
 
     def check_asked(
         self, path: Path, unread: Mapping[str, str], names: Collection[str] = ()
     ) -> None:
-        """Refuse a file in which a column that is asked for is `unread`: column to the reason; `names`: all columns."""
+        """Raise `LogError` if a column that is asked for is `unread`: column to the reason; `names`: all columns."""
         asked = self.asked_among(names)
         # all quantities are asked for, even where the file lacks them; only the time is always needed
         asked.difference_update({*QUANTITIES} - {"time"})
@@ -259,7 +278,7 @@ class Reader:
         return self._changed(options=options)
 
     def _changed(self, **attributes: object) -> Self:
-        """Return a copy of this reader with other `attributes`."""
+        """Return a copy of this reader with other values of the named `attributes`."""
         reader = copy(self)
         vars(reader).update(attributes)
         return reader
@@ -282,22 +301,16 @@ class Reader:
         return log.without_blank_columns() if self.keeps_blanks else log
 
 
-_OPTIONS: dict[str, tuple[Any, str]] = {
-    "rate_Hz": (int | float, "a number above 0, in Hz"),
-    "sheet": (str | int | float, "a name, a pattern or a number from 1"),
-}
-"""Option that is more than a text, to its types and what is allowed; all other options are texts."""
+_BY_NUMBER = re.compile(r"(?:column )?([1-9]\d*)")
+"""Name of a column by its number, from 1."""
 
 
 def by_number(column: str, names: Collection[str]) -> str:
-    """Return the third of the `names` for ``column 3`` or ``3``; a name or too large a number comes back unchanged."""
+    """Return the third of the `names` for ``column 3`` or ``3``; one of the `names`, or too large a number, unchanged."""
     number = None if column in names else _BY_NUMBER.fullmatch(column)
     if number is None or int(number[1]) > len(names):
         return column
     return [*names][int(number[1]) - 1]
-
-
-_BY_NUMBER = re.compile(r"(?:column )?([1-9]\d*)")
 
 
 def most_frequent(numbers: Sequence[int]) -> int:
@@ -306,7 +319,10 @@ def most_frequent(numbers: Sequence[int]) -> int:
 
 
 def join_blocks(blocks: Iterable[Log]) -> Log:
-    """Join the blocks of one file, at least one, to one log; several blocks lose their columns."""
+    """Join the blocks of one file, at least one, to one log; several blocks lose their columns, to save memory.
+
+    Counts are added up; what all blocks have in common, as units and path, is taken from the first.
+    """
     logs = list(blocks)
     first = logs[0]
     if len(logs) == 1:
@@ -326,6 +342,10 @@ def join_blocks(blocks: Iterable[Log]) -> Log:
         not_finite=add_counts(*(log.not_finite for log in logs)),
         labels={name: np.concatenate([log.labels[name] for log in logs]) for name in first.labels},
     )
+
+
+MOST_WORKERS: int = BOUNDS.threads
+"""Most threads that parse at once."""
 
 
 def parallel_map(work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
@@ -364,19 +384,6 @@ def needed_package(path: Path, what: str, package: str, extra: str) -> Iterator[
         raise LogError("extra", f'{text}pip install "rftfit[{extra}]"') from None
 
 
-@contextmanager
-def library_errors(path: Path, what: str) -> Iterator[None]:
-    """Turn whatever a library raises on a file into a `LogError`; `what`: the words for a damaged file."""
-    try:
-        yield
-    except (LogError, GeneratorExit):
-        raise
-    except Exception as error:
-        if isinstance(error, OSError) and error.errno in _SYSTEM_ERRNOS:
-            raise system_refusal(path, error) from error
-        raise LogError("damaged", f"{path}: {what}: {on_one_line(error)}") from error
-
-
 _SYSTEM_ERRNOS = (
     errno.ENOENT,
     errno.EMFILE,
@@ -387,6 +394,22 @@ _SYSTEM_ERRNOS = (
     errno.EIO,
 )
 """Errors of the operating system that do not come from the content of a file: no file, no access, no handle, a bad disk."""
+
+
+@contextmanager
+def library_errors(path: Path, what: str) -> Iterator[None]:
+    """Turn whatever a library raises on a file in the block into a `LogError`; `what`: the words for a damaged file.
+
+    An error of the operating system, as for a file without access, is reported as such.
+    """
+    try:
+        yield
+    except (LogError, GeneratorExit):
+        raise
+    except Exception as error:
+        if isinstance(error, OSError) and error.errno in _SYSTEM_ERRNOS:
+            raise system_refusal(path, error) from error
+        raise LogError("damaged", f"{path}: {what}: {on_one_line(error)}") from error
 
 
 def system_refusal(path: Path, error: OSError) -> LogError:
@@ -407,7 +430,7 @@ def on_one_line(error: Exception) -> str:
 
 @contextmanager
 def file_errors(path: Path) -> Iterator[None]:
-    """Turn errors of the file system into a `LogError`."""
+    """Turn errors of the file system in the block into a `LogError`."""
     try:
         yield
     except OSError as error:
@@ -450,13 +473,17 @@ def run_in_child(path: Path, work: Callable[[Path], Result]) -> Result:
         result = LogError(
             "damaged", f"{path}: damaged: it ends the library that reads it ({cause})"
         )
+    # errors are sent as results, too
     if isinstance(result, Exception):
         raise result
     return result
 
 
 def _send_result(write_end: int, path: Path, work: Callable[[Path], object]) -> None:
-    """Do the `work` in the child process, within a limit of processor time, and send its result or its error."""
+    """Do the `work` in the child process, within a limit of processor time, and send its result or its error.
+
+    `write_end`: File descriptor of a pipe, into which a pickle is written.
+    """
     import resource
 
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
@@ -515,13 +542,15 @@ def check_unpacked(path: Path, size: float) -> None:
 class PacketCount:
     """Sequence numbers of an instrument's packets, made continuous over a wrap at 2^32.
 
-    `reason`: Key of the missing packets in `Log.missing`. `missing`: Number of packets lost so far: sequence numbers
-    that were skipped and that no unreadable line of the file can have had.
+    The number of a packet gives its time even after lost packets. `reason`: Key of the missing packets in `Log.missing`.
+    `missing`: Number of packets lost so far: sequence numbers that were skipped and that no unreadable line of the file
+    can have had. The state after one block of the file is kept for the next.
     """
 
     def __init__(self, reason: str) -> None:
         self.reason = reason
         self.missing = 0
+        # of the last packet: sequence number, data line, and number from the first packet on; and the highest of these
         self._last: float | None = None
         self._line = 0
         self._count = 0.0
@@ -531,17 +560,19 @@ class PacketCount:
         """Return the numbers of the next packets, counted from the first packet of the file, which has number 0.
 
         `numbers`, `lines`: Sequence number of each packet, and number of its data line in the file, shape (n,):
-        an unreadable line in between had a packet, too, which is not lost.
+        an unreadable line in between had a packet, too, which is not lost. Adds lost packets to `missing`.
         """
         if numbers.size == 0:
             return numbers
         if self._last is None:
             self._last, self._line = float(numbers[0]), int(lines[0]) - 1
+        # from packet to packet; a step of 2 is a lost packet, a negative one a late packet
         steps = np.diff(numbers, prepend=self._last)
         if np.abs(steps).max() >= 2.0**31:
             # the shorter way round: 4294967295 is followed by 0
             steps = (steps + 2.0**31) % 2.0**32 - 2.0**31
         count: FloatArray = self._count + np.cumsum(steps)
+        # numbers above the highest so far count as missing, unless they are those of unreadable lines in between
         highest = np.maximum.accumulate(np.concatenate([[self._highest], count]))
         unreadable_lines = np.diff(lines, prepend=self._line) - 1
         skipped = np.maximum(np.diff(highest) - 1 - unreadable_lines, 0)
@@ -561,7 +592,10 @@ SAME_S = 1e-6
 
 
 class MixedClocksError(LogError):
-    """A log with more than one clock; `groups`: the names of the channels that share a clock, one group a clock."""
+    """A log with more than one clock, so that its rows have no common time.
+
+    `listed_clocks`: The clocks, in words. `groups`: The names of the channels that share a clock, one group a clock.
+    """
 
     def __init__(
         self, path: Path, listed_clocks: str, groups: Sequence[Sequence[str]], rows: int = 0
@@ -577,7 +611,7 @@ class MixedClocksError(LogError):
 
 
 class ChannelClock(NamedTuple):
-    """Time of the first sample of a channel, and step between samples, s; `start`: NaN where the file states none."""
+    """When a channel was sampled: time of its first sample, and step between samples, s; NaN where the file states none."""
 
     start: float
     step: float
@@ -598,11 +632,12 @@ def common_clock(
     other_channels: Iterable[str] = (),
     rows: int = 0,
 ) -> ChannelClock:
-    """Return the clock that all channels share over the first `samples` samples, or refuse the log.
+    """Return the clock that all channels share over the first `samples` samples.
 
-    `clocks`: Channel to its clock. `other_channels`: Channels whose clock is not stated; a refused log names them as
-    one more group. `rows`: Number of data lines, for the refusal.
+    Raises `MixedClocksError` if there are several. `clocks`: Channel to its clock. `other_channels`: Channels whose clock
+    is not stated; a refused log names them as one more group. `rows`: Number of data lines, for the refusal.
     """
+    # the first channel of each clock, to all channels of this clock
     channels_by_first: dict[str, list[str]] = {}
     for name, clock in clocks.items():
         same = (first for first in channels_by_first if clocks[first].same(clock, samples))

@@ -1,4 +1,7 @@
-"""Packed blocks of ROS bags, unpacked with a limit: a few bytes can unpack to any size."""
+"""Packed blocks of ROS bags, unpacked with a limit: a few bytes can unpack to any size.
+
+The library rosbags unpacks whatever it finds; `limit_blocks` puts the functions of this module in place of its own.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +40,10 @@ def unpack_zstd(packed: bytes) -> bytes:
 
 
 def _unpack_limited(decompressor: Any, packed: bytes) -> bytes:
-    """Unpack a block, and refuse one with more than `MOST_OF_BLOCK` bytes."""
+    """Unpack a block; raises ValueError for one with more than `MOST_OF_BLOCK` bytes, EOFError for one that is cut.
+
+    `decompressor`: New object of a library with ``decompress(data, max_length)`` and ``eof``.
+    """
     # part by part: the library needs several times the memory of what it returns in one call
     at_a_time = 1 << 20
     parts = [bytes(decompressor.decompress(packed, max_length=at_a_time))]
@@ -56,7 +62,7 @@ def _unpack_limited(decompressor: Any, packed: bytes) -> bytes:
 
 
 class LimitedFile:
-    """A packed file that is read up to `MOST_UNPACKED` bytes."""
+    """A packed file, open to be read through a library, of which no more than `MOST_UNPACKED` bytes are unpacked."""
 
     def __init__(self, file: Any) -> None:
         self.file = file

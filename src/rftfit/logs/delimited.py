@@ -1,4 +1,13 @@
-"""Reads any delimited text by a description in the config, and guesses this description for an unknown text."""
+"""Reads any delimited text by a description in the config, and guesses this description for an unknown text.
+
+The description, *the keys of* `text`, says delimiter, decimal mark, and where names and units stand. From it and from the
+head of a file (its first 64 kB) `DelimitedReader.plan` makes a `ReadingPlan`; which columns hold numbers or times is
+judged by the first rows (`judge_columns`), also for other readers of tables. `guess_text_settings` finds the description
+of an unknown text: it tries each delimiter and decimal mark, and keeps what gives most numbers.
+
+A `Line` has its `text`, the offset `stop` behind its end in the head, and `whole`: False if the head ends within it. A
+*stamp* is a date or a time as text.
+"""
 
 from __future__ import annotations
 
@@ -41,6 +50,7 @@ DELIMITER_WORDS = {"\t": "tab", " ": "blank", "|": "bar"}
 """Delimiter to its name in the config."""
 
 _DELIMITERS = {word: character for character, word in DELIMITER_WORDS.items()}
+"""Name of a delimiter in the config, to the character."""
 _SPACED = r"\d{1,3}([ '\u2019\u00a0\u202f\u2009]\d{3})+"
 """Pattern of a number with blanks or apostrophes between thousands."""
 # the other mark stands between thousands only where the decimal mark follows: 1,000 may be a decimal number
@@ -51,7 +61,7 @@ _NUMBERS = {
     )
     for point, group in (".,", ",.")
 }
-"""Decimal mark to the pattern of a number."""
+"""Decimal mark, to the pattern of a number with it."""
 _DEFAULTS = {"decimal": ".", "skip_lines": 0, "names": True, "units": False}
 """Values of the keys of `text` in the config where it does not state them."""
 
@@ -68,12 +78,16 @@ class DelimitedReader(TextReader):
         self._format = text
 
     def plan(self, head: bytes) -> ReadingPlan:
-        """Find the header rows where the config says they are, and the kind of each column in the rows below."""
+        """Find the header rows where the config says they are, and the kind of each column in the rows below.
+
+        Raises ValueError where they are not there, or do not fit the rows.
+        """
         text = self._format
         if text is None:
             raise ValueError("the dialect delimited needs `text` in the config: the format")
         delimiter = _DELIMITERS.get(text.delimiter, text.delimiter)
         head_lines = each_line(head, text.encoding)
+        # the lines above the rows; rows of the header are moved to them from `lines`, those below
         above = list(islice(head_lines, text.skip_lines))
         content = (line for line in head_lines if _is_content(line, text.comment))
         lines = [*islice(content, FIRST.rows + FIRST.header_rows)]
@@ -84,7 +98,7 @@ class DelimitedReader(TextReader):
         gef_voids = _voids_of_gef(above)
 
         def take_row(description: str) -> list[str]:
-            """Remove a row of the header from `lines`, and return its cells."""
+            """Move a row of the header from `lines` to `above`, and return its cells; `description`: of the row, if it lacks."""
             if not (lines and lines[0].whole):
                 raise ValueError(f"no row of {description}")
             above.append(_take_row(lines))
@@ -96,6 +110,7 @@ class DelimitedReader(TextReader):
             name_cells = take_row(f"names below the first {text.skip_lines} lines (skip_lines)")
         if text.units:
             unit_cells = take_row("units below the row of names (units: true)")
+        # the monitor's stamp stands before the row of names, too
         if marks.arrow and name_cells and is_stamp(name_cells[0].strip()):
             name_cells[0] = "time"
         name_cells = name_cells or list(marks.labels)
@@ -117,7 +132,7 @@ class DelimitedReader(TextReader):
             void=gef_voids,
             rewrites=marks.rewrites,
         )
-        # read only if the first rows leave a column unclear
+        # an iterator, read only if the first rows leave a column unclear
         rows_below = (
             marks.strip(line.text).split(delimiter)
             for line in each_line(head[lines[-1].stop :] if lines else b"", text.encoding)
@@ -127,7 +142,10 @@ class DelimitedReader(TextReader):
         return replace(plan, start=above[-1].stop if above else 0)
 
     def _rows_of_source(self, rows: list[list[str]]) -> list[list[str]]:
-        """Return the rows that `where` chooses by the number of a column; other rows may have other cells."""
+        """Return the rows that `where` chooses by the number of a column: others may have other cells, which would mislead.
+
+        `rows`: Cells of the first rows. Where `where` names a column instead, its place is not known yet.
+        """
         for name, allowed in self.where.items():
             if number := re.fullmatch(r"column ([1-9]\d*)", name):
                 column = int(number[1]) - 1
@@ -167,6 +185,7 @@ def plan_columns(
         The plan; its `start`, where the rows begin in the file, is left 0.
     """
     names = layout.names
+    # times as text become seconds; a note says how, and a time of day is counted on over midnight by a clock
     seen = judge_columns(rows, names, layout.decimal, layout.dates, rows_below)
     notes = [f"time is the row number / {rate:g} Hz (the config)"] if rate else []
     clocks: dict[str, RestartingClock] = {}
@@ -178,7 +197,7 @@ def plan_columns(
             clock_times.add(name)
         if note in PERIOD_S:
             clocks[name] = RestartingClock(PERIOD_S[note])
-    stated = {**units, **dict.fromkeys(seen.first_times, "s")}
+    units_of_log = {**units, **dict.fromkeys(seen.first_times, "s")}
 
     def derive(columns: dict[str, np.ndarray], line_numbers: np.ndarray) -> dict[str, np.ndarray]:
         """Make clock times continuous, and add the time where the config states the rate."""
@@ -188,7 +207,7 @@ def plan_columns(
 
     if rate:
         seen.unread.pop("time", None)
-        stated["time"] = "s"
+        units_of_log["time"] = "s"
     return ReadingPlan(
         replace(
             layout,
@@ -204,7 +223,7 @@ def plan_columns(
                 if name in names
             ),
         ),
-        stated,
+        units_of_log,
         0,
         derive if rate or clocks else None,
         notes=tuple(notes),
@@ -218,9 +237,10 @@ def plan_columns(
 def _label_columns(
     reader: TableReader, names: Sequence[str], kinds: Sequence[Kind], rows: Iterable[Sequence[str]]
 ) -> frozenset[str]:
-    """Return the names of the columns that may say where a row is from.
+    """Return the names of the columns that may say where a row is from, as from which of two sensors.
 
-    They hold words, or few different whole numbers that are not asked for.
+    They hold words, or few different whole numbers that are not asked for. `kinds`, `rows`: Kind of each column, and
+    cells of the first rows.
     """
     asked = reader.asked_among(names) or {*names}
     if "skip" not in kinds and asked.issuperset(names):
@@ -233,20 +253,23 @@ def _label_columns(
     )
 
 
+_WHOLE_OR_BLANK = re.compile(r"[+-]?\d+([.,]0+)?|")
+
+
 def _are_labels(cells: Sequence[str]) -> bool:
     """Return whether the cells of a column are whole numbers or blank, each twice on average or more often."""
     distinct = {*cells}
     return len(distinct) * 2 <= len(cells) and all(map(_WHOLE_OR_BLANK.fullmatch, distinct))
 
 
-_WHOLE_OR_BLANK = re.compile(r"[+-]?\d+([.,]0+)?|")
-
-
 _GEF_COLUMN = re.compile(r"#COLUMNINFO\s*=\s*(\d+)\s*,\s*([^,]*),\s*([^,]*)", re.IGNORECASE)
 
 
 def _columns_of_gef(lines: Sequence[Line]) -> tuple[list[str], list[str]]:
-    """Return names and units of the columns from the header of a penetration test (GEF); empty for other files."""
+    """Return names and units of the columns from the header of a penetration test (GEF); empty for other files.
+
+    `lines`: Lines above the rows, such as ``#COLUMNINFO= 1, m, depth, 1``: number, unit and name of a column.
+    """
     stated = {int(c[1]): c for line in lines if (c := _GEF_COLUMN.match(line.text.strip()))}
     if sorted(stated) != list(range(1, len(stated) + 1)):
         return [], []
@@ -264,7 +287,10 @@ def _voids_of_gef(lines: Sequence[Line]) -> tuple[float, ...]:
 
 
 def _further_header_rows(rows: Sequence[list[str]]) -> int:
-    """Count the rows of words between a header and the first row with a number, as TOA5 and AGS4 have them."""
+    """Return how many rows of words stand between a header and the first row with a number, as in TOA5 and AGS4.
+
+    `rows`: Cells of the lines below the header. 0 also where these words are no part of the table.
+    """
     for rows_above, cells in enumerate(rows[: FIRST.header_rows]):
         if any(map(is_value, cells)):
             return rows_above
@@ -283,7 +309,7 @@ class LineMarks(NamedTuple):
     """What stands before the numbers of each line, printed by a monitor of a serial port or by the board.
 
     `arrow`: Whether each line begins with the Arduino monitor's ``12:03:36.100 -> ``. `labels`: A name for each
-    cell, as in ``force:1.2``; empty without. `rewrites`: Patterns and replacements that leave only the cells.
+    cell, as in ``force:1.2``; empty without. `rewrites`: Patterns and replacements that, in this order, leave only cells.
     """
 
     arrow: bool
@@ -297,6 +323,7 @@ class LineMarks(NamedTuple):
 
 _EXCEL_TEXT = re.compile(rb'="([^"\r\n]*)"'), rb"\1"
 """Pattern of a cell that Excel is to take as text, ``="007"``, and its replacement."""
+# the arrow of a monitor becomes a delimiter, so that the stamp before it is a cell
 _ARROW = re.compile(rb"^(\d\d?:\d\d:\d\d(?:\.\d+)?) -> ", re.MULTILINE)
 _LABELLED = re.compile(r"\s*([^\W\d][\w .()/\[\]-]{0,40}?)\s*[:=]\s*([-+.\d].*)")
 """A cell with a label before its number: ``force:1.2``, ``force = 1.2``."""
@@ -305,7 +332,10 @@ _SPACED_LABEL = re.compile(rb"([A-Za-z_]\w*)[ \t]*[:=][ \t]+(?=[-+.\d])")
 
 
 def find_line_marks(lines: Sequence[str], delimiter: str) -> LineMarks:
-    """Find the stamps of a serial monitor and the labels of a serial plotter, which stand in most of the lines."""
+    """Find the stamps of a serial monitor and the labels of a serial plotter, if they stand in most of the lines.
+
+    `lines`: First lines of the file, below those to be skipped.
+    """
     rewrites: list[tuple[re.Pattern[bytes], bytes]] = []
     filled = [line.encode() for line in lines if line.strip()]
     # where blanks separate cells, a label and its number must become one cell: "force: 1.2" -> "force:1.2"
@@ -322,6 +352,7 @@ def find_line_marks(lines: Sequence[str], delimiter: str) -> LineMarks:
         for line in filled
         if (cells := cells_of(line.decode(), delimiter))
     ]
+    # the most frequent labels, which count if they stand in more than half of the lines
     labels = max(set(labels_of_lines), key=labels_of_lines.count, default=())
     if not any(labels) or labels_of_lines.count(labels) <= max(1, len(labels_of_lines) / 2):
         return LineMarks(arrow, (), tuple(rewrites))
@@ -334,7 +365,10 @@ def find_line_marks(lines: Sequence[str], delimiter: str) -> LineMarks:
 
 
 def _take_row(lines: list[Line]) -> Line:
-    """Remove the first line from `lines` and return it, joined with the next ones up to the end of an open quote."""
+    """Remove the first line from `lines` and return it, joined with the next ones up to the end of an open quote.
+
+    A spreadsheet puts names with line breaks in quotes. Without an end of the quote only the first line is taken.
+    """
     for count in range(1, min(FIRST.name_lines, len(lines)) + 1):
         text = " ".join(line.text.strip() for line in lines[:count])
         if text.count('"') % 2 == 0:
@@ -377,7 +411,8 @@ def _row_width(rows: Sequence[list[str]], names: Sequence[str]) -> int:
 class ColumnKinds(NamedTuple):
     """Kind of each column, as the first rows show it.
 
-    `first_times`: Column of times as text, to its first time. `dates`: Order of day, month and year. `unread`: Column
+    `kinds`: In the order of the columns: number, stamp (a time as text) or skip (not read). `first_times`: Column of
+    times as text, to its first time. `dates`: Order of day, month and year (``dmy``); empty: no dates. `unread`: Column
     that holds neither numbers nor times, to its first cell and why it is not read. `mixed`: Indices of columns of
     numbers in which words or no values were found. `other_decimal`: Indices of columns with the other decimal mark.
     """
@@ -400,7 +435,8 @@ def judge_columns(
     """Find out which columns hold numbers, or times as text, by their cells that have a value.
 
     A column of words and numbers is one of numbers, if any cell is a number: its words are no values. The
-    `rows_below` are searched for numbers if a column has none in the first `rows`.
+    `rows_below` are searched for numbers if a column has none in the first `rows`. `rows`: Cells of each row; those with
+    another number of cells than there are `names` are passed over. `dates`: As in `ColumnKinds`; empty: found here.
     """
     columns: list[Sequence[str]] = [*zip(*_rows_of_width(rows, len(names)), strict=True)]
     columns = [_without_thousands(cells, decimal) for cells in columns or [()] * len(names)]
@@ -423,7 +459,9 @@ def judge_columns(
         for index, cells in enumerate(columns)
         if not n_numbers[index] and not any(map(is_stamp, cells))
     }
-    if unclear and len(unclear) < len(names):
+    if unclear and len(unclear) < len(
+        names
+    ):  # all columns are unclear in a file that is no such table
         below = [*zip(*_rows_of_width(rows_below, len(names)), strict=True)]
         for index in unclear if below else ():
             columns[index] = (*columns[index], *below[index])
@@ -474,7 +512,7 @@ def judge_columns(
 def _without_thousands(column: Sequence[str], decimal: str) -> Sequence[str]:
     """Return the cells of a column without marks between thousands: 10204 for 10.204 where the decimal mark is a comma.
 
-    Unchanged where any such mark cannot stand between thousands.
+    Unchanged where the mark of any cell cannot stand between thousands, as in 10.2.
     """
     mark = "." if decimal == "," else ","
     marked = [cell for cell in column if mark in cell]
@@ -506,7 +544,10 @@ _MARK = re.compile(r"\s*(#+|%+|//+)\s*")
 
 
 def without_mark(names: list[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return a row of names without the mark of a comment; a ``#`` that is the name of a column stays."""
+    """Return a row of names without the mark of a comment; a ``#`` that is the name of a column stays.
+
+    `names`, `rows`: Cells of the row of names, and of the rows below, whose width tells a mark from a name.
+    """
     mark = _MARK.match(names[0]) if names else None
     if mark is None:
         return names
@@ -521,7 +562,7 @@ def without_mark(names: list[str], rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def guess_text_settings(head: bytes) -> dict[str, Any] | None:
-    """Guess the format of a text file: the keys of `text` in the config that differ from the defaults.
+    """Guess the format of a text file: the keys of `text` in the config that differ from the defaults, to their values.
 
     None where no format gives at least two rows of at least two cells, at least half of which are numbers.
     """
@@ -563,7 +604,8 @@ def _score_format(
 ) -> tuple[float, dict[str, Any]] | None:
     """Read the lines with a delimiter and a decimal mark; return a score (high is good) and the keys of `text`.
 
-    None where fewer than two lines look like rows of two or more cells.
+    The score is the share of numbers in the lines from the first row on, about 0 to 1, with small extras. None where
+    fewer than two lines look like rows of two or more cells. Here `skip_lines` counts the given `lines`.
     """
     marks = find_line_marks([line.text for line in lines], delimiter)
     table = [cells_of(marks.strip(line.text), delimiter) or [] for line in lines]
@@ -572,6 +614,7 @@ def _score_format(
     if not widths:
         return None
     width = most_frequent(widths)
+    # lines that look like rows, by their numbers from 0
     candidates = [
         number
         for number, (cells, share) in enumerate(zip(table, shares, strict=True))
@@ -621,7 +664,10 @@ def _first_of_data(candidates: Sequence[int], n_lines: int) -> int:
 
 
 def _header_above(above: Sequence[list[str]], width: int, decimal: str) -> tuple[int | None, bool]:
-    """Return the line of the names above data of `width` columns, or None, and whether a row of units follows."""
+    """Return the line of the names above data of `width` columns, or None, and whether a row of units follows.
+
+    `above`: Cells of all lines above the data; the line is an index of these.
+    """
     filled = [number for number, cells in enumerate(above) if any(map(str.strip, cells))]
     if not filled:
         return None, False
@@ -652,10 +698,10 @@ def _share_of_numbers(cells: Sequence[str], decimal: str) -> float:
 
 
 def _are_names(cells: Sequence[str], width: int, decimal: str) -> bool:
-    """Return whether cells may be the names of `width` columns: about as many, and less than half are numbers."""
+    """Return whether cells may be the names of `width` columns: about as many, of which less than half are numbers."""
     filled = [cell for cell in cells if cell.strip()]
     is_near_width = abs(len(cells) - width) <= 1
-    # the blank cell at the end does not count, but then a single number does
+    # a blank cell is added, as a line of one cell has no share; it does not count
     return bool(filled) and is_near_width and _share_of_numbers([*filled, ""], decimal) < 0.5
 
 

@@ -1,4 +1,11 @@
-"""Surveys a log that no run sheet names yet: its columns, clock and quantities, and the config lines for it."""
+"""Surveys a log that no run sheet names yet: its columns, clock and quantities, and the config lines for it.
+
+It answers `rftfit inspect FILE`: which dialect (format of a program) reads the file (`recognised`), what is in it (`survey`),
+what else is needed to measure with it (`describe_needs`), and the lines of config.yaml by which it can be read
+(`config_block`). A *quantity* is what a column means for the measurement: time, arm_moving (the sync line: whether the arm
+moves), forces F1 to F3, positions x and z, angle. Quantities are guessed from names and units, and the user is told so. A
+log is read in *blocks*, a `Log` of some of its rows each.
+"""
 
 from __future__ import annotations
 
@@ -43,7 +50,8 @@ GAP_STEPS: float = _CHOSEN.gap_steps
 class ColumnExtreme(NamedTuple):
     """Lowest or highest value of a column: the value, how often it occurs, and the distinct value next to it.
 
-    `inner`: This second lowest or second highest value; NaN where the column has one distinct value.
+    `inner`: This second lowest or second highest value; NaN where the column has one distinct value. The three show
+    whether the extreme is a code for "no data" (`ColumnSummary.codes`).
     """
 
     value: float
@@ -57,7 +65,8 @@ class ColumnExtreme(NamedTuple):
         return cls(float(distinct[0]), int(times[0]), inner)
 
     def merged(self, next_extreme: ColumnExtreme, sign: int) -> ColumnExtreme:
-        """Return the extreme of two parts of a column; `sign`: -1 for the lowest value, 1 for the highest."""
+        """Return the extreme of a column from those of two parts of it; `sign`: -1 for the lowest value, 1 for the highest."""
+        # value, to how often it occurs: that is known of the extremes, and needed of no other value
         counts: Counter[float] = Counter()
         for extreme in (self, next_extreme):
             counts.update({extreme.value: extreme.times, extreme.inner: 0})
@@ -71,7 +80,8 @@ class ColumnSummary:
     """One column of a log; the numbers are NaN if there is no usable row.
 
     `quantity`: Meaning of the guessed quantity, or "-". `resolution`: Smallest step between two distinct values; NaN
-    if there are not two. `values`: Number of rows with a number in this column. `ends`: Its lowest and highest value.
+    if there are not two. `values`: Number of rows with a number in this column. `ends`: Its lowest and highest value;
+    empty without values.
     """
 
     name: str
@@ -85,7 +95,7 @@ class ColumnSummary:
 
     @property
     def codes(self) -> list[float]:
-        """Values that seem to mean "no data": the lowest or highest one, if it is repeated and far from all others."""
+        """Values that seem to mean "no data", as -9999: lowest or highest, repeated, and far from all others."""
         codes = []
         for end, opposite_end in zip(self.ends, reversed(self.ends), strict=True):
             # span of the other values; the opposite end may be a code, too: the smaller span leaves it out
@@ -103,7 +113,7 @@ class TimeColumn:
     the first block; NaN if it has fewer than two rows. `gaps`: Start and length of the first ten
     thousand steps longer than `GAP_STEPS` median steps. `repeated`, `backwards`: Number of rows whose time
     equals the time of the row before, or is earlier. `first`, `last`: Earliest and latest time; infinite without rows.
-    `_before`: Last time of the block before.
+    `_before`: Last time of the block before; None: there is none.
     """
 
     step: float = float("nan")
@@ -126,7 +136,7 @@ class TimeColumn:
         return 1 / self.step if self.step > 0 else float("nan")
 
     def add(self, time: FloatArray) -> None:
-        """Add the times of the next rows, shape (n,)."""
+        """Add the times of the next rows, shape (n,), finite."""
         if time.size == 0:
             return
         if self._before is not None:
@@ -150,9 +160,10 @@ class TimeColumn:
 class Survey:
     """Facts on a log from one pass over its blocks.
 
-    `units`: Column to unit. `clock`: None where no column is the time. `quantities`: Guessed quantity
-    to column. `rows`, `used`: Number of data lines, and of those that can be read. `moving`: Number of different
-    values of the sync line, at most two; 0 where there is no sync line. `not_finite`, `unread`: as in `Log`.
+    `units`: Column, to its unit. `clock`: None where no column is the time. `quantities`: Guessed quantity, to its column.
+    `rows`, `used`: Number of data lines, and of those that can be read. `dropped`, `missing`, `notes`, `not_finite`,
+    `unread`: As in `Log`. `moving`: Number of different values of the sync line, at most two; 0 where there is no sync
+    line, 1 where it shows no motion.
     """
 
     path: Path
@@ -179,7 +190,10 @@ class Survey:
 
     @property
     def rate_of_coarse_time(self) -> float | None:
-        """Rows a second, Hz, where most rows share a stamp; 0 with too few stamps for a rate; None for a fine clock."""
+        """Rows a second, Hz, where most rows share a stamp (time); 0 with too few stamps for a rate; None for a fine clock.
+
+        Such a clock, as of whole seconds, cannot align forces with positions, but the number of the row over this rate can.
+        """
         clock = self.clock
         if clock is None or not clock.repeated * 2 >= self.used > 1:
             return None
@@ -222,14 +236,17 @@ def survey(blocks: Iterable[Log]) -> Survey:
         dropped,
         missing,
         first.notes,
-        len(sync_values),
-        not_finite,
-        first.unread,
+        moving=len(sync_values),
+        not_finite=not_finite,
+        unread=first.unread,
     )
 
 
 def survey_file(reader: Reader, path: Path) -> tuple[list[Survey], LogError | None]:
-    """Survey a file; where it has several clocks, survey each and return the error that refuses it as one log."""
+    """Survey a file; where it has several clocks, survey each, and return the error that refuses it as one log, else None.
+
+    Columns without any number are left out, and listed in `Survey.unread`.
+    """
     try:
         log_survey = survey(heed_labels(log, reader) for log in reader.stream(path))
         without_numbers = {
@@ -260,7 +277,10 @@ def finite_values(values: FloatArray) -> FloatArray:
 
 
 def join_surveys(surveys: Sequence[Survey]) -> Survey:
-    """Join the surveys of a file with several clocks, one each, to one survey of the whole file."""
+    """Join the surveys of a file with several clocks, one each, to one survey of the whole file.
+
+    Only units, quantities, used rows and sync line are joined; all else is that of the first clock.
+    """
     # the first clock with a column or quantity counts
     units = ChainMap(*(log_survey.units for log_survey in surveys))
     quantities = ChainMap(*(log_survey.quantities for log_survey in surveys))
@@ -274,7 +294,7 @@ def join_surveys(surveys: Sequence[Survey]) -> Survey:
 
 
 def _summarise_column(log: Log, name: str, quantity: str) -> ColumnSummary:
-    """Summarise a column of one block."""
+    """Summarise a column of one block; `quantity`: as in `ColumnSummary`."""
     values, unit = finite_values(log.columns[name]), log.units.get(name, "")
     if values.size == 0:
         return ColumnSummary(name, quantity, unit, np.nan, np.nan, np.nan, 0)
@@ -308,10 +328,10 @@ def _merge_summaries(summary: ColumnSummary, block_summary: ColumnSummary) -> Co
 
 FORCE = ("time", "F1", "F2", "F3")
 MOTION = ("time", "x", "z", "angle")
+"""Quantities that a force log and a motion log hold."""
 
 _USUAL_UNITS = {"time": "s", "x": "mm", "z": "mm", "angle": "deg"}
-_PLAIN = re.compile(r"[A-Za-z][A-Za-z0-9_./ ]*[A-Za-z0-9_]|[A-Za-z]")
-_YAML_WORDS = frozenset({"y", "n", "yes", "no", "on", "off", "true", "false", "null"})
+"""Quantity, to the unit that the config need not state; of all others N."""
 
 
 def log_kinds(log_survey: Survey) -> list[str]:
@@ -323,7 +343,7 @@ def log_kinds(log_survey: Survey) -> list[str]:
 
 
 def describe_needs(log_survey: Survey) -> list[str]:
-    """Return a sentence for each thing that the measurement needs beyond this file."""
+    """Return a sentence for each thing that the measurement needs beyond this file: another log, a unit, a setting."""
     kinds = log_kinds(log_survey)
     needs = [] if "time" in log_survey.quantities else _describe_table_instead(log_survey)
     if kinds == ["force", "motion"]:
@@ -366,6 +386,8 @@ def describe_needs(log_survey: Survey) -> list[str]:
 
 _STRESS = re.compile(r"stress|pressure|sigma|druck|spannung|(?<![a-z])q_?c|[^a-z]res$")
 _STRESS_UNIT = re.compile(r"(N/(cm|m|mm)(\^?2|\u00b2)|[kM]?N/m(\^?2|\u00b2)|[kMG]?Pa|psi|bar)")
+_DEPTH = re.compile(r"depth|sinkage|penetration|tiefe|dpth")
+"""Names of columns, in small letters, of stress or depth; and units of stress."""
 
 
 def _describe_table_instead(log_survey: Survey) -> list[str]:
@@ -394,11 +416,11 @@ def _describe_table_instead(log_survey: Survey) -> list[str]:
     return [sentence]
 
 
-_DEPTH = re.compile(r"depth|sinkage|penetration|tiefe|dpth")
-
-
 def _clock_needs(log_survey: Survey, *, one_file: bool) -> list[str]:
-    """Return a sentence if the clocks of force and motion cannot be aligned as the file stands."""
+    """Return, in a list, a sentence if the clocks of force and motion cannot be aligned as the file stands; else none.
+
+    `one_file`: Whether the file holds both.
+    """
     if one_file:
         return ["clock.method same_clock in config.yaml: force and motion are columns of one file"]
     if "arm_moving" not in log_survey.quantities:
@@ -410,7 +432,7 @@ def _clock_needs(log_survey: Survey, *, one_file: bool) -> list[str]:
 
 
 def _describe_substitute(name: str) -> str:
-    """Return the words on what the user can do without a column of the quantity `name`."""
+    """Return the words on what the user can do without a column of the quantity `name`, a force, position or angle."""
     if name == "angle":
         return "without it beta is taken from the run sheet"
     if name == "x":
@@ -429,9 +451,10 @@ def config_block(
     text: Mapping[str, Any] | None = None,
     options: Mapping[str, object] | None = None,
 ) -> list[str]:
-    """Return the lines of config for a log, as YAML.
+    """Return the lines of config for a log, as YAML, with comments on what the user has to check.
 
-    `text`: Format of a log of the dialect ``delimited``. `options`: Options of any other dialect.
+    `dialect`: Its name. `text`: Format of a log of the dialect ``delimited``, as keys of `text` in the config; None: of
+    another dialect. `options`: Options of any other dialect.
     """
     if dialect == "rig":
         return ["dialect: rig"]
@@ -485,7 +508,7 @@ def config_block(
 
 
 def _missing_line(log_survey: Survey, quantities: Iterable[str]) -> list[str]:
-    """Return the line of config with values that seem to mean "no data"; no line where there are none.
+    """Return, in a list, the line of config with values that seem to mean "no data"; no line where there are none.
 
     Only columns of the `quantities` are searched, or all where no quantity is known.
     """
@@ -506,7 +529,10 @@ _SECONDS = re.compile(r"(?i)(.*?)(s|secs?|seconds?)$")
 
 
 def _nanoseconds_column(column: str, log_survey: Survey) -> str:
-    """Return the column of nanoseconds that belongs to a column of whole seconds; empty where there is none."""
+    """Return the column of nanoseconds that belongs to a column of whole seconds, as in ROS; empty where there is none.
+
+    `column`: Name of the column of seconds.
+    """
     match = _SECONDS.fullmatch(column)
     if match is None:
         return ""
@@ -516,10 +542,14 @@ def _nanoseconds_column(column: str, log_survey: Survey) -> str:
     return next(filter(pattern.fullmatch, names), "")
 
 
-def _column_line(log_survey: Survey, quantity: str, *, always: bool) -> list[str]:
-    """Return the line of config that says which column a quantity is.
+_CLOCKS_OF_BOARDS = {"millis": "ms", "micros": "us"}
+"""Function of Arduino that counts time, to its unit."""
 
-    No line where name and unit of the column are already as expected, unless `always`.
+
+def _column_line(log_survey: Survey, quantity: str, *, always: bool) -> list[str]:
+    """Return, in a list, the line of config that says which column a quantity is.
+
+    No line where name and unit of the column are already as expected, unless `always`; a comment where no column is it.
     """
     column = log_survey.quantities.get(quantity)
     if column is None:
@@ -527,7 +557,7 @@ def _column_line(log_survey: Survey, quantity: str, *, always: bool) -> list[str
         hint = f"; with such a unit: {', '.join(candidates)}" if candidates else ""
         return [f"    # {quantity}: no column looks like it{hint}"]
     unit = log_survey.units.get(column, "")
-    stated = bool(unit) or quantity == "arm_moving"
+    has_unit = bool(unit) or quantity == "arm_moving"  # which needs none
     usual = _USUAL_UNITS.get(quantity, "N")
     is_usual_unit = quantity == "arm_moving" or unit == usual
     if column == quantity and is_usual_unit and (not always or quantity == "time"):
@@ -536,7 +566,7 @@ def _column_line(log_survey: Survey, quantity: str, *, always: bool) -> list[str
     name = number[1] if number else format_scalar(column)
     if quantity in ("x", "z") and "pose" in column.casefold():
         usual = "m"  # robots state poses in metres
-    if quantity == "time" and not stated:
+    if quantity == "time" and not has_unit:
         lowest = next(summary.lowest for summary in log_survey.columns if summary.name == column)
         of_board = _CLOCKS_OF_BOARDS.get(column.casefold(), "")
         usual = epoch_unit(lowest) or of_board or _unit_of_clock(log_survey.clock) or usual
@@ -545,11 +575,11 @@ def _column_line(log_survey: Survey, quantity: str, *, always: bool) -> list[str
         return [
             f"    time: {{column: {name}, unit: s, plus: {{column: {format_scalar(nanoseconds)}, unit: ns}}}}"
         ]
-    if stated and not down and (quantity in ("time", "arm_moving") or unit == usual):
+    if has_unit and not down and (quantity in ("time", "arm_moving") or unit == usual):
         return [f"    {quantity}: {name}"]
     # a unit that is missing, or is not the default of the quantity, has to be declared
     why = ""
-    if not stated:
+    if not has_unit:
         unit, why = usual, " # the file states no unit: check"
     elif down:
         why = " # z points up: check"
@@ -557,7 +587,7 @@ def _column_line(log_survey: Survey, quantity: str, *, always: bool) -> list[str
 
 
 def _columns_with_unit_of(quantity: str, log_survey: Survey) -> list[str]:
-    """Return the columns without a guessed quantity whose stated unit fits this quantity."""
+    """Return the columns without a guessed quantity whose stated unit fits this quantity: any of them may be it."""
     units = units_like(_USUAL_UNITS.get(quantity, "N"))
     guessed = log_survey.quantities.values()
     return [
@@ -567,12 +597,8 @@ def _columns_with_unit_of(quantity: str, log_survey: Survey) -> list[str]:
     ]
 
 
-_CLOCKS_OF_BOARDS = {"millis": "ms", "micros": "us"}
-"""Function of Arduino that counts time, to its unit."""
-
-
 def _unit_of_clock(clock: TimeColumn | None) -> str:
-    """Return the unit in which a time column without a stated unit has a usual rate; empty: none.
+    """Return the unit in which a time column without a stated unit has a usual rate, as ``ms``; empty: none.
 
     Only for whole numbers, such as milliseconds or microseconds of a board.
     """
@@ -582,8 +608,13 @@ def _unit_of_clock(clock: TimeColumn | None) -> str:
     return next((unit for unit, step_s in steps_s if step_s < _CHOSEN.longest_step_s), "")
 
 
+_PLAIN = re.compile(r"[A-Za-z][A-Za-z0-9_./ ]*[A-Za-z0-9_]|[A-Za-z]")
+"""Text that YAML reads as a text without quotes, unless it is one of the next words."""
+_YAML_WORDS = frozenset({"y", "n", "yes", "no", "on", "off", "true", "false", "null"})
+
+
 def format_scalar(value: object) -> str:
-    """Return a value as YAML."""
+    """Return a value of a key as YAML, a text in quotes where YAML would read it as something else."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
@@ -609,14 +640,15 @@ _EXPORTS = {
     b"%PDF": "a PDF: export the numbers from the program that drew it",
 }
 """First bytes of a file of another kind, to the advice how to make a readable file of it."""
+# bytes near the beginning of a workbook of LibreOffice
 _OPEN_DOCUMENT = b"mimetypeapplication/vnd.oasis.opendocument.spreadsheet"
 
 
 class Recognised(NamedTuple):
     """The reader of a file, and how it was found.
 
-    `text`: Format of the file as keys of `text` in the config, where no dialect fits; else None. `options`: Options of
-    its dialect. `other_dialects`: Sentences on the dialects that also claim the file, or were tried.
+    `text`: Format of the file as keys of `text` in the config, where no dialect fits or the caller gave it; else None.
+    `options`: Options of its dialect. `other_dialects`: Sentences on the dialects that also claim the file, or were tried.
     """
 
     reader: Reader
@@ -638,12 +670,14 @@ def recognised(
 ) -> Recognised:
     """Find the reader of a file: by the `name` of a dialect, by a format `text`, or else by the content of the file.
 
-    `options`: Options of the dialect, or further keys of `text`.
+    `text`: Keys of `text` in the config, to their values. `options`: Options of the dialect, or further keys of `text`.
+    Raises InputError if nothing reads the file, or an option is wrong.
     """
     settings = dict(options or {})
     other_dialects: list[str] = []
     if text is None and name in (None, DelimitedReader.name):
         head = read_head(path)
+        # by content: first the dialects that claim the file, then a guess of its format
         if name is None and (readers := claimants(head)):
             name, *other_names = (reader.name for reader in readers)
             other_dialects = [f"also claimed by: {other}" for other in other_names]
@@ -665,7 +699,7 @@ def recognised(
 
 
 def _text_format(text: Mapping[str, object]) -> TextFormat:
-    """Check the keys of `text`; raises ValueError, worded as the config words it."""
+    """Return the checked keys of `text`; raises ValueError, worded as the config words it, for a wrong one."""
     for name in text:
         if name not in TextFormat.model_fields:
             raise ValueError(unknown_word("option", name, TextFormat.model_fields))
@@ -685,7 +719,10 @@ def describe_tried_dialects() -> list[str]:
 
 
 def refusal(path: Path, head: bytes) -> InputError:
-    """Make the error for a file that no dialect reads: the cure, and the first lines of the file."""
+    """Make the error, to be raised, for a file that no dialect reads: the cure, and the first lines of the file.
+
+    `head`: First 64 kB of the file.
+    """
     if not head:
         return InputError(f"{path}: the file is empty")
     advice = next((a for mark, a in _EXPORTS.items() if head.lstrip().startswith(mark)), "")
@@ -715,7 +752,7 @@ def refusal(path: Path, head: bytes) -> InputError:
 
 
 def _reason_of_refusal(reader: Reader, path: Path) -> str:
-    """Return why a reader refuses a file."""
+    """Return why a reader refuses a file, without its path; empty if it does not."""
     try:
         reader.load(path)
     except LogError as error:

@@ -1,4 +1,8 @@
-"""Answer of `rftfit inspect` on a log that no run sheet names yet: as text, and as facts for a script."""
+"""Answer of `rftfit inspect` on a log that no run sheet names yet: as text, and as facts for a script.
+
+What is said here is found by `rftfit.logs.inspect`; this module lays it out. A file may hold columns of several clocks:
+each clock then has a `Survey` (columns, rows, times) of its own.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +33,11 @@ from rftfit.table.units import TIME_TO_S
 
 @dataclass(frozen=True)
 class Inspection:
-    """A file that may be a log: how it is read, a survey of each of its clocks, and why it is no log as it stands."""
+    """A file that may be a log: how it is read, a survey of each of its clocks, and why it is no log as it stands.
+
+    `recognition`: Its reader, its format as delimited text (None: it is of a dialect), options, and sentences on other
+    dialects. `refused`: None: it can be read as one log.
+    """
 
     recognition: Recognised
     surveys: Sequence[Survey]
@@ -91,7 +99,10 @@ class Inspection:
 
 
 def inspect_file(path: Path, dialect: str | None, options: Mapping[str, str | float]) -> Inspection:
-    """Find out how a file is read, as a dialect where one is named, and read it through."""
+    """Find out how a file is read, and read it through; raises InputError for a file that is no log.
+
+    `dialect`: Name of the dialect to read it as; None: found by its content. `options`: Options of the dialect.
+    """
     if path.is_dir():
         raise InputError(f"{path}: this is a folder; name one log in it")
     if path.exists() and not path.is_file():
@@ -102,7 +113,10 @@ def inspect_file(path: Path, dialect: str | None, options: Mapping[str, str | fl
 
 
 def _facts_of(survey: Survey) -> dict[str, Any]:
-    """Return a survey as a dictionary for scripts; clock: None where no column is the time."""
+    """Return a survey as a dictionary for scripts, with the names of the fields of `Survey`.
+
+    ``clock`` is None where no column is the time.
+    """
     survey_fields = (
         "rows",
         "used",
@@ -122,7 +136,7 @@ def _facts_of(survey: Survey) -> dict[str, Any]:
 
 
 def _contact_lines(survey: Survey) -> list[str]:
-    """Return lines that propose `rftfit scale --contacts`, for a file with the angle of a leg and forces; else none."""
+    """Return lines that propose `rftfit scale --contacts`, for a file with the angle of a leg (theta) and forces; else none."""
     names = {column.name.casefold() for column in survey.columns}
     has_force = any(column.quantity.startswith("force, sensor") for column in survey.columns)
     if not has_force or not any(name.startswith("theta") for name in names):
@@ -168,7 +182,7 @@ def _survey_lines(survey: Survey) -> list[str]:
 
 
 def _voltage_lines(survey: Survey) -> list[str]:
-    """Return the line on columns in volts, which are readings of gauges and no forces yet; else none."""
+    """Return, in a list, the line on columns in volts, which are readings of gauges and no forces yet; else none."""
     gauges = ", ".join(column.name for column in survey.columns if column.unit in ("V", "mV", "uV"))
     cure = "force_log.calibration names a csv that converts them to forces and torques"
     return [f"in volts: {gauges}; {cure}"] if gauges else []

@@ -1,4 +1,7 @@
-"""Exports of testing machines: a row of names, a row of units in brackets, then numbers."""
+"""Exports of testing machines: a row of names, a row of units in brackets, then numbers.
+
+The two header rows, delimiter and decimal mark are found here; the rows are read as delimited text described by them.
+"""
 
 from __future__ import annotations
 
@@ -34,14 +37,14 @@ class InstronReader(TextReader):
         rows_text = "\n".join(line.text for line in lines[names_line + 2 :])
         # points between thousands are no decimal points: 1.442,21 has a decimal comma
         rows_text = re.sub(r"\.(?=\d{3}[.,])", "", rows_text)
-        comma = (
+        has_decimal_comma = (
             delimiter != ","
             and re.search(r"\d,\d", rows_text)
             and not re.search(r"\d\.\d", rows_text)
         )
         text = {
             "delimiter": DELIMITER_WORDS.get(delimiter, delimiter),
-            "decimal": "," if comma else ".",
+            "decimal": "," if has_decimal_comma else ".",
             "skip_lines": names_line,
             "units": True,
         }
@@ -51,7 +54,7 @@ class InstronReader(TextReader):
 def _find_header(lines: Sequence[Line]) -> tuple[int, str] | None:
     """Return the number of the line of names, from 0, and the delimiter; None where there is no such line.
 
-    A table of results may stand above the table of readings: the header of the longest table is returned.
+    `lines`: First lines of the file. A table of results may stand above the table of readings: the header of the longest table is returned.
     """
     longest, header = -1, None
     for names_line, (upper, lower) in enumerate(pairwise(lines)):

@@ -1,4 +1,9 @@
-"""Labels of rows, units that stand in the cells of a column, and a header that is repeated within a log."""
+"""Labels of rows, units that stand in the cells of a column, and a header that is repeated within a log.
+
+In a long table a column may say of each row which sensor or which unit it is of. A *label* is such a word, or a whole
+number; *readings* are the columns of forces and positions. Without a look at labels, rows of two sensors would be read as
+one.
+"""
 
 from __future__ import annotations
 
@@ -27,6 +32,8 @@ class LabelledReader(Reader):
 def heed_labels(log: Log, reader: Reader) -> Log:
     """Refuse a log whose rows are of several sources or units; give columns the unit that stands in each row.
 
+    A source is a sensor or a run.
+
     Parameters
     ----------
     log : Log
@@ -54,13 +61,14 @@ def heed_labels(log: Log, reader: Reader) -> Log:
 
 
 def _labels_of(log: Log, reader: Reader) -> dict[str, Sequence[str]]:
-    """Return the columns that may say where a row is from: column to the label of each row.
+    """Return the columns that may say where a row is from: column, to the label of each row.
 
-    They hold words, or few whole numbers that are not asked for.
+    They hold words, or few whole numbers that are not asked for. Columns of `where` are left out: the config chose by them.
     """
     labels: dict[str, Sequence[str]] = {
         name: words.tolist() for name, words in log.labels.items() if name not in reader.where
     }
+    # columns of numbers that are no readings: by name, by what the config asks for, and by a guess
     not_asked = log.columns.keys() - {*QUANTITIES}
     if not_asked and reader.asked:
         not_asked -= {log.name_of(name) for name in reader.asked}
@@ -87,7 +95,7 @@ def may_be_labels(values: FloatArray) -> bool:
 def _readings_of(log: Log, reader: Reader, labels: Collection[str]) -> list[str]:
     """Return the columns of readings: those asked for, else those with the name of a quantity, else all.
 
-    Labels and times are never readings.
+    Labels and times are never readings. `labels`: Names of the columns of labels.
     """
     quantities = guesses(log)
     time = quantities.get("time", "")
@@ -103,7 +111,10 @@ def _readings_of(log: Log, reader: Reader, labels: Collection[str]) -> list[str]
 
 
 def _with_units_of_rows(log: Log, labels: Mapping[str, Sequence[str]]) -> Log:
-    """Set the unit of a column from the unit that a column of words states in each row; refuse a unit that changes."""
+    """Set the unit of a column from the unit that a column of words states in each row.
+
+    Raises `LogError` for a unit that changes, or that contradicts the header. `labels`: As `_labels_of` returns them.
+    """
     units = dict(log.units)
     unread = dict(log.unread)
     for name in log.labels:
@@ -133,7 +144,10 @@ def _with_units_of_rows(log: Log, labels: Mapping[str, Sequence[str]]) -> Log:
 
 
 def _column_with_unit(log: Log, name: str, unit: str) -> str:
-    """Return the column to which a column of units, `name`, belongs: the nearest column whose name fits the unit."""
+    """Return the column to which a column of units, `name`, belongs: the nearest column whose name fits the unit.
+
+    Empty where none fits.
+    """
     unit_index = log.names_in_file.index(name)
     # a unit stands behind its number; a column behind the unit is used only where there is none before
     by_nearness = sorted(
@@ -143,6 +157,7 @@ def _column_with_unit(log: Log, name: str, unit: str) -> str:
     fitting = (
         column
         for *_, column in by_nearness
+        # the guess by name and unit is empty where the two contradict each other
         if column not in log.labels and guess(column, unit) == guess(column, "")
     )
     return next(fitting, "")
@@ -158,7 +173,7 @@ _FEWEST_NAMES = 2
 def changed_header(
     cells: Sequence[str], header: Mapping[str, str], columns_to_read: Collection[int]
 ) -> list[str]:
-    """Compare a line of words within a table with the header of the table.
+    """Compare a line of words within a table with the header of the table: a log started anew may have other columns.
 
     Parameters
     ----------
@@ -181,6 +196,7 @@ def changed_header(
     else:
         repeated = units_by_name(cells[: len(header)])
         quantities = sum(bool(guess(name, "")) for name in repeated)
+        # few names of the header, and few of quantities: any other words
         if len(repeated.keys() & header) * 2 < len(header) and quantities < _FEWEST_NAMES:
             return []
     pairs = [*zip(header.items(), repeated.items(), strict=True)]

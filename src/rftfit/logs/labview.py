@@ -1,4 +1,10 @@
-"""LabVIEW measurement files (.lvm): a file header, then segments of text, each with a header."""
+"""LabVIEW measurement files (.lvm): a file header, then segments of text, each with a header.
+
+A *channel* is a column of readings. Time is an *X column*, ``X_Value``, of which there may be one for all channels or one
+for each; or there is none, and it follows from the start X0 and the step Delta_X of the header. The way: file header
+(`_file_header`) -> blocks of the file, cut where a segment ends (`_blocks_of_segments`) -> header of a segment
+(`_read_segment`) -> rows (`_log_of_rows`). A file with channels that do not share one clock is refused.
+"""
 
 from __future__ import annotations
 
@@ -23,6 +29,7 @@ from rftfit.table.units import canonical_unit
 
 MAGIC = "LabVIEW Measurement"
 OTHER_CHANNELS = "segment with other channels than the first"
+"""Reason of the ledger for rows that are dropped."""
 
 _END = "***End_of_Header***"
 _SEGMENT = re.compile(rb"(?m)^[ \t]*Channels[\t,;]")
@@ -43,7 +50,7 @@ class LvmReader(base.Reader):
         return text_head(head[:256]).startswith(MAGIC.encode())
 
     def stream(self, path: Path) -> Iterator[base.Log]:
-        """Read a file in blocks of some megabytes."""
+        """Read a file in blocks of some megabytes; whatever its headers lack is a `LogError`."""
         text = TextFile(path)
         try:
             lines = islice(each_line(text.head), base.FIRST.lvm_lines)
@@ -72,9 +79,9 @@ class LvmReader(base.Reader):
 class _Segment:
     """One segment: rows below a header.
 
-    `x_of`: Channel to its X column; "" where there are no X columns. `begins`: X column to its start, s after the
-    start of the file. `step`: Time between rows, s. `rows`: Number of rows parsed so far. `timed`: Whether X is a
-    time: it may be a frequency.
+    `layout`: How a row is split, and which columns are read. `units`: Column, to its unit. `x_of`: Channel, to its X
+    column; "" where there are no X columns. `begins`: X column, to its start, s after the start of the file. `step`: Time
+    between rows, s. `rows`: Number of rows parsed so far. `timed`: Whether X is a time: it may be a frequency.
     """
 
     layout: Layout
@@ -90,8 +97,8 @@ class _Segment:
 class _File:
     """Settings that the segments of one file have in common.
 
-    `x_columns`: "no", "one" or "multi". `first`: First segment, with which the others must agree. `began`: Start of
-    the recording.
+    `x_columns`: "no", "one" or "multi". `asked`: Columns to be read, as in `Reader`; None: all. `first`: First segment,
+    with which the others must agree. `began`: Start of the recording; None: not stated. `notes`: As in `Log`.
     """
 
     path: Path
@@ -105,7 +112,10 @@ class _File:
 
 
 def _file_header(path: Path, lines: Iterator[Line]) -> tuple[_File, int]:
-    """Read the file header; also return the offset in bytes at which the segments begin."""
+    """Read the file header; also return the offset in bytes at which the segments begin.
+
+    Raises ValueError where the header is not one of LabVIEW, or has no end.
+    """
     settings: dict[str, str] = {}
     first_line = next(lines).text
     if not first_line.startswith(MAGIC):
@@ -125,7 +135,11 @@ def _file_header(path: Path, lines: Iterator[Line]) -> tuple[_File, int]:
 def _blocks_of_segments(
     file: _File, text: TextFile, start: int
 ) -> Iterator[tuple[_Segment, Block]]:
-    """Yield each segment with a block of its rows: blocks of the file are cut where a segment ends."""
+    """Yield each segment with a block of its rows: blocks of the file are cut where a segment ends.
+
+    `start`: Offset in the file at which the segments begin, bytes. A long segment has several blocks.
+    """
+    # `segment`: the one whose rows come next; None: its header comes first. `carry`: what is not yielded yet
     segment: _Segment | None = None
     carry = b""
     for body, last_line, before in text.blocks(start):
@@ -133,7 +147,7 @@ def _blocks_of_segments(
         while carry:
             if segment is None:
                 stop = _header_end(carry)
-                if stop is None:
+                if stop is None:  # the rest of the header is in the next block
                     if len(carry) > MAX_LINE:
                         raise ValueError(f"a segment's header has no end ({_END})")
                     break
@@ -152,7 +166,10 @@ def _blocks_of_segments(
 
 
 def _header_end(content: bytes) -> int | None:
-    """Return the offset at which rows begin: behind the row of names below the header; None if not in the content."""
+    """Return the offset at which the rows of a segment begin, behind the row of names below its header.
+
+    None if that is not in the `content`, which begins with the header.
+    """
     offset = content.find(_END.encode())
     if offset < 0:
         return None
@@ -164,7 +181,7 @@ class _Settings(dict[str, list[str]]):
     """Settings in the header of a segment: key to a list with a cell for each channel."""
 
     def cell(self, key: str, channel: int) -> str:
-        """Return the cell of a channel; where it is blank, the cell of the first channel."""
+        """Return the cell of a channel, by its index; where it is blank, the cell of the first channel, which holds for all."""
         cells = self.get(key, [])
         return (cells[channel] if channel < len(cells) else "") or next(iter(cells), "")
 
@@ -187,7 +204,7 @@ class _Settings(dict[str, list[str]]):
 
 
 def _blank_columns(file: _File, names: Sequence[str], first_rows: bytes) -> list[str]:
-    """Return the names of the columns that are blank in all of the first rows."""
+    """Return those `names` of columns that are blank in all of the first rows (text); none where there is no row."""
     blank_names = [*names]
     has_rows = False
     for line in each_line(first_rows):
@@ -204,10 +221,13 @@ def _blank_columns(file: _File, names: Sequence[str], first_rows: bytes) -> list
 
 
 def _read_segment(file: _File, header: bytes, first_rows: bytes) -> _Segment:
-    """Read the header of a segment; the first segment also sets start and notes of the file."""
+    """Read the header of a segment; the first segment also sets start, notes and `first` of the file.
+
+    `header`: Text of the header and the row of names. `first_rows`: Text that follows, by which blank columns are found.
+    """
     lines = [line.text for line in decode_first_lines(header)]
     settings = _Settings()
-    for line in lines[:-2]:
+    for line in lines[:-2]:  # but the mark of the end, and the names
         key, *values = (cell.strip() for cell in line.split(file.separator))
         settings[key] = values
     cells = lines[-1].split(file.separator)
@@ -262,7 +282,10 @@ def _read_segment(file: _File, header: bytes, first_rows: bytes) -> _Segment:
 def _columns_asked_for(
     file: _File, names: Sequence[str], channels: Collection[str], first_rows: bytes
 ) -> frozenset[str]:
-    """Return the columns of a segment that are asked for: by default the channels with a value in the first rows."""
+    """Return the columns of a segment that are asked for: by default the channels with a value in the first rows.
+
+    `names`: Of all its columns. `channels`: Names of the channels. Blank channels of the first segment get a note.
+    """
     if file.asked is None:
         blank_names = {*_blank_columns(file, names, first_rows)}.intersection(channels)
         if blank_names and file.first is None:
@@ -282,11 +305,13 @@ def _read_clocks(
     channels: Mapping[str, int],
     x_names: Sequence[str],
 ) -> None:
-    """Set the start of each X column of a segment, and the step; refuse a segment whose channels have several clocks.
+    """Set the start of each X column of a segment, and the step.
 
+    Raises `LogError` for a segment whose channels have several clocks, ValueError without a step where it gives the time.
     `channels`: Channel to its index in the lists of the header. `x_names`: X columns; one empty name where there are none.
     """
     for x in x_names:
+        # the channels of this X column; where it has none, it is read alone, as the first channel of the header
         sharing = {n: index for n, index in channels.items() if segment.x_of[n] == x} or {x: 0}
         clocks = {name: _clock(file, settings, index) for name, index in sharing.items()}
         other_channels = [name for name in channels if name not in sharing]
@@ -316,7 +341,10 @@ def _seconds_after_file(file: _File, settings: _Settings, channel: int) -> float
 
 
 def _log_of_rows(file: _File, segment: _Segment, rows: ParsedRows) -> base.Log:
-    """Make a log of parsed rows; rows of a segment with other channels than the first are dropped and counted."""
+    """Make a log of parsed rows; rows of a segment with other channels than the first are dropped and counted.
+
+    Adds the rows to the count of the segment.
+    """
     first = file.first
     assert first is not None
     rows_before, segment.rows = segment.rows, segment.rows + rows.rows
@@ -324,6 +352,7 @@ def _log_of_rows(file: _File, segment: _Segment, rows: ParsedRows) -> base.Log:
     if (segment.layout, segment.units, segment.timed) != channels_of_first:
         lost = {OTHER_CHANNELS: rows.line_numbers.size} if rows.line_numbers.size else {}
         dropped = add_counts(rows.dropped, lost)
+        # no row, with the columns of the first segment
         segment, rows = first, replace(parse(first.layout, b""), rows=rows.rows, dropped=dropped)
     columns = _with_time(file, segment, rows, rows_before)
     units = {name: "s" if name == "time" else first.units.get(name, "") for name in columns}
@@ -333,12 +362,13 @@ def _log_of_rows(file: _File, segment: _Segment, rows: ParsedRows) -> base.Log:
 def _with_time(
     file: _File, segment: _Segment, rows: ParsedRows, rows_before: int
 ) -> dict[str, np.ndarray]:
-    """Return the columns with the time first; refuse the file where X columns state different times.
+    """Return the columns with the time, s, first; raises `MixedClocksError` where X columns state different times in a row.
 
     `rows_before`: Number of rows of the segment in the blocks before.
     """
     if not segment.timed:
         return rows.columns
+    # the time by each X column, shape (n,); without X columns by the number of the row
     if "" in segment.begins:
         times = [segment.begins[""] + (rows.line_numbers + rows_before) * segment.step]
     else:

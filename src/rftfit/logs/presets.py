@@ -1,4 +1,7 @@
-"""Dialects of comma-separated text, each described by its header rows in ``presets.toml``."""
+"""Dialects of comma-separated text, each described by its header rows in ``presets.toml``, as that of the rig.
+
+Names and units alone make such a dialect: `time_s,F1_N` is time in s and F1 in N, and another unit may stand there.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,11 @@ from rftfit.table.text import Line, as_utf8, each_line
 
 
 class PresetReader(TextReader):
-    """Comma-separated text whose names are those of a header row in the preset; units may differ."""
+    """Comma-separated text whose names are those of a header row in the preset; units may differ.
+
+    `preset`: Its table in ``presets.toml``: description, evidence, the sign of comments, and headers (kind of log, to a
+    header row).
+    """
 
     def __init__(self, name: str, preset: Mapping[str, Any]) -> None:
         self.name = name
@@ -21,6 +28,7 @@ class PresetReader(TextReader):
         self.evidence = preset["evidence"]
         self._comment: str = preset["comment"]
         self._headers: Mapping[str, str] = preset["headers"]
+        # the names of each header, without units
         self._names_allowed = {
             tuple(units_by_name(row.split(","))) for row in self._headers.values()
         }
@@ -30,7 +38,10 @@ class PresetReader(TextReader):
         return not self.plan(as_utf8(head)).refusal
 
     def plan(self, head: bytes) -> ReadingPlan:
-        """Read the header row: the first line that is neither blank nor a comment."""
+        """Read the header row: the first line that is neither blank nor a comment.
+
+        Another header is the refusal of the plan, not an error: the rows of the file can still be counted.
+        """
         comment_or_blank = ("", self._comment)
         lines = (line for line in each_line(head) if line.text.strip()[:1] not in comment_or_blank)
         line = next(lines, Line("", len(head), whole=False))
@@ -41,7 +52,7 @@ class PresetReader(TextReader):
         return ReadingPlan(layout, units, line.stop, refusal=refusal)
 
     def _describe_refusal(self, header: str) -> str:
-        """Return the sentence on what is wrong with a header row."""
+        """Return the sentence on what is wrong with a header row that is none of the preset."""
         if ";" in header or "\t" in header:
             separators = "semicolons" if ";" in header else "tabs"
             return (

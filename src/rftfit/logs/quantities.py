@@ -1,4 +1,9 @@
-"""Guesses which column of a log holds which quantity (time, forces, positions), from names, units and values."""
+"""Guesses which column of a log holds which quantity (time, forces, positions), from names, units and values.
+
+The quantities are those of `MEANING`. A name is judged first as one axis of a *vector* ("F" force, "T" torque, "place"
+position: ``wrench.force.x``, ``Fx``, ``F_2``), by kind, name (the *stem*) and axis of the vector; then by its words
+(``Standardkraft``). Guesses are proposed to the user by `rftfit inspect`, who checks them.
+"""
 
 from __future__ import annotations
 
@@ -28,9 +33,10 @@ MEANING = {
     "z": "vertical position of the intruder, arm coordinates",
     "angle": "angle of the plate (beta) or of the leg (theta)",
 }
-"""Quantity to its meaning, for the user."""
+"""Quantity, to its meaning for the user."""
 
 _FORCES = {*UNITS_OF["F"]} - {*UNIT_OF_WEIGHT}
+"""Units of force alone, without kg and g."""
 
 
 # --- Words of names: English, German, French, Spanish; small letters, without accents
@@ -89,12 +95,14 @@ _SKIPPED_WORDS = _word_set("ext hat k o ee base tcp tool sensor actual raw filte
 _FOOT_WORDS = _word_set("toe foot tip hoof")
 """Words for the end of a leg, whose position is that of the intruder."""
 _PLACE = [*_LENGTH, "translation", "pose", "motion"]
+"""Words for a position."""
 # word to the kind of vector; without effort, which is a torque of a joint in ROS
 _VECTOR_KINDS = {
     **dict.fromkeys([*_FORCE - {"effort"}, "f", "wrench"], "F"),
     **dict.fromkeys([*_PLACE, *_FOOT_WORDS], "place"),
     **dict.fromkeys(_word_set("t m torque torques moment moments momento drehmoment couple"), "T"),
 }
+# kind of vector, to the quantity of each axis x, y and z; y of a position is none
 _AXES = {"F": ("F1", "F2", "F3"), "T": ("T1", "T2", "T3"), "place": ("x", "", "z")}
 _AXIS_LETTERS = ("x", "y", "z")
 _WORD_ENDS = re.compile(r"[\s_\-:,()\[\]{}]+")
@@ -109,7 +117,10 @@ DOWNWARD = re.compile(
 
 
 def _split_words(name: str) -> list[list[str]]:
-    """Split the name of a column at dots and slashes into parts, and each part into words in small letters."""
+    """Split the name of a column at dots and slashes into parts, and each part into words in small letters.
+
+    Accents are removed, and CamelCase is split, too.
+    """
     plain = unicodedata.normalize("NFKD", _CAMEL.sub(" ", name)).casefold()
     plain = "".join(letter for letter in plain if not unicodedata.combining(letter))
     parts = [[w for w in _WORD_ENDS.split(section) if w] for section in re.split(r"[./]", plain)]
@@ -117,17 +128,19 @@ def _split_words(name: str) -> list[list[str]]:
 
 
 def _parse_vector(name: str) -> tuple[str, str, str]:
-    """Return kind ("F", "T", "place"), name and axis of the vector that a column belongs to; else empty texts.
+    """Return kind ("F", "T", "place"), name and axis of the vector that a column belongs to; else an empty kind.
 
-    ("F", "wrench force", "x") for ``wrench.force.x``; the axis may be a number.
+    ("F", "wrench force", "x") for ``wrench.force.x``; the axis may be a number. Name and axis may be set without a kind.
     """
     words = [word for section in _split_words(name) for word in section]
     axis_match = _AXIS_AT_END.fullmatch(words[-1]) if words else None
     if not axis_match or not _EXCLUDED.isdisjoint(words):
         return "", "", ""
+    # all words but the axis, which may be the end of the last word
     stem = [*words[:-1], *filter(None, [axis_match[1]])]
     if stem[-1:] == ["column"]:  # "force column 2" of a file of arrays
         stem.pop()
+    # the last word that means something, in a list, says the kind
     kinds = [word for word in stem if word not in _SKIPPED_WORDS][-1:]
     # T1 may be a time or temperature, M1 a mass
     if kinds in (["t"], ["m"]) and axis_match[2].isdigit():
@@ -144,7 +157,7 @@ def _vector_quantity(kind: str, stem: str, axis: str, numbers: Collection[int]) 
     names: tuple[str, ...] = _AXES[kind]
     if not axis.isdigit():
         return names["xyz".index(axis)]
-    start, number_set = 0 if 0 in numbers else 1, set(numbers)
+    start, number_set = 0 if 0 in numbers else 1, set(numbers)  # number of the first axis
 
     def are_first(count: int) -> bool:
         return number_set == {*range(start, start + count)}
@@ -163,7 +176,10 @@ def _vector_quantity(kind: str, stem: str, axis: str, numbers: Collection[int]) 
 
 
 def _quantity_by_words(name: str, unit: str) -> str:
-    """Return the quantity by the words of a name, and for x or z alone by a unit of length; empty: none."""
+    """Return the quantity by the words of a name, and for x or z alone by a unit of length; empty: none.
+
+    `unit`: Of the column; empty: not stated.
+    """
     parts = _split_words(name)
     if not parts or not _EXCLUDED.isdisjoint(word for section in parts for word in section):
         return ""
@@ -206,11 +222,12 @@ def guess(name: str, unit: str, numbers: Collection[int] = ()) -> str:
 
 
 def guesses(log: Log) -> dict[str, str]:
-    """Guess the quantities of all columns of a log: quantity to the first column that fits.
+    """Guess the quantities of all columns of a log: quantity, to the first column that fits; quantities without are absent.
 
     Where no name says time, a column of seconds since 1970 is the time, or a column that grows and
     has a unit of time.
     """
+    # name of a vector, to the numbers of its columns, which show whether they are axes
     numbers_by_stem: dict[str, set[int]] = {}
     names_in_file = {name: _name_in_file(name, log.columns) for name in log.columns}
     # Force 1, Travel 1, Force 2, Travel 2: the numbers count specimens, not axes
@@ -242,9 +259,9 @@ def guesses(log: Log) -> dict[str, str]:
 
 
 def _columns_of_foot(names: Mapping[str, str]) -> dict[str, str]:
-    """Return the columns of x and z of a toe or foot; where it has no z, the leg is plane and y is upward.
+    """Return quantity x and z, to the column, of a toe or foot; where it has no z, the leg is plane and y is upward.
 
-    `names`: Column to its name in the file.
+    The end of a leg is the intruder, whatever other positions the log has. `names`: Column, to its name in the file.
     """
     by_axis = {
         axis: name
@@ -275,7 +292,7 @@ def _is_epoch(values: FloatArray) -> bool:
 
 
 def _grows(values: FloatArray) -> bool:
-    """Return whether each finite value is larger than the one before."""
+    """Return whether each finite value is larger than the one before, as times are."""
     values = values[np.isfinite(values)]
     return bool(values.size > 1 and (np.diff(values) > 0).all())
 
@@ -285,14 +302,18 @@ def epoch_unit(value: float) -> str:
     return next((unit for unit in COUNTED_TIMES if 1e9 < value * TIME_TO_S[unit] < 3e9), "")
 
 
+_MASSES = frozenset(UNIT_OF_WEIGHT)
+"""Units of mass, which in a column of forces mean a weight."""
+
+
 def units_by_name(
     cells: Iterable[str], below: Iterable[str] = (), width: int | None = None
 ) -> dict[str, str]:
-    """Split the cells of a header into unique names and their units: name to unit, in the order of the columns.
+    """Split the cells of a header into unique names and their units: name, to unit, in the order of the columns.
 
     `below`: Cells of a row of units below the names; used where the name has no unit. A unit of mass (kg) becomes
-    one of weight (kgf) where the name says that the column is a force. `width`: Number of columns, where it is not
-    that of the cells.
+    one of weight (kgf) where the name says that the column is a force. `width`: Number of columns; None: as many as cells.
+    A unit is empty where none is stated.
     """
     names: list[str] = []
     units: list[str] = []
@@ -308,9 +329,6 @@ def units_by_name(
         names.append(name)
         units.append(UNIT_OF_WEIGHT[unit] if unit in _MASSES and _is_force(name) else unit)
     return dict(zip(unique_names(names), units, strict=True))
-
-
-_MASSES = frozenset(UNIT_OF_WEIGHT)
 
 
 def _is_force(name: str) -> bool:

@@ -1,4 +1,8 @@
-"""Registry of all dialects, also those of other packages; finds the dialect of a file."""
+"""Registry of all dialects, also those of other packages; finds the dialect of a file.
+
+A *dialect* is the format of one program, and has a `Reader`. A file is in the first dialect, in the order of `_BUILTIN`,
+whose reader detects it in its first 64 kB (the *head*). Other packages add dialects by entry points of the group `GROUP`.
+"""
 
 from __future__ import annotations
 
@@ -65,9 +69,10 @@ def dialect(name: str) -> Reader:
 
 
 def source_reader(source: AnyLog, default: str, key: str) -> Reader:
-    """Return the reader for a section of the config.
+    """Return the reader for the section ``force_log`` or ``motion_log`` of the config.
 
-    `source`: The section, whose name is `key`. `default`: Dialect of the campaign, for a section without one.
+    `source`: The section, whose name is `key`. `default`: Dialect of the campaign, for a section without one. Raises
+    InputError if the dialect is unknown, or does not support what the section asks of it.
     """
     if source.text is not None:
         reader: Reader = DelimitedReader(source.text)
@@ -85,7 +90,7 @@ def source_reader(source: AnyLog, default: str, key: str) -> Reader:
 
 
 def read_head(path: Path) -> bytes:
-    """Read the first 64 kB of a file, unpacked if it is packed."""
+    """Read the first 64 kB of a file, unpacked if it is packed by gzip; raises InputError if that fails."""
     try:
         with unpacking_errors(path), opened(path) as handle:
             return handle.read(HEAD_BYTES)
@@ -115,7 +120,7 @@ def load_each(requests: Sequence[tuple[Reader, Path]]) -> list[Log | LogError]:
 
 
 class DialectOrigin(NamedTuple):
-    """Package that adds a dialect, its version (empty if unknown), and the module of the entry point."""
+    """Where a dialect is from: package, its version (empty if unknown), and the module of the entry point."""
 
     package: str
     version: str
@@ -123,7 +128,10 @@ class DialectOrigin(NamedTuple):
 
 
 class Plugins(NamedTuple):
-    """Dialects of other packages: name of an entry point to its reader, or to the sentence why it cannot be used."""
+    """Dialects of other packages: name of an entry point, to its reader, or to the sentence why it cannot be used.
+
+    A name may be in both: the first package that has it is used, and the second one is a fault.
+    """
 
     readers: dict[str, PluginReader]
     faults: dict[str, str]
@@ -181,7 +189,7 @@ class PluginReader(Reader):
 
 @cache
 def plugins() -> Plugins:
-    """Find the dialects of other packages, once."""
+    """Find the dialects of other packages; once, as the search is slow. Callers must not change the result."""
     from importlib.metadata import entry_points
 
     plugin_set = Plugins({}, {})
@@ -225,7 +233,7 @@ def _load_plugin(point: EntryPoint) -> Any:
 
 
 def origins(names: Iterable[str]) -> dict[str, DialectOrigin]:
-    """Return the origin of each of these dialects that another package adds, sorted by name."""
+    """Return name, to origin, of those of the dialects `names` that another package adds, sorted by name."""
     foreign_names = sorted(set(names) - DIALECTS.keys())
     readers = plugins().readers if foreign_names else {}
     return {name: readers[name].origin for name in foreign_names if name in readers}
@@ -248,5 +256,5 @@ def _package_of(point: EntryPoint) -> str:
 
 
 def _describe_error(error: Exception) -> str:
-    """Return type and text of an error."""
+    """Return type and text of an error of foreign code, for messages."""
     return f"{type(error).__name__}: {error}"

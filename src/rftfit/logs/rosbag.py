@@ -1,4 +1,9 @@
-"""Reads one topic of a ROS 1 or ROS 2 bag: wrenches, joint states, and messages of other types."""
+"""Reads one topic of a ROS 1 or ROS 2 bag: wrenches, joint states, and messages of other types.
+
+A *bag* is a recording of messages; each *topic* carries messages of one type, as packed numbers and texts, and a
+*connection* is one sender on it. The way: refuse parts of the file that are too large -> messages of one topic as bytes
+(`Topic`) -> offsets of the fields in a message, by the definition of its type (`MessageLayout`) -> a column a field.
+"""
 
 from __future__ import annotations
 
@@ -30,11 +35,13 @@ from rftfit.logs.sources import check_where, refuse_several_sources
 from rftfit.table.parse import OTHER_SOURCE, add_counts, are_allowed
 from rftfit.table.stamps import ns_to_s
 
+# first bytes of the kinds of bags; FOLDER is that of the metadata.yaml of a folder of bags
 ROS1, MCAP, SQLITE = b"#ROSBAG V", b"\x89MCAP0\r\n", b"SQLite format 3\x00"
 FOLDER = b"rosbag2_bagfile_information"
 _ZSTD = b"\x28\xb5\x2f\xfd"
+"""First bytes of a message that is packed by zstd."""
 
-# reasons of the ledger
+# reasons of the ledger for a message that is left out
 CUT = "cut in mid-message"
 MISFIT = "message does not fit its type"
 MOST_OF_MESSAGES: int = BOUNDS.messages_bytes
@@ -51,9 +58,10 @@ _COMMON_TYPES = frozenset(
 class Topic(NamedTuple):
     """All messages of one topic.
 
-    `kind`: Type of the messages, such as ``geometry_msgs/msg/Wrench``. `definitions`: Type to its fields, for all types in the bag. `recorded`: Time of
-    recording, ns, and bytes of each message. `cdr`: Whether messages have the encoding of ROS 2. `cut`: Whether the
-    bag breaks off within a message.
+    `kind`: Type of the messages, such as ``geometry_msgs/msg/Wrench``. `definitions`: For all types in the bag, the type
+    to its constants and its fields, as the library has them: a field is its name, and its sort with details
+    (`MessageLayout`). `recorded`: Time of recording, ns since 1970, and bytes of each message. `cdr`: Whether messages
+    have the encoding of ROS 2. `cut`: Whether the bag breaks off within a message.
     """
 
     name: str
@@ -106,7 +114,7 @@ class RosBagReader(Reader):
 
 
 def _read_ros1(path: Path, topic_name: str) -> Topic:
-    """Read a topic of a ROS 1 bag, also of one without an index."""
+    """Read a topic of a ROS 1 bag, also of one without an index; `topic_name`: as in `_choose_topic`."""
     from rosbags.rosbag1 import Reader as Bag
     from rosbags.rosbag1 import ReaderError
     from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
@@ -144,13 +152,17 @@ def _read_ros1(path: Path, topic_name: str) -> Topic:
 
 
 def _read_ros2(path: Path, topic_name: str, head: bytes) -> Topic:
-    """Read a topic of a ROS 2 bag: an MCAP file, a database, or a folder; `head`: first bytes, which say which."""
+    """Read a topic of a ROS 2 bag: an MCAP file, a database, or a folder; `head`: first bytes, which say which.
+
+    `topic_name`: As in `_choose_topic`.
+    """
     from rosbags.interfaces import MessageDefinitionFormat
     from rosbags.rosbag2.reader import DirectoryReader
     from rosbags.rosbag2.storage_mcap import McapReader
     from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
     from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
 
+    # sizes are checked before the library reads a file, since it believes them
     files = [path] if not head.startswith(FOLDER) else sorted(path.parent.iterdir())
     for file in files:
         if file.suffix == ".mcap" or head.startswith(MCAP):
@@ -170,6 +182,7 @@ def _read_ros2(path: Path, topic_name: str, head: bytes) -> Topic:
         topics = [(c.topic, c.msgtype) for c in bag.connections]
         name, kind = topic = _choose_topic(path, topics, topic_name)
         connections = [c for c in bag.connections if (c.topic, c.msgtype) == topic]
+        # a database states the sizes of the messages of the topic, now that its name is known
         for storage in getattr(bag, "storages", [bag]):
             if isinstance(storage, Sqlite3Reader):
                 _refuse_large_values(path, Path(str(storage.path)), name)
@@ -192,6 +205,7 @@ def _read_ros2(path: Path, topic_name: str, head: bytes) -> Topic:
         # closing fails for a bag that could not be opened
         with suppress(Exception):
             bag.close()
+    # types of ROS itself are known; others have to be defined in the bag
     store = get_typestore(Stores.LATEST)
     if kind not in store.fielddefs:
         if definition.format == MessageDefinitionFormat.MSG:
@@ -212,7 +226,10 @@ def _read_ros2(path: Path, topic_name: str, head: bytes) -> Topic:
 
 
 def _refuse_large_records(path: Path, head: bytes) -> None:
-    """Refuse a bag of ROS 1 or an MCAP file with a record that is larger than any recorder writes."""
+    """Raise `LogError` for a bag of ROS 1 or an MCAP file with a record that is larger than any recorder writes.
+
+    `head`: First bytes of the kind of file, `ROS1` or `MCAP`.
+    """
     with path.open("rb") as file:
         sizes = (
             _sizes_of_records_ros1(file) if head.startswith(ROS1) else _sizes_of_records_mcap(file)
@@ -231,8 +248,12 @@ def _sizes_of_records_ros1(file: BinaryIO) -> Iterator[int]:
         file.seek(size, os.SEEK_CUR)
 
 
+_ATTACHMENT = 9
+"""Kind of record of an MCAP file that is not read here, so that it may have any size."""
+
+
 def _sizes_of_records_mcap(file: BinaryIO) -> Iterator[int]:
-    """Yield the bytes of each record: a byte for its kind, eight for its length, then the data."""
+    """Yield the bytes of each record but attachments: a byte for its kind, eight for its length, then the data."""
     file.seek(len(MCAP))
     while len(head := file.read(9)) == 9:
         size = int.from_bytes(head[1:], "little")
@@ -242,14 +263,19 @@ def _sizes_of_records_mcap(file: BinaryIO) -> Iterator[int]:
         file.seek(min(size, 1 << 62), os.SEEK_CUR)
 
 
-_ATTACHMENT = 9
-"""Kind of record of an MCAP file that is not read here, so that it may have any size."""
+_QUERIES = ("SELECT * FROM schema", "SELECT * FROM topics", "SELECT * FROM message_definitions")
+_SIZES = (
+    "SELECT max(length(data)), total(length(data)) FROM messages "
+    "WHERE topic_id IN (SELECT id FROM topics WHERE name = ?)"
+)
+"""Queries for all tables but that of the messages, and for the largest message of a topic and the sum of their bytes."""
 
 
 def _refuse_large_values(path: Path, database: Path, topic_name: str = "") -> None:
-    """Refuse a database of ROS 2 that holds a larger value than any recorder writes.
+    """Raise `LogError` for a database of ROS 2 that holds a larger value than any recorder writes.
 
-    Checks the messages of the topic `topic_name`; without a name, all tables but that of the messages.
+    Checks the messages of the topic `topic_name`; without a name, all tables but that of the messages. `path`: The log,
+    for messages to the user; `database`: the file, which may be one of several.
     """
     import sqlite3  # few logs need it
 
@@ -276,13 +302,6 @@ def _refuse_large_values(path: Path, database: Path, topic_name: str = "") -> No
         raise _too_many(path)
 
 
-_QUERIES = ("SELECT * FROM schema", "SELECT * FROM topics", "SELECT * FROM message_definitions")
-_SIZES = (
-    "SELECT max(length(data)), total(length(data)) FROM messages "
-    "WHERE topic_id IN (SELECT id FROM topics WHERE name = ?)"
-)
-
-
 def _too_large(path: Path, most: int) -> LogError:
     """Make the error for a part of a bag with more than `most` bytes."""
     text = f"a message or another part of the bag is larger than {most >> 20} MB, which none of a force or a position is"
@@ -296,7 +315,10 @@ def _too_many(path: Path) -> LogError:
 
 
 def _collect(path: Path, messages: Iterable[tuple[Any, int, Any]]) -> list[tuple[int, bytes]]:
-    """Return time of recording, ns, and bytes of each message; refuse messages that are too large or too many."""
+    """Return time of recording, ns, and bytes of each message; raises `LogError` if they are too large or too many.
+
+    `messages`: Connection, time of recording and bytes of each.
+    """
     collected: list[tuple[int, bytes]] = []
     size = 0
     for _, recorded_ns, raw in messages:
@@ -314,7 +336,8 @@ def _choose_topic(
 ) -> tuple[str, ...]:
     """Return the topic `topic_name`, or, where it is empty, the only one that may be of a transducer.
 
-    `topics`: Name and type of the topic of each connection, in ROS 1 also the definition of the type.
+    `topics`: Name and type of the topic of each connection, in ROS 1 also the definition of the type; one of these is
+    returned. Raises `LogError` where there is none, or several could be meant.
     """
     listed = ", ".join(sorted({f"{name} ({kind})" for name, kind, *_ in topics}))
     if not topics:
@@ -337,7 +360,7 @@ def _choose_topic(
 
 
 def _log_of_topic(path: Path, topic: Topic, where: Mapping[str, tuple[str, ...]]) -> Log:
-    """Make a log of the messages of a topic.
+    """Make a log of the messages of a topic, each a data line; `where`: as in `Reader`.
 
     Messages of one size mostly have one layout: all messages that fit the layout of the first one are converted at
     once, then those that are left.
@@ -349,6 +372,7 @@ def _log_of_topic(path: Path, topic: Topic, where: Mapping[str, tuple[str, ...]]
     if not count:
         raise LogError("header_only", f"{path}: no message on the topic {topic.name}", rows)
     sizes = np.array([len(message) for message in messages])
+    # of all messages, shape (count,): fields to numbers, whether the message fits its type, and fields to texts
     columns: dict[str, np.ndarray] = {}
     good = np.zeros(count, dtype=bool)
     labels: dict[str, np.ndarray] = {}
@@ -361,11 +385,11 @@ def _log_of_topic(path: Path, topic: Topic, where: Mapping[str, tuple[str, ...]]
             try:
                 layout = MessageLayout(raw[0].tobytes(), topic)
             except ValueError:
-                left, raw = left[1:], raw[1:]
+                left, raw = left[1:], raw[1:]  # this message is not good
                 continue
             fits = layout.fits(raw)
             for name, values in layout.columns(raw[fits]).items():
-                blank = np.nan if values.dtype == float else 0
+                blank = np.nan if values.dtype == float else 0  # a stamp that was never set is 0
                 column = columns.setdefault(name, np.full(count, blank, values.dtype))
                 column[left[fits]] = values
             for name, texts in layout.labels(raw[fits]).items():
@@ -384,9 +408,10 @@ def _log_of_topic(path: Path, topic: Topic, where: Mapping[str, tuple[str, ...]]
 def _is_of_source(
     log: Log, labels: Mapping[str, np.ndarray], where: Mapping[str, tuple[str, ...]]
 ) -> np.ndarray:
-    """Return which messages are of the source that the config names, bool of shape (n,).
+    """Return which messages are of the source that the config names, as one of two sensors: bool of shape (n,).
 
-    Messages of several sources are refused where the config names none.
+    Raises `LogError` for messages of several sources where the config does not choose. `labels`: Field, to its texts,
+    shape (n,). `where`: As in `Reader`.
     """
     check_where(log.path, where, labels, "text of a message")
     is_of_source = np.ones(log.size, dtype=bool)
@@ -404,7 +429,8 @@ def _with_time(
 ) -> Log:
     """Make a log with the time as its first column: the stamp in the message, else the time of recording.
 
-    `fields`: Field to values, shape (n,); stamps are int64, ns. `received`: Times of recording, ns, shape (n,).
+    `fields`: Field, to values, shape (n,); stamps are int64, ns. `received`: Times of recording, ns, shape (n,). In the log
+    all times are in s. Messages that the counter in their header shows as lost are counted.
     """
     stamps = {name: values for name, values in fields.items() if values.dtype == np.int64}
     stamp_name = next((name for name in (STAMP, "stamp") if name in stamps), "")
@@ -439,8 +465,8 @@ _CHUNK, _CONNECTION, _MESSAGE = 5, 7, 2
 class Recovered(NamedTuple):
     """Topics and messages of a bag without a usable index, in the order of the file.
 
-    `topics`: Number of a connection to topic, type and message definition. `messages`: Number of the connection, time
-    of recording (ns), message.
+    `topics`: Number of a connection, to its topic, type and message definition. `messages`: Number of the connection,
+    time of recording (ns), bytes.
     """
 
     topics: dict[int, tuple[str, str, str]]
@@ -458,7 +484,7 @@ def recover(path: Path) -> tuple[Recovered, bool]:
 def _read_records(source: BinaryIO, size: int, recovered: Recovered, inside: bool) -> bool:
     """Add the records of a bag, or of one block of it (`inside`), to `recovered`; return whether it breaks off.
 
-    A record is a header and as many bytes of data as it states; messages stand in blocks, which are records, too.
+    `source`, `size`: Open file or block, and its bytes. A record is a header and as many bytes of data as it states; messages stand in blocks, which are records, too.
     """
     from rosbags.rosbag1.reader import Header, ReaderError, normalize, read_uint32
 
@@ -471,6 +497,7 @@ def _read_records(source: BinaryIO, size: int, recovered: Recovered, inside: boo
             return True
         end = source.tell() + length
         if kind == _CONNECTION and end <= size:
+            # its data is another header, with the type of the messages
             try:
                 number = header.get_uint32("conn")
                 topic = normalize(header.get_string("topic"))
@@ -501,7 +528,10 @@ def _read_records(source: BinaryIO, size: int, recovered: Recovered, inside: boo
 def _read_chunk(
     source: BinaryIO, header: dict[str, bytes], length: int, recovered: Recovered
 ) -> bool:
-    """Add the records of a block to `recovered`; return whether it breaks off. A cut packed block gives no record."""
+    """Add the records of a block to `recovered`; return whether it breaks off. A cut packed block gives no record.
+
+    `source`: The bag, open at the data of the block. `header`, `length`: Header of the block, and bytes of its data.
+    """
     from rosbags.rosbag1.reader import decompressors
 
     content = source.read(length)
@@ -518,7 +548,7 @@ def _read_chunk(
 # --- Offsets of the numbers in a message: all messages of one layout become columns at once
 
 
-# number type of ROS, to the type of numpy
+# number type of ROS, to the type of numpy without its order of bytes
 _TYPES = {
     "bool": "u1",
     "byte": "u1",
@@ -537,14 +567,15 @@ _TYPES = {
 }
 _NUMBER_OR_TEXT, _MESSAGE_TYPE, _ARRAY, _SEQUENCE = 1, 2, 3, 4
 """Sorts of fields in the definitions of the library; an array has a fixed length, a sequence states its length."""
+# types of two numbers, seconds and nanoseconds
 _STAMPS = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")
 
 
 class MessageLayout:
     """Offsets, in bytes, of the numbers in a message, found by walking through the definition of its type.
 
-    `numbers`: Field to (offset, numpy type). `stamps`: Field to the offset of its seconds, which its nanoseconds
-    follow. `texts`: Field to (offset, length). `lengths`: Offset and value of each word that states a length: messages
+    `numbers`: Field, to (offset, numpy type). `stamps`: Field, to the offset of its seconds, which its nanoseconds
+    follow. `texts`: Field, to (offset, length). `lengths`: Offset and value of each word that states a length: messages
     in which these are equal have the same layout. Fields are named by their path: ``wrench.force.x``. Raises
     ValueError if the message does not fit its type.
     """
@@ -555,7 +586,7 @@ class MessageLayout:
         self.texts: dict[str, tuple[int, int]] = {}
         self.lengths: list[tuple[int, int]] = []
         self._message = message
-        self._fields = 0
+        self._fields = 0  # walked through so far
         self._definitions = topic.definitions
         self._cdr = topic.cdr  # ROS 2 aligns numbers after four bytes of header; ROS 1 packs them
         self._order = ">" if topic.cdr and message[1:2] == b"\x00" else "<"
@@ -581,7 +612,7 @@ class MessageLayout:
         return fits
 
     def columns(self, raw: np.ndarray) -> dict[str, np.ndarray]:
-        """Return field to values, shape (n,), of the messages `raw`: numbers as float64, stamps as int64, ns."""
+        """Return field, to values, shape (n,), of the messages `raw`: numbers as float64, stamps as int64, ns."""
         columns = {
             name: _numbers_at(raw, offset, number_type).astype(float)
             for name, (offset, number_type) in self.numbers.items()
@@ -595,14 +626,17 @@ class MessageLayout:
         return columns
 
     def labels(self, raw: np.ndarray) -> dict[str, list[str]]:
-        """Return field to texts of the messages `raw`: one for each message, or a single one if all are alike."""
+        """Return field, to texts of the messages `raw`: one for each message, or a single one if all are alike."""
         return {
             name: _texts(raw[:, offset : offset + length])
             for name, (offset, length) in self.texts.items()
         }
 
     def _walk_fields(self, offset: int, kind: str, path: str | None) -> int:
-        """Store the offsets of the fields of a message and return the offset behind it; `path` None: store nothing."""
+        """Store the offsets of the fields of a message that begins at `offset`; return the offset behind it.
+
+        `kind`: Its type. `path`: Names of the fields that lead to it, empty for the whole; None: nothing is stored.
+        """
         for name, (node, detail) in self._definitions[kind][1]:
             field_path = None if path is None else f"{path}.{name}" if path else name
             offset = self._walk_field(offset, node, detail, field_path)
@@ -612,6 +646,7 @@ class MessageLayout:
         """Store the offset of one field and return the offset behind it; raises struct.error if it does not fit.
 
         `node`: Its sort. `detail`: Its type; of a list, the sort and type of an element, and the number of elements.
+        `path`: As in `_walk_fields`, with the name of the field.
         """
         self._fields += 1
         if self._fields > BOUNDS.message_fields:
@@ -647,7 +682,7 @@ class MessageLayout:
         return offset
 
     def _number_or_text(self, offset: int, kind: str, path: str | None) -> int:
-        """Store the offset of a number or text and return the offset behind it."""
+        """Store the offset of a number or text and return the offset behind it; arguments as in `_walk_field`."""
         if kind not in _TYPES:
             offset, length = self._read_length(offset)
             if path is not None and length <= BOUNDS.label_bytes:
@@ -687,13 +722,17 @@ def _numbers_at(raw: np.ndarray, offset: int, number_type: str) -> np.ndarray:
 
 
 def unit_of(name: str, topic: Topic) -> str:
-    """Return the unit of a field, as ROS defines it for the message type that the field is part of; empty: none."""
+    """Return the unit of a field, as ROS defines it for the message type that the field is part of; empty: none.
+
+    `name`: Path of the field, such as ``wrench.force.x``: the type of the message at ``wrench`` says what force is.
+    """
     parts = name.split(".")
     if name in ("time", RECEIVED) or parts[-1] == "stamp":
         return "s"
     if len(parts) < 2 or parts[-2] not in UNITS:
         return ""
     parent_type, unit = UNITS[parts[-2]]
+    # the type of the message that the vector is part of: from the whole message inward
     inside = topic.kind
     for field in parts[:-2]:
         node, detail = dict(topic.definitions.get(inside, ([], []))[1]).get(field, (0, ""))

@@ -1,4 +1,4 @@
-"""``rostopic echo -p``: the messages of one topic as comma-separated text."""
+"""``rostopic echo -p``: the messages of one topic as comma-separated text; also units of the fields of ROS messages."""
 
 from __future__ import annotations
 
@@ -14,11 +14,13 @@ from rftfit.table.parse import Layout
 from rftfit.table.stamps import ns_to_s
 from rftfit.table.text import decode_first_lines, text_head, unique_names
 
+# columns of a log: time of receipt, time by the sender, and number of the message by the sender
 RECEIVED = "received"
 STAMP = "header.stamp"
 COUNT = "header.seq"
 LOST = "lost messages (gap in header.seq)"
 
+# advice for the output of rostopic echo without -p, and what such a text begins with
 ECHO = (
     "these are messages as `rostopic echo` shows them: record with -p (rostopic echo -p TOPIC > log.csv), "
     "or record a bag"
@@ -49,7 +51,7 @@ class RostopicReader(TextReader):
         return text_head(head[:256]).startswith(b"%time,field.")
 
     def plan(self, head: bytes) -> ReadingPlan:
-        """Read the names, and choose the clock by the first row."""
+        """Read the names, and choose the clock by the first row; raises ValueError without a row of names."""
         lines = decode_first_lines(head, 1)
         if not lines or not lines[0].whole or not lines[0].text.startswith("%time"):
             text = "no row of names that begins with %time and has an end"
@@ -74,7 +76,7 @@ class RostopicReader(TextReader):
         def derive(
             columns: dict[str, np.ndarray], line_numbers: np.ndarray
         ) -> dict[str, np.ndarray]:
-            """Count lost messages, and convert the times to s."""
+            """Count lost messages, and convert the times from ns to s."""
             if packets is not None:
                 # a row with a damaged number was received all the same: it is not counted as lost
                 is_counted = np.isfinite(columns[COUNT])

@@ -1,6 +1,8 @@
 """Finds rows of several sources (two sensors, say) in one log, so that they are never read as one.
 
-A column of labels names sources if the readings jump where the label changes.
+A *source* is a sensor, or anything else of which a label in each row tells its rows from others. A column of labels
+names sources if the readings jump where the label changes; else it may name a state, as "loading" and "unloading". Shapes:
+n rows, m changes of the label. Numbers such as ``_CHOSEN.jumps`` stand in ``chosen.toml``, in the table ``sources``.
 """
 
 from __future__ import annotations
@@ -45,9 +47,11 @@ def sources_in_turn(labels: Sequence[str], readings: Iterable[npt.ArrayLike]) ->
         Labels in alphabetical order; empty where the rows are of one source.
     """
     number_by_label: dict[str, int] = {}
+    # number of the label of each row
     codes = np.array([number_by_label.setdefault(label, len(number_by_label)) for label in labels])
     if len(number_by_label) < 2 or codes.size < _CHOSEN.rows * len(number_by_label):
         return []
+    # stretches of rows with one label, counted by label: sources take turns, so that two labels have several each
     starts = np.flatnonzero(np.concatenate([[True], codes[1:] != codes[:-1]]))
     stretches = np.bincount(codes[starts])
     if np.count_nonzero(stretches >= _CHOSEN.stretches) < 2:
@@ -65,6 +69,7 @@ def _follow_label(codes: np.ndarray, values: FloatArray, row: np.ndarray) -> boo
 
     `codes`, `values`, `row`: Number of the label, reading, and row in the log, shape (n,), of all finite readings.
     """
+    # index of the first reading behind each change of the label; of many changes some, evenly over the log
     changes = np.flatnonzero(codes[1:] != codes[:-1]) + 1
     if changes.size < _CHOSEN.jumps:
         return False
@@ -127,6 +132,7 @@ class _Lines:
         is divided by the standard error of a new reading at the extrapolated line for noise of 1, so that it is
         comparable with the noise. `values`, `row`: Readings and their rows in the log, shape (m,).
         """
+        # the last reading that each line may have, and how many readings it is to have
         last = np.maximum(ends - 1, 0)
         n_wanted = np.clip(ends - self.stretch[last], _CHOSEN.fewest_fitted, _CHOSEN.most_fitted)
         steps_back = np.arange(_CHOSEN.most_fitted)
@@ -156,9 +162,9 @@ def refuse_several_sources(
     readings: Sequence[npt.ArrayLike],
     rows: int = 0,
 ) -> None:
-    """Refuse a log whose rows are of several sources in turn, unless the config chose among them.
+    """Raise `LogError` for a log whose rows are of several sources in turn, unless the config chose among them.
 
-    `columns`: Column to its label of each row. `where`: Columns by which the config chose. `readings`: Columns of
+    `columns`: Column, to its label of each row. `where`: Columns by which the config chose. `readings`: Columns of
     readings, with as many rows as there are labels. `rows`: Data lines in the file.
     """
     for column, labels in columns.items():
@@ -176,7 +182,10 @@ def refuse_several_sources(
 def check_where(
     path: Path, where: Collection[str], names: Collection[str], noun: str = "column"
 ) -> None:
-    """Refuse a log that lacks a column that the config names under `where`; `noun`: what the `names` are."""
+    """Raise `LogError` for a log that lacks a column that the config names under `where`.
+
+    `names`: Names of its columns. `noun`: What they are, for the message.
+    """
     if unknown := [name for name in where if name not in names]:
         listed = "; ".join(unknown_word(noun, name, [*names]) for name in unknown)
         raise LogError("where", f"{path}: `where` of the config: {listed}")

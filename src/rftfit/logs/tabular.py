@@ -1,4 +1,10 @@
-"""Logs in xlsx workbooks and Parquet files."""
+"""Logs in xlsx workbooks and Parquet files: which sheet and columns hold the table, and its rows block by block.
+
+A sheet is read as rows of cells; its table is found among titles and remarks, each row becomes a line of text, and the
+lines are parsed as those of a text log. A Parquet file has fields of one type each; a field of lists or records becomes
+several columns. Rows, columns and lists are indexed from 0. *Labels* are words or few whole numbers that may say which of
+several sensors a row is from.
+"""
 
 from __future__ import annotations
 
@@ -48,13 +54,18 @@ _LEAST_TO_COUNT, _PIECE_BYTES = MOST_ROWS * len("<row/>"), 1 << 20
 _PLAIN_NUMBER_TYPES = frozenset({float, int})
 """Types of cells that are numbers without any test."""
 _ROWS_AT_A_TIME = 50_000
+"""Most rows of a sheet in one block."""
 _READ_WHOLE, _TIMES_SIZE = (".rels", "styles.xml", "workbook.xml", "[Content_Types].xml"), 100
 """Ends of the names of parts of a workbook that the library reads as a whole, and how many times their size that takes."""
-_NUMBERS_AT_A_TIME = 1 << 22  # so that a table of many columns takes no more memory
+_NUMBERS_AT_A_TIME = 1 << 22
+"""Most numbers in one block: of a table with many columns it has fewer rows, so that it takes no more memory."""
 
 
 def _with_checks(path: Path, file_type: str, blocks: Iterator[Log]) -> Iterator[Log]:
-    """Yield the blocks; turn whatever a library raises into a `LogError`, and refuse a file without rows."""
+    """Yield the blocks; turn whatever a library raises into a `LogError`, and raise one for a file without rows.
+
+    `file_type`: Words for the file in messages.
+    """
     rows = 0
     problem = (
         f"this {file_type} cannot be read; is it cut short? Its list of contents stands at its end"
@@ -92,7 +103,7 @@ class XlsxReader(TableReader):
         yield from _with_checks(path, "workbook", self._blocks(path))
 
     def _blocks(self, path: Path) -> Iterator[Log]:
-        """Yield the blocks of a sheet, after a check of the sizes that the archive states."""
+        """Yield the blocks of a sheet, after a check of the sizes that the archive states: it may unpack to any size."""
         if path.stat().st_size == 0:
             raise LogError("empty", f"{path}: the file is empty")
         with path.open("rb") as file:
@@ -117,7 +128,10 @@ class XlsxReader(TableReader):
     def _plan(
         self, path: Path, title: str, rows: Iterator[tuple[Any, ...]]
     ) -> tuple[ReadingPlan, Iterator[Block]]:
-        """Plan how to read the table of a sheet; also yield its rows as lines of text."""
+        """Return a plan how to read the table of a sheet, and its rows as blocks of lines of text.
+
+        `title`: Name of the sheet. `rows`: Iterator of all its rows, from the first one.
+        """
         head = list(islice(rows, FIRST.sheet_rows))
         first = _first_row_of_table(head)
         first_rows = head[first:]
@@ -125,11 +139,13 @@ class XlsxReader(TableReader):
         if not name_cells:
             raise LogError("header", f"{path}: no row of names above the numbers of the sheet")
         columns = _judge_columns(first_rows, len(name_cells))
+        # name of each column, to its unit
         units = units_by_name(name_cells, unit_cells, len(columns))
         names = tuple(units)
         layout = Layout(names, delimiter="\t", no_value=(*NO_VALUE, *ERROR_VALUES))
         cells_of_rows = [line_of(row, columns).split("\t") for row in first_rows]
         plan = plan_columns(self, layout, units, [row for row in cells_of_rows if any(row)])
+        # index of a column that is not read, to the reason
         unread = {
             index: f"{column.unclear!r} (text: a decimal comma or thousands? Make numbers of it)"
             for index, column in enumerate(columns)
@@ -154,7 +170,7 @@ class XlsxReader(TableReader):
 def _header_above(head: Sequence[Sequence[Any]], first: int) -> tuple[list[str], list[str]]:
     """Return the cells of the row of names above a table, and of the row of units below the names; empty without.
 
-    `head`: First rows of the sheet. `first`: Row in which the table begins.
+    `head`: First rows of the sheet. `first`: Index of the row in which the numbers begin.
     """
     # cells beside the table, which are left out, are neither names nor units
     width = 1 + max(chain([-1], *map(_number_columns, head[first : first + 2])))
@@ -185,7 +201,10 @@ class _Column(NamedTuple):
 
 
 def _judge_columns(rows: Sequence[Sequence[Any]], n_named: int) -> list[_Column]:
-    """Judge the columns of a sheet by its first `rows`; `n_named`: number of columns with a name."""
+    """Judge the columns of a sheet by the first `rows` of its table; `n_named`: number of columns with a name.
+
+    Columns at the right end that are not of the table are left out.
+    """
     filled_rows = [row for row in rows if any(cell is not None for cell in row)]
     columns = []
     for index in range(max([n_named, *map(len, rows)])):
@@ -210,7 +229,7 @@ def _judge_columns(rows: Sequence[Sequence[Any]], n_named: int) -> list[_Column]
 
 
 def _blocks_of_lines(rows: Iterator[Sequence[Any]], columns: Sequence[_Column]) -> Iterator[Block]:
-    """Yield the rows of a sheet as lines of text, some ten thousand at a time."""
+    """Yield the rows of a sheet as lines of text, without blank ones, some ten thousand at a time."""
     at_a_time = max(1, min(_ROWS_AT_A_TIME, _NUMBERS_AT_A_TIME // len(columns)))
     while block := list(islice(rows, at_a_time)):
         lines = [line for row in block if (line := line_of(row, columns)).strip("\t")]
@@ -218,7 +237,10 @@ def _blocks_of_lines(rows: Iterator[Sequence[Any]], columns: Sequence[_Column]) 
 
 
 def line_of(row: Sequence[Any], columns: Sequence[_Column]) -> str:
-    """Return a row of a sheet as a line of text: a cell for each of the `columns`, with a tab between them."""
+    """Return a row of a sheet as a line of text: a cell for each of the `columns`, with a tab between them.
+
+    A decimal comma becomes a point where the column has such commas.
+    """
     # most cells are numbers: a call of a function for each would take as long as reading the file
     cells = [
         repr(cell) if type(cell) in _PLAIN_NUMBER_TYPES else " ".join(text_of(cell).split())
@@ -269,9 +291,10 @@ def _below_last_row(path: Path) -> LogError:
 def _choose_sheet(
     path: Path, book: Any, requested_sheet: str | float
 ) -> tuple[Any, tuple[str, ...]]:
-    """Find the sheet to read, and write a note where others exist.
+    """Return the sheet to read, and a note, in a tuple, where others exist.
 
-    `requested_sheet`: Name, pattern or number from 1 in the config; empty: the first visible sheet with a table.
+    `requested_sheet`: Name, pattern or number from 1 in the config; empty: the first visible sheet with a table. Raises
+    `LogError` where there is no such sheet. A sheet without a table is returned only where none has one.
     """
     visible = [sheet for sheet in book.worksheets if sheet.sheet_state == "visible"]
     hidden_titles = [sheet.title for sheet in book.worksheets if sheet not in visible]
@@ -320,8 +343,10 @@ def _is_number(cell: Any) -> bool:
 def _first_row_of_table(head: Sequence[Sequence[Any]]) -> int:
     """Return the row, from 0, at which a table begins; the number of rows where there is none.
 
-    The row and the next one have numbers in the same columns, and so have at least half of the rows below.
+    The row and the next one have numbers in the same columns, and so have at least half of the rows below. `head`: Cells
+    of the first rows of a sheet.
     """
+    # the columns with a number, of each row
     numbers = [_number_columns(row) for row in head]
     for start, columns in enumerate(numbers):
         below = [columns_of_row for columns_of_row in numbers[start + 1 :] if columns_of_row]
@@ -341,7 +366,10 @@ def _first_row_of_table(head: Sequence[Sequence[Any]]) -> int:
 
 
 def _formulas_of(path: Path, title: str, first: int, columns: Collection[int]) -> dict[int, str]:
-    """Return the first formula below row `first` of a sheet, for each of the `columns` that has one, by its index."""
+    """Return index of each of the `columns` that has a formula from row `first` on, to the first one.
+
+    Cells that look blank may be formulas that were never calculated, which the user must be told. `title`: Of the sheet.
+    """
     first_of_column: dict[int, str] = {}
     with (
         path.open("rb") as file,
@@ -369,11 +397,12 @@ class ParquetReader(LabelledReader):
         return _with_checks(path, "Parquet file", self._batches(path))
 
     def _batches(self, path: Path) -> Iterator[Log]:
-        """Yield a log for each batch of rows."""
+        """Yield a log for each batch of rows: first which fields are read, and as which columns, then their numbers."""
         import pyarrow.parquet as pq
         from pyarrow.types import is_time
 
         with path.open("rb") as opened, pq.ParquetFile(opened) as file:
+            # what can be read, by the name of the field in the file, and what cannot, by the name of the column
             fields, unread = _number_fields(file)
             schema = file.schema_arrow
             names_in_file = tuple(
@@ -383,6 +412,7 @@ class ParquetReader(LabelledReader):
             )
             self.check_asked(path, unread, names_in_file)
             columns_to_read = self.choose_columns(names_in_file)
+            # fields with a column to be read
             chosen = {
                 field: columns
                 for field, columns in fields.items()
@@ -395,6 +425,7 @@ class ParquetReader(LabelledReader):
                 )
             count = sum(len(columns.names) for columns in chosen.values())
             check_unpacked(path, 8 * count * file.metadata.num_rows)
+            # the fields that tell sources apart: by `where` of the config, or perhaps by their labels
             field_by_name = dict(zip(units_by_name(schema.names), schema.names, strict=True))
             check_where(path, self.where, field_by_name)
             sources = [(field_by_name[name], allowed) for name, allowed in self.where.items()]
@@ -441,9 +472,10 @@ class ParquetReader(LabelledReader):
                 yield log.without_blanks(blank, keeps_blanks=self.keeps_blanks)
 
     def _label_fields(self, file: Any, chosen: Collection[str]) -> dict[str, str]:
-        """Return the columns that may say where a row is from: field of the file to the name of the column.
+        """Return the columns that may say where a row is from: field of the file, to the name of the column.
 
-        They hold words, or few whole numbers, and are not read otherwise.
+        They hold words, or few whole numbers, and are not read otherwise. `file`: The open file. `chosen`: Fields that are
+        read as numbers.
         """
         from pyarrow import types
 
@@ -462,10 +494,10 @@ class ParquetReader(LabelledReader):
 
 
 class _Field(NamedTuple):
-    """A field of a Parquet file that holds numbers: one column of the log, or one for each index of a list.
+    """A field of a Parquet file that holds numbers: one column of the log, or one for each index of a list or record.
 
-    `names`, `unit`: Names of these columns, and their unit. `read`: Function from the Arrow array of the field to its
-    numbers, shape (n,) or (n, columns), and to which rows have no value, bool of shape (n,).
+    `names`, `unit`: Names of these columns, and their unit; empty: none is stated. `read`: Function from the Arrow array
+    of the field to its numbers, shape (n,) or (n, columns), and to which rows have no value, bool of shape (n,).
     """
 
     names: list[str]
@@ -476,9 +508,9 @@ class _Field(NamedTuple):
 def _numbers_of_batch(
     batch: Any, fields: Mapping[str, _Field], clocks: Mapping[str, RestartingClock]
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Return column to its numbers, shape (n,), and column to which rows have no value, where there are such rows.
+    """Return column, to its numbers, shape (n,), and column, to which rows have no value, where there are such rows.
 
-    `clocks`: Fields of times of a day, which are made continuous.
+    `batch`: n rows. `clocks`: Fields of times of a day, which are counted on over midnight.
     """
     numbers: dict[str, np.ndarray] = {}
     blank: dict[str, np.ndarray] = {}
@@ -497,7 +529,7 @@ def _numbers_of_batch(
 
 
 def _number_fields(file: Any) -> tuple[dict[str, _Field], dict[str, str]]:
-    """Return the fields that hold numbers, by name, and column to the reason why it is not read."""
+    """Return the fields that hold numbers, by name, and column, to the reason why it is not read; `file`: open."""
     schema = file.schema_arrow
     units = units_by_name(schema.names)
     # read once, and only if a field needs them
@@ -520,7 +552,8 @@ def _number_field(
 ) -> _Field | str:
     """Return how a field is read as numbers, or the reason why it is not read.
 
-    `name`, `unit`: Name and unit of its column. `first_rows`: Returns each field with its first values.
+    `field`: Name and type, by Arrow. `name`, `unit`: Name and unit of its column. `first_rows`: Function that returns each
+    field with its first values, by which lists and texts are judged.
     """
     from pyarrow import types
 
@@ -543,6 +576,7 @@ def _number_field(
             members = [f"{name}.{member}" for member in inside]
             return _Field(members, unit, partial(_read_records, inside))
     elif _is_of_texts(kind):
+        # judged as a column of a text log, beside one of numbers: a table of texts alone would count as damaged numbers
         cells = [cell for cell in first_rows()[field.name].to_pylist() if cell is not None]
         seen = judge_columns([[cell, "0"] for cell in cells], ["text", "number"])
         if seen.kinds[0] == "skip" or not any(cell.strip() for cell in cells):
@@ -576,23 +610,23 @@ def _is_of_texts(kind: Any) -> bool:
 
 
 def _first_rows(file: Any) -> dict[str, Any]:
-    """Return field to its first values."""
+    """Return field, to the Arrow array of its first values; an empty list for a file without rows."""
     for batch in file.iter_batches(FIRST.sheet_rows):
         return dict(zip(batch.schema.names, batch.columns, strict=True))
     return {name: [] for name in file.schema_arrow.names}
 
 
 def _list_width(head: Mapping[str, Any], name: str) -> int:
-    """Return the most frequent length of the lists of a field in the first rows."""
+    """Return the most frequent length of the lists of a field in the first rows (`head`), 0 where all are blank."""
     widths = [len(cells) for cells in head[name].to_pylist() if cells] if len(head[name]) else []
     return most_frequent(widths)
 
 
-# Functions `read` of fields: numbers, and which rows have no value, where the numbers are NaN
+# --- Functions `read` of fields: each takes the Arrow array of some rows, and returns numbers, and which rows have no value
 
 
 def _read_lists(width: int, array: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return the numbers of lists, shape (rows, width); a list of another length is no value."""
+    """Return the numbers of lists, shape (n, width), NaN without a value; a list of another length is no value."""
     import pyarrow.compute as pc
 
     has_width = pc.fill_null(pc.equal(pc.list_value_length(array), width), False)
@@ -604,7 +638,7 @@ def _read_lists(width: int, array: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _read_records(members: Sequence[str], array: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return the numbers of the `members` of records, shape (rows, members)."""
+    """Return the numbers of the `members` of records, shape (n, members)."""
     values = [_read_numbers(array.field(member))[0] for member in members]
     return np.stack(values, axis=1), np.asarray(array.is_null())
 
@@ -622,7 +656,7 @@ def _read_text_seconds(order: str, array: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _read_seconds(array: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return dates, times of a day and durations in seconds."""
+    """Return dates (since 1970), times of a day (since midnight) and durations in seconds, NaN without a value."""
     import pyarrow as pa
 
     is_blank = np.asarray(array.is_null())
@@ -635,7 +669,7 @@ def _read_seconds(array: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _read_numbers(array: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return the values of an array as float64."""
+    """Return numbers, or true and false, as float64, NaN without a value."""
     import pyarrow as pa
 
     numbers = array.cast(pa.float64()).to_numpy(zero_copy_only=False)

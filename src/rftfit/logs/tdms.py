@@ -1,4 +1,8 @@
-"""National Instruments TDMS files: each channel is a column; the step of the waveform gives the time."""
+"""National Instruments TDMS files: each channel is a column; the step of the waveform gives the time.
+
+Channels stand in groups, and are objects of the library npTDMS. A *waveform* is a channel that states its start and the
+step between its samples; a channel may also hold times. A file that was not closed breaks off in its last segment.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +20,7 @@ from rftfit.table.stamps import datetimes_to_s
 from rftfit.table.units import canonical_unit
 
 CUT = "cut in mid-segment"
+"""Reason of the ledger for rows at the end that are not complete."""
 
 _TIME_NAMES = ("time", "t", "timestamp", "elapsed time", "zeit")
 
@@ -43,7 +48,10 @@ class TdmsReader(base.Reader):
                 return self._log(path, TdmsFile.read(file))
 
     def _log(self, path: Path, content: Any) -> base.Log:
-        """Make a log of a group; rows at the end that the file announces but lacks are dropped and counted."""
+        """Make a log of a group; rows at the end that the file announces but lacks are dropped and counted.
+
+        `content`: The file as the library has read it. Raises `LogError` where channels of a whole file differ in length.
+        """
         channels = _channels_of_group(path, content, self.options.get("group", ""))
         names_in_file = tuple(channel.name for channel in channels)
         columns_to_read = self.choose_columns(names_in_file)
@@ -83,7 +91,7 @@ class TdmsReader(base.Reader):
 
 @contextmanager
 def _silent() -> Iterator[None]:
-    """Silence the library, whose warnings of a cut file are in the ledger, too."""
+    """Silence the library in the block: its warnings of a cut file are in the ledger, too."""
     from nptdms.log import log_manager
 
     before = logging.getLogger("nptdms.reader").level
@@ -95,7 +103,10 @@ def _silent() -> Iterator[None]:
 
 
 def _channels_of_group(path: Path, content: Any, group_name: str) -> list[Any]:
-    """Return the channels with numbers of the group `group_name`, or of the only group."""
+    """Return the channels with numbers of the group `group_name`, or, where it is empty, of the only group.
+
+    Raises `LogError` where there is no such group, or several could be meant.
+    """
     channels_by_group = {
         group.name: [*filter(_has_numbers, group.channels())] for group in content.groups()
     }
@@ -142,7 +153,7 @@ def _unit(channel: Any) -> str:
 
 
 def _waveform_clock(channel: Any) -> base.ChannelClock:
-    """Return start and step of a waveform, s; the step is NaN where it states none."""
+    """Return start (since 1970 where it states a date) and step of a waveform, s; the step is NaN where it states none."""
     start = float(channel.properties.get("wf_start_offset", 0.0))
     stamp = channel.properties.get("wf_start_time")
     if stamp is not None:
@@ -154,7 +165,11 @@ def _waveform_clock(channel: Any) -> base.ChannelClock:
 def _find_time(
     path: Path, channels: list[Any], size: int, rows: int
 ) -> tuple[FloatArray | None, str]:
-    """Return the time of each row, s, shape (size,), or None, and a note on where it is from."""
+    """Return the time of each row, s, shape (size,), or None, and a note on where it is from.
+
+    Refuses waveforms of several clocks. A channel of times goes before the step of the waveforms. `size`, `rows`: Number of
+    complete rows, and of all.
+    """
     clocks = {c.name: _waveform_clock(c) for c in channels if not _is_time(c)}
     stated = {name: clock for name, clock in clocks.items() if clock.step > 0}
     if stated:

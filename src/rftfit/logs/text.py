@@ -1,4 +1,9 @@
-"""Reads text logs: a file as blocks of whole lines, blocks to columns of numbers, and the base of all such readers."""
+"""Reads text logs: a file as blocks of whole lines, blocks to columns of numbers, and the base of all such readers.
+
+The way of a file: `TextFile` gives its head (first 64 kB) and blocks of whole lines -> a reader makes a `ReadingPlan` of
+the head (`TextReader.plan`): the `Layout` says how a line is split and what each column holds -> columns that nobody asked
+for are left out (`narrow`) -> each block is parsed to rows and becomes a `Log` (`logs_of`). Columns have indices from 0.
+"""
 
 from __future__ import annotations
 
@@ -47,11 +52,15 @@ class Block(NamedTuple):
     before: bytes = b""
 
 
+_BEFORE_BYTES = 4096
+"""Most bytes of `Block.before`."""
+
+
 class TextFile:
     """A text file that is read once, in blocks, so that memory stays bounded.
 
     UTF-16 becomes UTF-8 and a byte order mark is left out; other encodings stay as they are, since
-    numbers look the same in all of them. `head`: The first 64 kB.
+    numbers look the same in all of them. `head`: The first 64 kB. Raises `LogError` for an empty file.
     """
 
     def __init__(self, path: Path) -> None:
@@ -62,7 +71,11 @@ class TextFile:
             raise base.LogError("empty", f"{path}: the file is empty")
 
     def blocks(self, start: int) -> Iterator[Block]:
-        """Yield the file in blocks, without its first `start` bytes, which must lie in `head`."""
+        """Yield the file in blocks, without its first `start` bytes, which must lie in `head`; possible once.
+
+        Lines end with a line feed, a carriage return or both.
+        """
+        # `carry`: a line whose end is not read yet; `before`: as in `Block`
         carry = before = b""
         first_chunk, self._first_chunk = self._first_chunk[start:], b""
         for chunk in chain([first_chunk], self._chunks):
@@ -88,10 +101,6 @@ class TextFile:
             yield Block(carry[:stop], carry[stop:], (before + carry[:stop])[-_BEFORE_BYTES:])
 
 
-_BEFORE_BYTES = 4096
-"""Most bytes of `Block.before`."""
-
-
 def _behind_last_line(content: bytes, stop: int) -> int:
     """Return the offset behind the last line end before `stop`; 0 where there is none."""
     return max(content.rfind(b"\n", 0, stop), content.rfind(b"\r", 0, stop)) + 1
@@ -108,7 +117,7 @@ def opened(path: Path) -> BufferedReader | gzip.GzipFile:
 
 @contextmanager
 def unpacking_errors(path: Path) -> Iterator[None]:
-    """Turn errors of unpacking into a `LogError`."""
+    """Turn errors of unpacking in the block into a `LogError`."""
     try:
         yield
     except (EOFError, gzip.BadGzipFile, zlib.error) as error:
@@ -142,7 +151,7 @@ _TWO_COMMAS = re.compile(rb",\d{3},\d{3}")
 
 
 def regrouped_columns(path: Path, layout: Layout, start: int) -> frozenset[int]:
-    """Find the columns to be read that have two decimal commas in one number, anywhere behind the first `start` bytes.
+    """Return the indices of columns to be read that have two decimal commas in one number, behind the first `start` bytes.
 
     A spreadsheet that writes 1,000,292 for 100,0292 also writes 10,114 for 1,0114, which is a valid number and wrong.
     So a single cell with two commas makes its whole column doubtful.
@@ -164,6 +173,7 @@ def regrouped_columns(path: Path, layout: Layout, start: int) -> frozenset[int]:
 
 
 Derive = Callable[["dict[str, np.ndarray]", "np.ndarray"], "dict[str, np.ndarray]"]
+"""Type of `ReadingPlan.derive`."""
 
 _REGROUPED = (
     "{}: numbers with two decimal commas: a spreadsheet has regrouped the digits of this column, so "
@@ -175,15 +185,17 @@ _REGROUPED = (
 class ReadingPlan:
     """Plan for reading one file, made from its header.
 
+    `layout`: How a line is split into cells, and the names and kinds of the columns.
     `units`: Column of the log to its unit, where the file states one.
     `start`: Offset in the file, unpacked and as UTF-8, at which the rows begin, bytes.
     `derive`: Function that makes the columns of the log, ``time`` in s among them, from the columns of a block and
-        from the number of each row among the data lines of the file, from 0.
-    `packets`: Counter of lost packets, for instruments that number them.
+        from the number of each row among the data lines of the file, from 0; None: the log has the columns of the file.
+    `packets`: Counter of lost packets, which `derive` feeds, for instruments that number them; None for others.
     `keep`: Columns that are always parsed, because `derive` needs them.
     `not_good`: Reason to drop a row in which a column of true and false, which `derive` has made, is false; such
         columns are not part of the log.
-    `refusal`: Why the file cannot be used, although its rows can be counted.
+    `notes`: Sentences for `Log.notes`.
+    `refusal`: Why the file cannot be used, although its rows can be counted; empty: it can.
     `unread`: Column without numbers in the first rows, to the reason why it is not read.
     `labels`: Columns of words or of few whole numbers, not asked for, which may say where a row is from.
     `header`: Each name in the header to its unit, for comparison with a header that is repeated further below.
@@ -209,7 +221,10 @@ class TableReader(LabelledReader):
     """Base of the readers of tables whose cells are text, from text files or workbooks."""
 
     def narrow(self, path: Path, plan: ReadingPlan) -> ReadingPlan:
-        """Return the plan without the columns that nobody asked for; refuse a file without a column asked for."""
+        """Return the plan without the columns that nobody asked for: damage in them then does no harm.
+
+        Raises `LogError` if a column asked for holds no numbers, or one of `where` is not there.
+        """
         layout = plan.layout
         if self.where:
             check_where(path, self.where, layout.names)
@@ -219,7 +234,7 @@ class TableReader(LabelledReader):
         return replace(plan, layout=_narrowed(layout, names_to_read, labels))
 
     def logs_of(self, path: Path, plan: ReadingPlan, blocks: Iterable[Block]) -> Iterator[base.Log]:
-        """Parse the rows of a table, block by block, each to a log."""
+        """Parse the rows of a table, block by block, each to a log; raises `LogError` if there is no row."""
         has_rows, rows_before = False, 0
 
         def parse_block(block: Block) -> ParsedRows:
@@ -248,7 +263,7 @@ class TextReader(TableReader, ABC):
         """
 
     def stream(self, path: Path) -> Iterator[base.Log]:
-        """Read a file in blocks of some megabytes."""
+        """Read a file in blocks of some megabytes, as the plan for its head says."""
         file = TextFile(path)
         try:
             plan = self.plan(file.head)
@@ -272,9 +287,9 @@ class TextReader(TableReader, ABC):
 def _refuse_changed_header(
     path: Path, plan: ReadingPlan, rows: ParsedRows, rows_before: int
 ) -> None:
-    """Refuse a file with a repeated header that gives a column to be read another name or unit.
+    """Raise `LogError` if a repeated header gives a column to be read another name or unit: as in two files joined to one.
 
-    `rows_before`: Number of data lines of the file above the block.
+    `rows`, `rows_before`: Parsed rows of a block, and the number of data lines of the file above it.
     """
     layout = plan.layout
     readings = [column for column in layout.columns_to_read if layout.kinds[column] != "label"]
@@ -290,7 +305,10 @@ def _refuse_changed_header(
 
 
 def _narrowed(layout: Layout, names_to_read: frozenset[str], labels: frozenset[str]) -> Layout:
-    """Return a layout that skips all columns but `names_to_read` and `labels`; unchanged if none could be read then."""
+    """Return a layout that skips all columns but `names_to_read` and `labels`; unchanged if no reading were left.
+
+    `labels`: Columns that are kept as texts, to tell sources apart.
+    """
 
     def kind_of(name: str, kind: Kind) -> Kind:
         if name in names_to_read and not (kind == "skip" and name in labels):
@@ -304,7 +322,10 @@ def _narrowed(layout: Layout, names_to_read: frozenset[str], labels: frozenset[s
 
 
 def _log_of_rows(path: Path, plan: ReadingPlan, rows: ParsedRows, rows_before: int) -> base.Log:
-    """Make a log of a block; `rows_before`: number of data lines of the file above the block."""
+    """Make a log of the parsed rows of a block; `rows_before`: number of data lines of the file above the block.
+
+    Columns of true and false become dropped rows, columns of words the labels of the log.
+    """
     missing_before = plan.packets.missing if plan.packets else 0
     if plan.derive:
         # the counter of packets counts those of this block, too

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit.campaign.spikes import (
-    FEWEST_ROWS,
+    MOST_LONE_ROWS,
     MOST_SHARE,
     Mask,
     find_held,
@@ -51,10 +51,10 @@ AWAY_S = 1.0
 
 
 def rows_within(time: FloatArray, seconds: float) -> int:
-    """Mean number of rows in some `seconds`, at least `FEWEST_ROWS`; `time`: increasing, in the unit of `seconds`."""
+    """Mean number of rows in some `seconds`, at least `MOST_LONE_ROWS`; `time`: increasing, in the unit of `seconds`."""
     if time.size < 2 or time[-1] == time[0]:
-        return FEWEST_ROWS
-    return max(FEWEST_ROWS, round(seconds * (time.size - 1) / float(time[-1] - time[0])))
+        return MOST_LONE_ROWS
+    return max(MOST_LONE_ROWS, round(seconds * (time.size - 1) / float(time[-1] - time[0])))
 
 
 def without_spikes(log: Log, quantities: Sequence[str], limits: Sequence[float] = ()) -> Log:
@@ -87,7 +87,7 @@ def without_spikes(log: Log, quantities: Sequence[str], limits: Sequence[float] 
     # a long stretch is away, the rest stands alone; each row counts under one reason
     is_away = np.zeros(log.size, dtype=bool)
     for start, stop in find_stretches(alone).T:
-        is_away[start:stop] = stop - start > FEWEST_ROWS
+        is_away[start:stop] = stop - start > MOST_LONE_ROWS
     log = _leave_out(log, is_away, AWAY)
     log = log.take(~alone[~is_away], LONE)
     return _leave_out(log, held[~alone], HELD_READING)
@@ -100,7 +100,7 @@ def _keep_saturated(spikes: Mask, readings: FloatArray, limit: float) -> Mask:
     """
     is_saturated = np.abs(readings) >= limit
     for start, stop in find_stretches(spikes).T:
-        if stop - start > FEWEST_ROWS and is_saturated[start:stop].all():
+        if stop - start > MOST_LONE_ROWS and is_saturated[start:stop].all():
             spikes[start:stop] = False
     return spikes
 
