@@ -133,6 +133,9 @@ class MediumMeasurements:
         return next(iter(self.tables["misplaced"].head(1).to_dict("records")), {})
 
 
+COLUMNS = columns_of("checks/{medium}.csv")
+
+
 @dataclass(frozen=True)
 class Check:
     """Outcome of one check of one medium: made by `judge` or `skip`, changed by `rftfit.checks.medium` alone.
@@ -206,9 +209,6 @@ class Check:
         return {"medium": medium} | {name: getattr(self, name) for name in COLUMNS[1:]}
 
 
-COLUMNS = columns_of("checks/{medium}.csv")
-
-
 def flags_on(runs: Iterable[str], code: str, **values: Any) -> list[Remark]:
     """Make the same flag on each of some runs, a remark with the run_id; `runs`: run_ids. `values`: of its sentence."""
     return [remark(code, run_id=run, **values) for run in runs]
@@ -230,7 +230,8 @@ def describe_rows(runs: Iterable[str], sheet: Mapping[str, Run]) -> str:
     is_open = False
     for run in sorted(sheet.values(), key=lambda run: run.row):
         if run.run_id in run_ids:
-            spans = spans if is_open else [*spans, [run.row, run.row]]
+            if not is_open:
+                spans.append([run.row, run.row])
             spans[-1][1] = run.row
         is_open = run.run_id in run_ids or (is_open and run.kind not in ("plate", "leg"))
     named = [f"{first} to {last}" if last > first else f"{first}" for first, last in spans]

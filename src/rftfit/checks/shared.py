@@ -141,10 +141,7 @@ def _describe_told(row: Mapping[Any, Any], measured: MediumMeasurements) -> Rema
     `row`: Row of the table of causes. The remark is put together of three: where the runs stand, what is wrong with
     them, and what else it may be.
     """
-    size: dict[str, Any] = {
-        name: float(row[f"size{end}"])
-        for name, end in (("size", ""), ("low", "_lo"), ("high", "_hi"))
-    }
+    size: dict[str, Any] = {"size": row["size"], "low": row["size_lo"], "high": row["size_hi"]}
     group, run_ids = row["group"], row["run_ids"].split()
     if group in ("from-run", "window"):
         first, last = measured.sheet[run_ids[0]], measured.sheet[run_ids[-1]]

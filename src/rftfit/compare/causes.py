@@ -94,7 +94,7 @@ def _select_runs(
     fits: pd.DataFrame, sheet: Mapping[str, Run], tolerance_deg: float
 ) -> tuple[RunSlopes, list[str]]:
     """Select the runs that have alpha in both components, in the order of the run sheet; returned with their run_ids."""
-    is_measured = np.isfinite(np.stack(alpha_columns(fits))).all(axis=0)
+    is_measured = np.isfinite(alpha_columns(fits)).all(axis=0)
     good = fits[is_measured & fits["run_id"].isin([*sheet]).to_numpy(bool)]
     rows = np.array([sheet[run_id].row for run_id in good["run_id"]], dtype=int)
     good = good.iloc[np.argsort(rows, kind="stable")]

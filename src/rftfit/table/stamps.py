@@ -185,8 +185,8 @@ def seconds_of_column(cells: Any, order: str) -> FloatArray | None:
         times[np.asarray(cells.is_valid())] = times_stated
         return times
     try:
-        first = cells[0].as_py().strip(" \t")
         cells = pc.utf8_trim(cells, " \t")
+        first = cells[0].as_py()
         if _CLOCK.fullmatch(first):
             if _COLON_BEFORE_FRACTION.fullmatch(first):
                 cells = pc.replace_substring_regex(
