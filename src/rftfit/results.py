@@ -449,6 +449,7 @@ class Results(Tables):
         return Shapes(profiles)
 
     def __getitem__(self, medium: str) -> Medium:
+        """Return one medium by its name; raises InputError where it has no runs."""
         return Medium(self, choose("medium", medium, self.media))
 
     def __iter__(self) -> Iterator[Medium]:

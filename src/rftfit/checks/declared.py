@@ -2,7 +2,8 @@
 
 Each other module of this room has functions that do a check, each with its declaration: words, verdict, and checks to
 wait for. Tables, verdicts and page follow from the declarations; the order is that of ``CheckName`` of the config.
-``docs/theory/checks.md`` describes the basis of each check and the source of its threshold.
+``docs/theory/checks.md`` describes the basis of each check and the source of its threshold. A *remark* is a sentence with
+a code (`rftfit.measure.flags`), a *flag* a remark on one run.
 """
 
 from __future__ import annotations
@@ -191,7 +192,10 @@ class Check:
 
     @property
     def sentence(self) -> str:
-        """Likely cause of a failure and its cure, or what was not checked; empty if the medium passes."""
+        """Likely cause of a failure and its cure, or what was not checked; empty if the medium passes.
+
+        Of an accepted failure the reason of the config follows.
+        """
         cause = self.sentences.cause
         if self.verdict == PASSED or not cause:
             return ""

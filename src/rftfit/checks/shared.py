@@ -1,4 +1,4 @@
-"""Check of errors that many runs share: a gain, a turn of the mount or an angle that is off, judged by all runs together.
+"""Check of errors that many runs share: a gain, a turn of the mount or an angle that is off, by all runs together.
 
 The evidence is the table ``causes`` (`rftfit.compare.causes`). A *cause* is an error that a group of runs may share. A
 row is a cause, or the causes of one kind and group together: its `kind` (such as ``gain``), `group` (how the runs are

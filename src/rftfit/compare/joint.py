@@ -273,6 +273,7 @@ class JointModel:
     angles_deg: tuple[float, float] = tuple(_RUNS.angles_deg)
 
     def __post_init__(self) -> None:
+        """Sort the runs into directions, make a first guess of `theta`, and move alpha of runs to their directions."""
         self.weight = np.ones(self.runs.size)
         self.log_jacobian = 0.0
         self.transform: FloatArray | None = None
@@ -701,7 +702,10 @@ def find_causes(model: JointModel) -> tuple[list[FoundCause], Scan]:
 
 
 def _error_in(scan: Scan, cause: Cause) -> float:
-    """Return the standard error of a cause among the candidates of another model; NaN where it is none of them."""
+    """Return the standard error of a cause among the candidates of another model; NaN where it is none of them.
+
+    `scan`: scores of that model, in which the cause has the same name.
+    """
     errors = (
         se
         for candidate, se in zip(scan.causes, scan.se, strict=True)
@@ -796,7 +800,10 @@ def _try_candidates(model: JointModel, scan: Scan) -> list[_Trial]:
 def _try_candidate(
     model: JointModel, cause: Cause, first_size: float, se: float, limit: float
 ) -> _Trial:
-    """Decide one candidate; `first_size`, `se`: first estimate of its size and standard error. `limit`: see `_Trial`."""
+    """Decide one candidate: fit its size, and count the errors by which this exceeds what is tolerated.
+
+    `first_size`, `se`: first estimate of its size and standard error. `limit`: see `_Trial`.
+    """
     size, errors_beyond, without = model.fit_cause(cause, first_size, se)
     by_runs = errors_beyond / _CHOSEN.wider.get(cause.kind, 1.0)
     distance = cause.distance(size)

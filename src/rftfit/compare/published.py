@@ -1,4 +1,4 @@
-"""The reproduction table (`reproduction.csv`): alpha, coefficients, zeta, chi and legs of this campaign beside the paper's.
+"""The reproduction table (`reproduction.csv`): alpha, coefficients, zeta, chi, legs beside the paper's, with tolerances.
 
 A row is an `Item`: a number or a statement of the paper beside ours, with a verdict. Each function compares one table of
 the campaign with one table, figure or statement of the paper, and returns items; the robot's are in
@@ -355,7 +355,10 @@ _QUANTITIES_OF_S3 = (
 
 
 def compare_penetration(table: pd.DataFrame, published: Mapping[str, str]) -> list[Item]:
-    """Compare the table of vertical penetration (`penetration.csv`) with Table S3, and mean chi with the text."""
+    """Compare the table of vertical penetration (`penetration.csv`) with Table S3, and mean chi with the text.
+
+    Only rows by the method of the paper, of media that it has. The mean of chi needs all five of its media.
+    """
     printed = load("table_s3").set_index(["medium", "quantity"])["value"].astype(float)
     ours = table[table["method"] == AS_PRINTED]
     items = [
@@ -625,7 +628,10 @@ def _compare_depth_only(lift: pd.DataFrame) -> list[Item]:
 
 
 def _compare_suction(measured: pd.DataFrame) -> list[Item]:
-    """Compare whether the medium pulls the reversed c-leg down while it leaves; `measured`: curves of all legs."""
+    """Compare whether the medium pulls the reversed c-leg down while it leaves; `measured`: curves of all legs.
+
+    The leg leaves at theta above 0.
+    """
     readings = measured[(measured["leg"] == REVERSED) & (measured["theta_deg"] > 0)]
     least_lift = readings.groupby("medium")["force_z_N"].min().dropna()
     # 0.2 N: four standard deviations of the mean over a degree

@@ -107,7 +107,10 @@ def _compare_overturning(speed: pd.DataFrame) -> list[Item]:
 
 
 def _compare_phases(speed: pd.DataFrame) -> list[Item]:
-    """Compare how much the starting phase changes a steady speed: in steady motion nothing of it should be left."""
+    """Compare how much the starting phase changes a steady speed: in steady motion nothing of it should be left.
+
+    By the largest range of speeds over the phases at one curvature and frequency; one item.
+    """
     steady_runs = speed[(speed["profile"] == "table") & (speed["outcome"] == "steady")]
     grouped = steady_runs.groupby(["curvature_times_R", "frequency_Hz"])["speed_cm_per_s"]
     spread = (grouped.max() - grouped.min())[grouped.size() > 1]

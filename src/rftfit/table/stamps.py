@@ -82,7 +82,7 @@ def _named_month(text: str) -> re.Match[str] | None:
 
 
 def _with_month_number(text: str) -> str:
-    """Return a text with 2026-02-03 in place of 03-Feb-2026; other texts come back unchanged."""
+    """Return a text with 2026-02-03 in place of 03-Feb-2026 at its beginning; other texts come back unchanged."""
     date = _named_month(text)
     if date is None:
         return text

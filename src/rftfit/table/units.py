@@ -89,7 +89,10 @@ def canonical_unit(text: str) -> str:
 
 
 def is_unit(text: str) -> bool:
-    """Return whether a text spells a unit of this module in any way, or a product or ratio of such units."""
+    """Return whether a text spells a unit of this module in any way, or a product or ratio of such units: N/m^2, kg*m/s.
+
+    Names of columns, such as F1, are none.
+    """
     text = _without_brackets(text)
     if canonical_unit(text) in _SPELLINGS:
         return True
