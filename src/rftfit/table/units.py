@@ -123,6 +123,7 @@ def split_unit(cell: str, more: frozenset[str] = frozenset()) -> tuple[str, str]
     if numbered and is_unit(numbered["unit"]):
         number = " ".join(numbered["number"].split())
         return f"{numbered['head']} {number}", canonical_unit(numbered["unit"])
+    # what looks like a unit is a part of the name, or the cell is a unit without a name
     if _WITH_INDEX.fullmatch(cell) or ("/" in cell and is_unit(cell)):
         return cell, ""
     match = _NAME_WITH_UNIT.match(cell)
