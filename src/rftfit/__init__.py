@@ -155,6 +155,7 @@ if TYPE_CHECKING:
 
 
 def __getattr__(name: str) -> object:
+    """Import the module of a public name when the name is first used: all of them would take long to import."""
     if name == "mujoco":  # a module, not in __all__ since the package mujoco is optional
         return import_module("rftfit.robot.mujoco")
     for module, names in _NAMES_OF_MODULE.items():

@@ -449,6 +449,7 @@ class Results(Tables):
         return Shapes(profiles)
 
     def __getitem__(self, medium: str) -> Medium:
+        """Return one medium by its name; raises InputError where it has no runs."""
         return Medium(self, choose("medium", medium, self.media))
 
     def __iter__(self) -> Iterator[Medium]:
@@ -669,12 +670,11 @@ class Medium(KnownMedium):
         leg_settings = self.results.config.legs[leg]
         speed = self.results.config.arm.leg_speed_rad_per_s
         motion = rotation(curve["theta_deg"].to_numpy(float), leg_settings.hip_height_cm, speed)
-        forces = {name: curve[name].to_numpy(float) for name in force_names}
-        largest_N = max(float(np.nanmax(np.abs(force))) for force in forces.values())
+        largest_N = float(np.nanmax(curve[force_names].abs()))
         # readings of one curve scatter less than forces in different beds: the scatter of beds is the error
         error_N = (self._bed_spread or USUAL_BED_SPREAD) * largest_N
         try:
-            return Contact(leg_outline(leg_settings, leg), motion, forces, error_N, name=self.name)
+            return Contact(leg_outline(leg_settings, leg), motion, curve, error_N, name=self.name)
         except ValueError as problem:
             raise InputError(f"{leg}: {problem}") from problem
 

@@ -41,8 +41,8 @@ from rftfit.table.text import as_utf8, decoded, is_web_page, records_of, text_he
 from rftfit.table.units import cut_header, folded_name, unit_among, units_like
 from rftfit.table.workbook import (
     ERROR_VALUES,
+    MOMENTS,
     WORKBOOK,
-    is_moment,
     open_workbook,
     place_of_column,
     rows_of,
@@ -1038,7 +1038,7 @@ def _bad_cell(value: Any, formula: Any) -> tuple[str, str] | None:
     """
     if value is None and formula is not None:
         return "formula", str(getattr(formula, "text", formula))
-    if is_moment(value):
+    if isinstance(value, MOMENTS):
         return "date", f"the date {text_of(value)}"
     if isinstance(value, str) and value in ERROR_VALUES:
         return "cell-error", value

@@ -269,7 +269,10 @@ class Cells:
 
     @property
     def takes_energy(self) -> bool:
-        """True if few cells give energy back, even fewer do so clearly, and the level push down is none of them."""
+        """True if few cells give energy back, even fewer do so clearly, and the level push down is none of them.
+
+        Noise and single wrong runs explain a few cells, wrong axes or signs change many; no medium pulls a plate down.
+        """
         n_clear = int(np.count_nonzero(self.work < -_CHOSEN.clear * self.work_noise))
         return (
             int(self.gives_energy.sum()) < self.fewest_negative

@@ -2,7 +2,8 @@
 
 Each other module of this room has functions that do a check, each with its declaration: words, verdict, and checks to
 wait for. Tables, verdicts and page follow from the declarations; the order is that of ``CheckName`` of the config.
-``docs/theory/checks.md`` describes the basis of each check and the source of its threshold.
+``docs/theory/checks.md`` describes the basis of each check and the source of its threshold. A *remark* is a sentence with
+a code (`rftfit.measure.flags`), a *flag* a remark on one run.
 """
 
 from __future__ import annotations
@@ -133,6 +134,9 @@ class MediumMeasurements:
         return next(iter(self.tables["misplaced"].head(1).to_dict("records")), {})
 
 
+COLUMNS = columns_of("checks/{medium}.csv")
+
+
 @dataclass(frozen=True)
 class Check:
     """Outcome of one check of one medium: made by `judge` or `skip`, changed by `rftfit.checks.medium` alone.
@@ -188,7 +192,10 @@ class Check:
 
     @property
     def sentence(self) -> str:
-        """Likely cause of a failure and its cure, or what was not checked; empty if the medium passes."""
+        """Likely cause of a failure and its cure, or what was not checked; empty if the medium passes.
+
+        Of an accepted failure the reason of the config follows.
+        """
         cause = self.sentences.cause
         if self.verdict == PASSED or not cause:
             return ""
@@ -204,9 +211,6 @@ class Check:
     def row(self, medium: str) -> dict[str, str]:
         """Row of the table of checks; its columns but the medium are fields and properties of this class."""
         return {"medium": medium} | {name: getattr(self, name) for name in COLUMNS[1:]}
-
-
-COLUMNS = columns_of("checks/{medium}.csv")
 
 
 def flags_on(runs: Iterable[str], code: str, **values: Any) -> list[Remark]:
@@ -230,7 +234,8 @@ def describe_rows(runs: Iterable[str], sheet: Mapping[str, Run]) -> str:
     is_open = False
     for run in sorted(sheet.values(), key=lambda run: run.row):
         if run.run_id in run_ids:
-            spans = spans if is_open else [*spans, [run.row, run.row]]
+            if not is_open:
+                spans.append([run.row, run.row])
             spans[-1][1] = run.row
         is_open = run.run_id in run_ids or (is_open and run.kind not in ("plate", "leg"))
     named = [f"{first} to {last}" if last > first else f"{first}" for first, last in spans]

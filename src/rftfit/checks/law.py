@@ -126,11 +126,7 @@ def judge_crust(flags: Flags, pushes: pd.DataFrame) -> Check | None:
     broken = flags.runs_with("crust")
     run_ids = set(pushes["run_id"])
     # peak above the line through the deeper part, relative to it, of each push that breaks a crust
-    excess = [
-        float(dict(flag.values)["percent"]) / 100
-        for run_id, flag in broken.items()
-        if run_id in run_ids
-    ]
+    excess = [flag.values["percent"] / 100 for run_id, flag in broken.items() if run_id in run_ids]
     if not excess or 2 * len(excess) < len(pushes):
         return None
     return Check.judge(

@@ -71,7 +71,8 @@ def marks_of(checks: pd.DataFrame, media: Mapping[str, MediumSettings]) -> dict[
         marks = []
         for effect in (UNUSABLE, DOUBTFUL):
             failed = rows[rows["effect"] == effect]
-            marks += [remark(effect, faults=faults_of(failed))] if len(failed) else []
+            if len(failed):
+                marks.append(remark(effect, faults=faults_of(failed)))
         # the reason comes from the present config, which may be newer than the table
         accept: dict[Any, str] = media[str(medium)].accept
         for check, row in rows[rows["verdict"] == ACCEPTED].groupby("check", sort=False):

@@ -26,6 +26,7 @@ from rftfit.checks.declared import (
     describe_rows,
     flags_on,
 )
+from rftfit.conventions import FloatArray
 from rftfit.directions import number_rows
 from rftfit.measure.alpha import alpha_columns, cell_down, column
 from rftfit.measure.errors import spread_of_beds
@@ -200,28 +201,39 @@ def check_drift(measured: MediumMeasurements) -> Check:
     return across_strokes if at_rest.verdict == NOT_CHECKED or across_strokes.effect else at_rest
 
 
+def _select_zeros(
+    table: pd.DataFrame, quantity: str
+) -> tuple[pd.DataFrame, FloatArray, FloatArray]:
+    """Select the k runs with a force, and with the ``change`` or the ``trend`` of their zero.
+
+    Returns their rows, this quantity of z and x, N, shape (2, k), and the rms of their force, N, (k,).
+    """
+    zeros = table[[f"zero_{quantity}_{c}_N" for c in "zx"]].to_numpy(float).T
+    force = table["force_rms_N"].to_numpy(float)
+    is_known = np.isfinite(zeros).all(axis=0) & (force > 0)
+    return table[is_known], zeros[:, is_known], force[is_known]
+
+
 def _judge_change_of_zero(table: pd.DataFrame) -> Check | None:
     """Judge the change of the zero over the strokes; None where too few runs rest in air at both ends.
 
     The component with the larger median change is judged. `table`: Table of runs, with ``force_rms_N``, the rms of the
     force.
     """
-    change = table[["zero_change_z_N", "zero_change_x_N"]].to_numpy(float).T
-    force = table["force_rms_N"].to_numpy(float)
-    has_change = np.isfinite(change).all(axis=0) & (force > 0)
-    if has_change.sum() < FEW_RUNS:
+    table, change, force = _select_zeros(table, "change")
+    if len(table) < FEW_RUNS:
         return None
-    typical = float(np.median(force[has_change]))
-    size = np.median(np.abs(change[:, has_change]), axis=1)
+    typical = float(np.median(force))
+    size = np.median(np.abs(change), axis=1)
     worst = int(size.argmax())
-    newtons = float(np.median(change[worst, has_change]))
+    newtons = float(np.median(change[worst]))
     # the median size counts, as drifts to both sides are as bad as one to the same side; the sign is that of the median
     newtons = math.copysign(float(size[worst]), newtons)
     most_N = _CHOSEN.change_of_zero * typical
-    values: dict[str, Any] = {"axis": "zx"[worst], "newtons": newtons, "size": has_change.sum()}
+    values: dict[str, Any] = {"axis": "zx"[worst], "newtons": newtons, "size": len(table)}
     if abs(newtons) <= most_N:
         return Check.judge("drift", True, code="drift-steady", most=most_N, **values)
-    drifting = table["run_id"][has_change][np.abs(change[worst, has_change]) > most_N]
+    drifting = table["run_id"][np.abs(change[worst]) > most_N]
     flags = flags_on(drifting, "zero-changes")
     return Check.judge("drift", False, flags, code="drift-between", most=most_N, **values)
 
@@ -232,16 +244,13 @@ def _judge_trend_at_rest(measured: MediumMeasurements, table: pd.DataFrame) -> C
     A trend is the force that it would add until the middle of the stroke, N. A trend that all runs have in common is a
     fault of all; else a run is at fault that drifts clearly more than the others. `table`: As in `_judge_change_of_zero`.
     """
-    trend = table[["zero_trend_z_N", "zero_trend_x_N"]].to_numpy(float).T
-    force = table["force_rms_N"].to_numpy(float)
-    has_trend = np.isfinite(trend).all(axis=0) & (force > 0)
-    if has_trend.sum() < FEW_RUNS:
+    table, trend, force = _select_zeros(table, "trend")
+    if len(table) < FEW_RUNS:
         return Check.skip("drift", "drift-few", fewest=FEW_RUNS)
-    table, trend, force = table[has_trend], trend[:, has_trend], force[has_trend]
     typical = float(np.median(force))
     # of z and x, shape (2,)
     middle, se = np.array([median_of_runs(trends) for trends in trend]).T
-    limit = student_limit(SURE, has_trend.sum() - 1) * se
+    limit = student_limit(SURE, len(table) - 1) * se
     # a common drift is a fault of all runs; else only runs that clearly drift more than the others are
     common = (np.abs(middle) > limit) & (np.abs(middle) > _CHOSEN.drift * typical)
     deviation = np.abs(trend - middle[:, None])
@@ -251,10 +260,7 @@ def _judge_trend_at_rest(measured: MediumMeasurements, table: pd.DataFrame) -> C
     worst = int(np.abs(middle).argmax())
     drifting = table["run_id"] if common.any() else table.loc[alone, "run_id"]
     flags = flags_on(drifting, "zero-drifts")
-    values: dict[str, Any] = {
-        "size": has_trend.sum(),
-        "rows": describe_rows(drifting, measured.sheet),
-    }
+    values: dict[str, Any] = {"size": len(table), "rows": describe_rows(drifting, measured.sheet)}
     if alone.any() and not common.any():
         values |= {"count": alone.sum(), "share": 100 * _CHOSEN.drift_of_one}
         return Check.judge("drift", False, flags, code="drift-alone", **values)
@@ -544,8 +550,7 @@ def _judge_spread(measured: MediumMeasurements) -> Check | None:
     from scipy.special import chdtri
 
     fits = measured.tables["fits"]
-    alpha_z, alpha_x = alpha_columns(fits)
-    runs = fits[np.isfinite(alpha_z) | np.isfinite(alpha_x)]
+    runs = fits.iloc[np.flatnonzero(np.isfinite(alpha_columns(fits)).any(axis=0))]
     if runs.empty:
         return None
     number = number_rows(runs, measured.tolerance_deg)

@@ -1,4 +1,4 @@
-"""Check of errors that many runs share: a gain, a turn of the mount or an angle that is off, judged by all runs together.
+"""Check of errors that many runs share: a gain, a turn of the mount or an angle that is off, by all runs together.
 
 The evidence is the table ``causes`` (`rftfit.compare.causes`). A *cause* is an error that a group of runs may share. A
 row is a cause, or the causes of one kind and group together: its `kind` (such as ``gain``), `group` (how the runs are
@@ -141,10 +141,7 @@ def _describe_told(row: Mapping[Any, Any], measured: MediumMeasurements) -> Rema
     `row`: Row of the table of causes. The remark is put together of three: where the runs stand, what is wrong with
     them, and what else it may be.
     """
-    size: dict[str, Any] = {
-        name: float(row[f"size{end}"])
-        for name, end in (("size", ""), ("low", "_lo"), ("high", "_hi"))
-    }
+    size: dict[str, Any] = {"size": row["size"], "low": row["size_lo"], "high": row["size_hi"]}
     group, run_ids = row["group"], row["run_ids"].split()
     if group in ("from-run", "window"):
         first, last = measured.sheet[run_ids[0]], measured.sheet[run_ids[-1]]

@@ -303,11 +303,15 @@ class Starts:
 
     @classmethod
     def of(cls, fits: pd.DataFrame, pushes: Mask, run_cm: float) -> Starts:
-        """Make the starts of rows of the table of fits; `pushes`: True for those that are pushes, shape (n,)."""
+        """Make the starts of rows of the table of fits; `pushes`: True for those that are pushes, shape (n,).
+
+        The error of a start is that of the surface (`run_cm`) and of the zero, which moves a weak run farther.
+        """
         vertical = np.abs(np.sin(np.radians(fits["gamma_deg"].to_numpy(float))))
         sine = np.where(pushes, 1, -1) * vertical
         alpha = np.abs(fits["alpha_z_N_per_cm3"].to_numpy(float))
         return cls(
+            # where all paths are about as steep, a lag cannot be told from the surface
             np.stack([np.ones_like(sine), sine * (np.ptp(sine) > 0.2)], axis=1),
             sine,
             fits["start_cm"].to_numpy(float),

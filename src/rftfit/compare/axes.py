@@ -130,6 +130,7 @@ class _KnownShape:
     """
 
     def __init__(self, mean: FloatArray, covariance: FloatArray, error: FloatArray) -> None:
+        """Turn mean and covariance; `variances`, `mean`: along the eigenvectors, the columns of `vectors`, (2 n,)."""
         self.error = error
         # expected sum of the squares of alpha
         self.square = float(mean @ mean + np.trace(covariance))

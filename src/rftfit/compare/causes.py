@@ -1,4 +1,4 @@
-"""Tables `causes`, `axes` and `misplaced` of a medium: errors that runs share, other axes, runs in wrong rows of the sheet.
+"""Tables `causes`, `axes`, `misplaced` of a medium: errors that runs share, other axes, runs in wrong rows of the sheet.
 
 The models are in `rftfit.compare.joint`, `axes` and `misplaced`; here their runs are selected and their results written
 as rows. A *cause* and its kind, group, place, share and size are those of `rftfit.compare.joint.Cause`.
@@ -93,8 +93,11 @@ def labels_of(runs: Sequence[Run]) -> dict[str, npt.NDArray[np.str_]]:
 def _select_runs(
     fits: pd.DataFrame, sheet: Mapping[str, Run], tolerance_deg: float
 ) -> tuple[RunSlopes, list[str]]:
-    """Select the runs that have alpha in both components, in the order of the run sheet; returned with their run_ids."""
-    is_measured = np.isfinite(np.stack(alpha_columns(fits))).all(axis=0)
+    """Select the runs that have alpha in both components, in the order of the run sheet; returned with their run_ids.
+
+    `fits`: table of fits. `sheet`: runs of the medium by run_id; rows of fits without one are left out.
+    """
+    is_measured = np.isfinite(alpha_columns(fits)).all(axis=0)
     good = fits[is_measured & fits["run_id"].isin([*sheet]).to_numpy(bool)]
     rows = np.array([sheet[run_id].row for run_id in good["run_id"]], dtype=int)
     good = good.iloc[np.argsort(rows, kind="stable")]
@@ -113,7 +116,10 @@ def _select_runs(
 
 
 def _row_of_cause(found_cause: FoundCause, run_ids: list[str]) -> dict[str, Any]:
-    """Make the row, of `CAUSE_COLUMNS`, of a cause that was found; `run_ids`: of all runs, in the order of its share."""
+    """Make the row, of `CAUSE_COLUMNS`, of a cause that was found; `run_ids`: of all runs, in the order of its share.
+
+    A cause is shared by the runs with a positive share. Sizes are stated as in `_as_change`.
+    """
     cause = found_cause.cause
     # the data chose the cause, too, so the interval is wider than for a cause that was asked for
     wider = _CHOSEN.told_gain_wider if cause.kind == "gain" else _CHOSEN.told_wider

@@ -68,7 +68,10 @@ def _misfit(fit: scaling.MediumFit) -> tuple[float, float]:
 
 
 def generic_rows(group: list[scaling.MediumFit]) -> pd.DataFrame:
-    """Make the rows of M0, the mean over several media of their coefficients over zeta; `group`: fits by one method."""
+    """Make the rows of M0, the mean over several media of their coefficients over zeta; `group`: fits by one method.
+
+    Columns `COEFFICIENT_COLUMNS`, with the numbers that the paper prints where the media are those of the paper.
+    """
     method, config = group[0].method, group[0].config
     m0 = scaling.generic(np.stack([fit.used for fit in group]))
     draws = scaling.generic(np.stack([fit.draws for fit in group], axis=1))

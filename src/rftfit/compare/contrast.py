@@ -187,7 +187,7 @@ class Comparison:
 
     @property
     def sentence(self) -> str:
-        """The answer in one plain sentence."""
+        """The answer in one plain sentence: whether size and shape differ, by their p values and the chosen level."""
         sizes_differ, shapes_differ = self.size_p < _CHOSEN.level, self.shape_p < _CHOSEN.level
         if math.isnan(self.shape_p):
             answer = _SIZE_ALONE[sizes_differ]
@@ -648,7 +648,11 @@ class _ShapeTest(NamedTuple):
         return math.sqrt(noncentrality * self.unit)
 
     def least_rms(self) -> float:
-        """Return the least root mean square difference that is detected with the chosen probability."""
+        """Return the least root mean square difference, relative to alpha, that the test detects with the chosen power.
+
+        The weighted squares are then beyond their limit with this probability; they are taken back to plain ones by the
+        ratio that both have by chance.
+        """
         from scipy.special import fdtri
 
         dof = self.squares_dof

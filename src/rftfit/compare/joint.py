@@ -273,6 +273,7 @@ class JointModel:
     angles_deg: tuple[float, float] = tuple(_RUNS.angles_deg)
 
     def __post_init__(self) -> None:
+        """Sort the runs into directions, make a first guess of `theta`, and move alpha of runs to their directions."""
         self.weight = np.ones(self.runs.size)
         self.log_jacobian = 0.0
         self.transform: FloatArray | None = None
@@ -314,6 +315,7 @@ class JointModel:
         betas = np.concatenate([beta, beta + step, beta - step, beta, beta])
         gammas = np.concatenate([gamma, gamma, gamma, gamma + step, gamma - step])
         self.mean_around, covariance = prior_of_media(betas, gammas, _RUNS.rough_share)
+        # indices of the directions themselves, z and x, among all these numbers
         itself = np.arange(10 * beta.size).reshape(2, 5, -1)[:, 0].ravel()
         self.covariance_around = covariance[:, itself]
         self._set_prior(self.mean_around[itself], self.covariance_around[itself])
@@ -330,6 +332,7 @@ class JointModel:
     def _set_prior(self, mean: FloatArray, covariance: FloatArray) -> None:
         """Set the prior of alpha in the directions, for a medium of size 1; `mean`: (2 m,), `covariance`: (2 m, 2 m)."""
         self.prior_mean = mean
+        # so that it can be inverted
         self.prior_covariance = covariance + 1e-8 * np.eye(mean.size)
         self.local_variance = _local_variance(mean, np.bincount(self.direction_of_run))
 
@@ -410,6 +413,7 @@ class JointModel:
 
     def update(self) -> None:
         """Set alpha of the directions by the data, at the present `theta`, and the weights of the runs."""
+        # mean of a normal distribution that data are known of: its covariance with them times their weighted residuals
         gaussian = self._gaussian(self.theta)
         sums = gaussian.sum_by_direction(gaussian.solve(self._residual(self.theta)))[:, 0]
         departure = math.exp(self.theta[1]) * (self.covariance_around @ sums)
@@ -701,7 +705,10 @@ def find_causes(model: JointModel) -> tuple[list[FoundCause], Scan]:
 
 
 def _error_in(scan: Scan, cause: Cause) -> float:
-    """Return the standard error of a cause among the candidates of another model; NaN where it is none of them."""
+    """Return the standard error of a cause among the candidates of another model; NaN where it is none of them.
+
+    `scan`: scores of that model, in which the cause has the same name.
+    """
     errors = (
         se
         for candidate, se in zip(scan.causes, scan.se, strict=True)
@@ -760,6 +767,7 @@ def _try_candidates(model: JointModel, scan: Scan) -> list[_Trial]:
 
     The exact transformation takes long, so only candidates that may be the clearest cause are tried.
     """
+    # size in its errors, and errors beyond the tolerated size; which of them counts depends on the cause
     scores = np.where(scan.separable, np.abs(scan.size) / scan.se, 0.0)
     beyond = scan.errors_beyond
     has_spread = np.array([cause.spread_of_media > 0 for cause in scan.causes])
@@ -785,6 +793,7 @@ def _try_candidates(model: JointModel, scan: Scan) -> list[_Trial]:
             # the known shape at moved angles takes long
             if cause.moves_angles and model.errors_at(cause, size) < _CHOSEN.worth_fitting * limit:
                 continue
+        # the gain, or besides the opposite sign in the runs that it makes weaker
         variants = [_try_candidate(model, cause, size, se, limit)]
         if cause.may_reverse(size):
             reversed_cause = cause._replace(reversed_side=1 if size < 0 else -1)
@@ -796,7 +805,10 @@ def _try_candidates(model: JointModel, scan: Scan) -> list[_Trial]:
 def _try_candidate(
     model: JointModel, cause: Cause, first_size: float, se: float, limit: float
 ) -> _Trial:
-    """Decide one candidate; `first_size`, `se`: first estimate of its size and standard error. `limit`: see `_Trial`."""
+    """Decide one candidate: fit its size, and count the errors by which this exceeds what is tolerated.
+
+    `first_size`, `se`: first estimate of its size and standard error. `limit`: see `_Trial`.
+    """
     size, errors_beyond, without = model.fit_cause(cause, first_size, se)
     by_runs = errors_beyond / _CHOSEN.wider.get(cause.kind, 1.0)
     distance = cause.distance(size)

@@ -490,7 +490,10 @@ _OF_CURVE = ("no-tare", "no-force-x")
 
 
 def _flags_of_leg(curve: pd.DataFrame, flags: Mapping[str, Flags]) -> Iterable[Remark]:
-    """Collect the flags of the runs of a measured curve that every comparison with this curve repeats."""
+    """Collect the flags of the runs of a measured curve that every comparison with this curve repeats: `_OF_CURVE`.
+
+    `curve`: rows of one leg in one medium, of one run or several. `flags`: by medium.
+    """
     flags_of_medium = flags.get(str(curve["medium"].iloc[0]))
     if flags_of_medium is None:
         return ()

@@ -131,7 +131,7 @@ class _Side:
         return with_label(fits, labels, self.label)
 
     def make_run_set(self) -> RunSet:
-        """Return the runs with the errors that all of them share."""
+        """Return the runs with the errors that all of them share, as the test of two sets of runs needs them."""
         # errors of all runs of the medium: they show the surface better than those of a session
         # alone
         config = self.medium.results.config

@@ -1,9 +1,12 @@
-"""Comparison of each run with alpha in its direction by the other runs of its medium.
+"""Comparison of each run with alpha in its direction by the other runs of its medium: which runs stand apart.
 
 Three or more runs of one direction are compared with one another, in units of how repeats of this medium differ; two
 runs are compared with how all pairs differ. A single run is compared with alpha in its direction by a map of all other
 runs with the shape that granular media share (`rftfit.model.shapes`). In a medium that is rougher than the known ones
-single runs differ more in every direction, so the unit is the spread of these differences in this medium.
+single runs differ more in every direction, so the unit is the spread of these differences in this medium. A run is
+*apart* if its difference is more than chance explains.
+
+n is the number of runs; alpha has shape (2, n), z and x, N/cm^3; `groups` is the number of the direction of each run.
 """
 
 from __future__ import annotations
@@ -44,23 +47,24 @@ COLUMNS = [
 _CHOSEN = chosen("compare", "peers")
 
 APART_FROM = {REPEATS: _CHOSEN.apart[0][0], PAIR: _CHOSEN.pair_second, MAP: _CHOSEN.times_map}
-"""Least difference, in units of the spread, at which a run can stand apart, by what it is compared with."""
+"""Least difference, in units of the spread, at which a run can stand apart, by what it is compared with: for figures."""
 
 
 def compare_runs(
     fits: pd.DataFrame, medium: str, tolerance_deg: float = TOLERANCE_DEG
 ) -> pd.DataFrame:
-    """Compare each run that has alpha with the others of its medium; returns a row for each run.
+    """Compare each run that has alpha with the others of its medium; returns a row of `COLUMNS` for each run.
 
-    `tolerance_deg`: Difference of each angle up to which runs are repeats.
+    `fits`: Table of fits. `tolerance_deg`: Difference of each angle up to which runs are repeats.
 
-    `off_z_ratio`, `off_x_ratio`: difference from the others, relative to the largest alpha of the medium.
-    `known_z_ratio`, `known_x_ratio`: least alpha of all published media in this direction, relative to
-    their alpha_z at (0, 90) deg, with its sign; 0 where they differ in sign. `times_spread`: the larger
-    difference in units of the spread of such differences. `apart`: whether the difference is more than chance
-    explains; one below `seen_from_ratio`, relative to the largest alpha, never is.
+    Columns: `beside`: what the run is compared with, `REPEATS`, `PAIR` or `MAP`. ``others_z_N_per_cm3``: alpha by the
+    others. `off_z_ratio`, `off_x_ratio`: difference from it, relative to the largest alpha of the medium.
+    `times_spread`: the larger difference in units of the spread of such differences. `apart`: whether the difference is
+    more than chance explains; one below `seen_from_ratio`, relative to the largest alpha, never is. `known_z_ratio`,
+    `known_x_ratio`: least alpha of all published media in this direction, relative to their alpha_z at (0, 90) deg,
+    with its sign; 0 where they differ in sign.
     """
-    has_alpha = np.isfinite(np.stack(alpha_columns(fits))).any(axis=0)
+    has_alpha = np.isfinite(alpha_columns(fits)).any(axis=0)
     runs = fits.iloc[np.flatnonzero(has_alpha)].reset_index(drop=True)
     if runs.empty:
         return pd.DataFrame(columns=COLUMNS)
@@ -71,6 +75,7 @@ def compare_runs(
     groups = number_directions(beta_deg, gamma_deg, tolerance_deg, depth_cm)
     compared_alpha = _turn_to_one_side(alpha, gamma_deg, may_switch(runs, tolerance_deg))
     compared = _compare_with_repeats(alpha, groups, compared_alpha)
+    # runs of the direction of each run
     run_count = np.bincount(groups)[groups]
     is_by_map = run_count < 3
     if is_by_map.any():
@@ -102,6 +107,7 @@ def compare_runs(
         "apart": compared.apart,
         "seen_from_ratio": compared.seen_from / largest,
     }
+    # alpha of known media, for the checks of channels
     smallest = _smallest_published(*directions(runs))
     for component, c in enumerate("zx"):
         columns[f"known_{c}_ratio"] = smallest[component]
@@ -113,9 +119,9 @@ def compare_runs(
 class _Compared(NamedTuple):
     """Runs compared with others of their medium; NaN and False where there is nothing to compare a run with.
 
-    `others`: alpha by the other runs, z and x, shape (2, n), N/cm^3. `times_spread`: difference from it in units of
-    the spread of such differences, (n,). `apart`: whether the difference is more than chance explains. `seen_from`:
-    least difference that would stand apart, N/cm^3.
+    `others`: alpha by the other runs, (2, n). `times_spread`: difference from it in units of the spread of such
+    differences, (n,). `apart`: whether the difference is more than chance explains, (n,). `seen_from`: least difference
+    that would stand apart, N/cm^3, (n,).
     """
 
     others: FloatArray
@@ -132,29 +138,35 @@ def _choose(is_first: npt.NDArray[np.bool_], first: _Compared, second: _Compared
 def _smallest_published(beta: FloatArray, gamma: FloatArray) -> FloatArray:
     """Return the smallest alpha of all published media, with its sign, shape (2, n); `beta`, `gamma`: rad.
 
-    It is relative to their alpha_z(0, 90 deg), and 0 where the signs differ.
+    It is relative to their alpha_z(0, 90 deg), and 0 where the signs differ: any granular medium has at least so much.
     """
     shapes = published_shapes()
+    # alpha of media, shape (media, 2 n), z first
     level = shapes.of_media(np.zeros(1), np.full(1, math.pi / 2))[:, :1]
     ratios = np.stack(np.split(shapes.of_media(beta, gamma), 2, axis=1)) / level
+    # ratios: shape (2, media, n)
     same_sign = np.abs(np.sign(ratios).sum(axis=1)) == ratios.shape[1]
     return np.where(same_sign, np.sign(ratios[:, 0]) * np.abs(ratios).min(axis=1), 0.0)
 
 
 def outlier_differences(peers: pd.DataFrame) -> dict[str, tuple[float, float]]:
-    """Return alpha of each outlier minus alpha by the other runs, z and x, N/cm^3, by run_id."""
+    """Return alpha of each run apart minus alpha by the other runs, z and x, N/cm^3, by run_id.
+
+    The alpha table widens the intervals of their cells by it. `peers`: Table of `compare_runs`.
+    """
     rows = peers[peers["apart"].astype(bool)]
     z, x = (rows[column(c)] - rows[f"others_{c}_N_per_cm3"] for c in "zx")
     return dict(zip(rows["run_id"].astype(str), zip(z, x, strict=True), strict=True))
 
 
 def may_switch(runs: pd.DataFrame, tolerance_deg: float) -> npt.NDArray[np.bool_]:
-    """Return True for runs of which a small error of an angle decides to which side of the plate the grains flow.
+    """Return True for runs of which a small error of an angle decides to which side of the plate the grains flow, (n,).
 
-    These are plates that move along themselves or along their normal: 3D-RFT (Agarwal et al., PNAS 120, e2214017120,
-    2023) has two values of one size there. A level plate that moves straight down or up has one value by symmetry.
+    Repeats may then have opposite forces across the motion, and are no outliers. These are plates that move along
+    themselves or along their normal: 3D-RFT (Agarwal et al., PNAS 120, e2214017120, 2023) has two values of one size
+    there. A level plate that moves straight down or up has one value by symmetry.
 
-    `tolerance_deg`: Tolerance of angles of the campaign's grid.
+    `runs`: Rows of the table of fits. `tolerance_deg`: Difference of each angle up to which directions are the same.
     """
     beta_deg, gamma_deg = (runs[name].to_numpy(float) for name in ("beta_deg", "gamma_deg"))
     # the plate moves along itself where beta + gamma is 0, along its normal where it is 90 degrees
@@ -166,9 +178,9 @@ def may_switch(runs: pd.DataFrame, tolerance_deg: float) -> npt.NDArray[np.bool_
 def _turn_to_one_side(
     alpha: FloatArray, gamma_deg: FloatArray, switches: npt.NDArray[np.bool_]
 ) -> FloatArray:
-    """Turn the force across the motion to one and the same side where grains may flow to either; shape (2, n), z and x.
+    """Turn the force across the motion to one and the same side where grains may flow to either; returns alpha, (2, n).
 
-    The force along the motion stays: grains resist on either side.
+    The force along the motion stays: grains resist on either side. `switches`: From `may_switch`.
     """
     gamma = np.radians(gamma_deg)
     # unit vectors, z and x: of the motion and at right angles to it
@@ -183,17 +195,22 @@ def _compare_with_repeats(
 ) -> _Compared:
     """Compare runs with the median of the others of their direction, where it has three or more.
 
-    `groups`: number of the direction of each run. `compared_alpha`: alpha whose distances count, (2, n).
+    `compared_alpha`: alpha whose distances count, from `_turn_to_one_side`, (2, n); `alpha` states the median.
     """
     # a component that nobody measured makes no difference
     filled_alpha, compared_alpha = (
         np.stack([of_z, np.where(np.isfinite(of_z) & np.isnan(of_x), 0.0, of_x)])
         for of_z, of_x in (alpha, compared_alpha)
     )
+    # alpha that is added to that of each direction, N/cm^3
     weakest = _CHOSEN.least_repeats * np.nanmax(np.abs(filled_alpha))
 
     def compare_group(members: npt.NDArray[np.intp]) -> tuple[FloatArray, FloatArray, float]:
-        """Return the median of the others, the difference from it relative to the size of alpha, and this size."""
+        """Compare the k runs of a direction, or some of them, by their indices.
+
+        Return the median of the others of each, (2, k), its distance from it relative to the size of alpha in the
+        direction, (k,), and this size, N/cm^3.
+        """
         median, compared_median = (
             np.stack([np.median(of_runs[:, members[members != run]], axis=1) for run in members], 1)
             for of_runs in (filled_alpha, compared_alpha)
@@ -205,6 +222,7 @@ def _compare_with_repeats(
         distance = np.hypot(*(compared_alpha[:, members] - compared_median))
         return median, distance / level, level
 
+    # first all runs beside their others, which gives the unit; off: relative to the size, level
     others = np.full(alpha.shape, math.nan)
     off, level = np.full(alpha.shape, math.nan)
     all_members = (np.flatnonzero(groups == group) for group in np.unique(groups))
@@ -221,6 +239,7 @@ def _compare_with_repeats(
     # clearer in units of the spread
     limits = [max(clear * unit, least) for clear, least in _CHOSEN.apart]
     apart = np.zeros(groups.size, dtype=bool)
+    # then, in these units, the runs apart; they stay less than half of their direction
     for members in large_groups:
         # a wrong run moves the median of the others, which then seem wrong: only the farthest is
         # left out at a time
@@ -241,10 +260,12 @@ def _compare_pairs(
 ) -> _Compared:
     """Compare the two runs of each direction, in standard errors by how all such pairs differ.
 
-    Which of the two is wrong stays open. `compared_alpha`, `groups`: see `_compare_with_repeats`.
+    Which of the two is wrong stays open: both are apart, or none. `compared_alpha`: see `_compare_with_repeats`.
+    `is_of_pair`: True for the runs of a direction with two runs, (n,).
     """
     filled_alpha = np.nan_to_num(compared_alpha)
     runs = np.flatnonzero(is_of_pair)
+    # indices of the two runs of each of the k pairs
     first, second = runs[np.argsort(groups[runs], kind="stable")].reshape(-1, 2).T
     sizes = (np.hypot(*filled_alpha[:, first]) + np.hypot(*filled_alpha[:, second])) / 2
     level = np.hypot(sizes, _CHOSEN.least_repeats * np.hypot(*filled_alpha).max())
@@ -254,12 +275,14 @@ def _compare_pairs(
     )
     # beds differ along the force more than across it
     along_and_across = unit_vectors(filled_alpha[:, first] + filled_alpha[:, second])
+    # along and across, relative to the size of alpha, shape (2, k)
     differences = np.abs((along_and_across * relative_difference).sum(axis=1))
     usual = np.array([[USUAL_BED_SPREAD], [_CHOSEN.pair_across]])
     unit = _unit_of_pairs(differences, usual)
     # noise and small errors of an angle are a larger part of alpha in the weakest directions
     weak = _CHOSEN.pair_floor * np.hypot(*filled_alpha).max() / level
     unit = np.sqrt(unit**2 + 2 * weak**2)
+    # the larger of both, in standard errors, shape (k,)
     of_pair = (differences / unit).max(axis=0)
     ranked = np.sort(of_pair)[::-1]
     # the clearest pair has to pass a higher limit where it is the only clear one
@@ -269,6 +292,7 @@ def _compare_pairs(
     least = np.array(_CHOSEN.pair_least)[:, None]
     is_apart = ((differences > limit * unit) & (differences > least)).any(axis=0)
     seen_from = np.maximum(_CHOSEN.pair_largest * unit, least).max(axis=0)
+    # of pairs back to runs
     n = groups.size
     others, apart = np.full((2, n), math.nan), np.zeros(n, dtype=bool)
     times_spread, seen = np.full((2, n), math.nan)
@@ -281,18 +305,19 @@ def _compare_pairs(
 
 
 def _unit_of_pairs(differences: FloatArray, usual: FloatArray) -> FloatArray:
-    """Estimate the standard deviation of the difference of each pair by all other pairs, along and across, (2, k).
+    """Estimate the standard deviation of the difference of each of k pairs by all other pairs, along and across, (2, k).
 
     A wrong pair does not show how pairs differ, so it is left out of its own unit. The squares of the others are capped
     at two standard deviations: their mean is as safe from a few wrong pairs as a median, with half the error.
-    `usual`: spread of single runs, shape (2, 1), which counts as a few more pairs.
+    `differences`: sizes, relative to alpha, (2, k). `usual`: spread of single runs, shape (2, 1), which counts as a few
+    more pairs; the difference of two runs has twice its variance.
     """
     count = differences.shape[1]
     other_pairs = count - 1
     squares = np.zeros(differences.shape)
     if other_pairs:
         is_other = ~np.eye(count, dtype=bool)
-        # each row: the others of one pair
+        # squares of the others of each pair, shape (2, k, k - 1)
         of_others = np.square(differences)[:, np.nonzero(is_other)[1]].reshape(
             2, count, other_pairs
         )
@@ -305,14 +330,18 @@ def _unit_of_pairs(differences: FloatArray, usual: FloatArray) -> FloatArray:
 
 
 def _compare_with_map(runs: pd.DataFrame, alpha: FloatArray) -> _Compared:
-    """Compare each run with alpha by a map of all others; NaN and False where too few are left to find outliers."""
+    """Compare each run with alpha by a map of all others; NaN and False where too few are left to find outliers.
+
+    The farthest run is left out of the map, then the next one, until the next one is no farther than by chance. `runs`:
+    Rows of the table of fits.
+    """
     beta, gamma = directions(runs)
     se = np.stack(alpha_columns(runs, "_se"))
     largest = float(np.nanmax(np.abs(alpha)))
     apart = np.zeros(beta.size, dtype=bool)
 
     def predict_from(is_used: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Alpha of each run by the used ones but itself, its difference in errors, and the error."""
+        """Alpha of each run by the used ones but itself, its difference in errors, and the error; each (2, n)."""
         predicted, error = _predict_from_others(
             beta, gamma, np.where(is_used, alpha, math.nan), alpha, se
         )
@@ -327,6 +356,7 @@ def _compare_with_map(runs: pd.DataFrame, alpha: FloatArray) -> _Compared:
             break
         # a wrong run distorts the map near itself, so the limit is estimated without this run
         new_predicted, new_times, new_error = predict_from(remaining)
+        # how many errors ordinary runs of this medium differ by
         unit = max(float(np.quantile(new_times[:, remaining], _CHOSEN.tail)), 0.1)
         off = np.nan_to_num(np.abs(alpha - new_predicted)[:, farthest]).max()
         is_usual = new_times[:, farthest].max() < _CHOSEN.times_map * unit
@@ -345,12 +375,15 @@ def _predict_from_others(
 ) -> tuple[FloatArray, FloatArray]:
     """Predict alpha of each run and its error, (2, n), N/cm^3, by all others that have a number in `used_alpha`.
 
-    The prior is the shape of known media, scaled to the size of this one. `beta`, `gamma`: rad, (n,). `alpha`, `se`: (2, n).
+    The prior is the shape of known media, scaled to the size of this one. `beta`, `gamma`: rad, (n,). `used_alpha`:
+    `alpha` with NaN for runs that are left out of all predictions, (2, n). `se`: standard error of `alpha`, (2, n).
     """
     count = beta.size
     mean, prior = published_shapes().moments(beta, gamma)
+    # indices of the used numbers among the 2 n of all runs, z first
     used = np.flatnonzero(np.isfinite(used_alpha.ravel()))
     data, noise = alpha.ravel()[used], np.nan_to_num(se.ravel()[used])
+    # of the medium, the factor on the known shape; the scatter depends on it, so it is found in rounds
     size = float(np.abs(data).sum() / np.abs(mean[used]).sum())
     for _ in range(3):
         scatter = np.hypot(USUAL_BED_SPREAD * mean, _CHOSEN.least * np.abs(mean).max()) * size
@@ -363,13 +396,14 @@ def _predict_from_others(
     predicted, error = np.full((2, 2 * count), math.nan)
     for run in range(count):
         # both components of a run are left out together; a block of the inverse does this without a
-        # new inverse
+        # new inverse (C. E. Rasmussen & C. K. I. Williams, Gaussian Processes, 2006, Eq. 5.12)
         components = np.flatnonzero(used % count == run)
         if components.size:
             block = np.linalg.inv(inverse[np.ix_(components, components)])
             predicted[used[components]] = data[components] - block @ off[components]
             error[used[components]] = np.sqrt(np.diag(block))
             continue
+        # a run that is not used, by all that are
         both = np.array([run, count + run])
         towards = covariance[np.ix_(both, used)]
         predicted[both] = size * mean[both] + towards @ off

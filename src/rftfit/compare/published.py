@@ -1,4 +1,9 @@
-"""The reproduction table: this campaign beside the paper, and the discrepancies within the paper."""
+"""The reproduction table (`reproduction.csv`): alpha, coefficients, zeta, chi, legs beside the paper's, with tolerances.
+
+A row is an `Item`: a number or a statement of the paper beside ours, with a verdict. Each function compares one table of
+the campaign with one table, figure or statement of the paper, and returns items; the robot's are in
+`rftfit.compare.robot`. `published` is the name of each medium of the campaign in the tables of the paper.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from rftfit.measure.alpha import cell_at, column, rows_at
+from rftfit.measure.alpha import column, rows_at
 from rftfit.model.fourier import METHODS, TERMS, TERMS_Z
 from rftfit.model.scaling import AS_PRINTED, GENERIC
 from rftfit.outputs.dictionary import columns_of
@@ -18,7 +23,8 @@ from rftfit.reference import MEDIA, coefficients, load
 SAME, DIFFERS, INCONSISTENT, UNJUDGED = "same", "differs", "paper inconsistent", "not judged"
 NOT_MEASURED = "not measured"
 VERDICTS = (DIFFERS, INCONSISTENT, UNJUDGED, SAME, NOT_MEASURED)
-"""Verdicts on an item, in the order of the table."""
+"""Verdicts on an item, in the order of the table. Inconsistent: the paper contradicts itself there. Not judged: this
+campaign cannot meet the statement. Not measured: there is no number of ours."""
 
 BY_CONSTRUCTION, MEASURED, CALIBRATED, TEXT = "by construction", "measured", "calibrated", "text"
 EVIDENCE = (MEASURED, CALIBRATED, BY_CONSTRUCTION, TEXT)
@@ -30,7 +36,7 @@ FROM_LOGS = "logs"
 
 
 class Tolerance(NamedTuple):
-    """Most that our number may differ from the paper's, and the reason."""
+    """Most that our number may differ from the paper's, in the unit of the item, and the reason for this limit."""
 
     value: float
     reason: str
@@ -46,8 +52,9 @@ class Item(NamedTuple):
     """A published number or statement beside ours: a row of the reproduction table.
 
     `item`: what is compared, with its unit; `where`: table, figure or text of the paper; `paper`: as
-    printed; `verdict`: one of `VERDICTS`; `evidence`: one of `EVIDENCE`, or `FROM_LOGS`; `why`: reason of the verdict;
-    `media`: those whose numbers are in our number, some perhaps several times; `interval`: our 95 % interval.
+    printed; `ours`: of this campaign; `verdict`: one of `VERDICTS`; `evidence`: one of `EVIDENCE`, or `FROM_LOGS`; `why`:
+    reason of the verdict; `tolerance`: NaN where no number is judged; `media`: names of those whose numbers are in our
+    number, some perhaps several times; `interval`: our 95 % interval, NaN where there is none.
     """
 
     item: str
@@ -62,7 +69,7 @@ class Item(NamedTuple):
     interval: tuple[float, float] = _NO_INTERVAL
 
     def row(self, doubts: Mapping[str, str]) -> tuple[object, ...]:
-        """Return the row of the table, columns `ITEM_COLUMNS`; `doubts`: by medium, written into the reason."""
+        """Return the row of the table, columns `ITEM_COLUMNS`; `doubts`: sentence by medium, written into the reason."""
         media = {*map(str, self.media)}
         reasons = [*(doubt for medium, doubt in doubts.items() if medium in media), self.why]
         ours = self.ours, *self.interval, *self.tolerance
@@ -78,6 +85,7 @@ class Item(NamedTuple):
 
 
 ITEM_COLUMNS = columns_of("reproduction.csv")
+"""Columns of the reproduction table."""
 
 
 def compare_numbers(
@@ -91,7 +99,7 @@ def compare_numbers(
     note: str = "",
     media: Iterable[Any] = (),
 ) -> Item:
-    """Compare two numbers: the same within a tolerance, or within our own interval.
+    """Compare two numbers: the same within a tolerance, or within our own interval; NaN of ours is not measured.
 
     `note`: words after the reason. The other parameters are fields of `Item`.
     """
@@ -116,7 +124,10 @@ def same_if(statement_holds: bool | np.bool_) -> str:
 def _compare_count(
     item: str, where: str, holds: pd.Series[bool], evidence: str, why: str
 ) -> list[Item]:
-    """Compare a statement of the paper on every medium; `holds`: by medium, whether the statement holds here."""
+    """Compare a statement of the paper on every medium, by the number of media in which it holds; one item, or none.
+
+    `holds`: by medium, whether the statement holds here. `item`, `where`, `evidence`, `why`: fields of `Item`.
+    """
     if not len(holds):
         return []
     verdict = same_if(holds.all())
@@ -156,10 +167,11 @@ _RECIPE = "by the transform inferred from the paper's own numbers, with the term
 def compare_alpha(
     tables: Mapping[str, pd.DataFrame], published: Mapping[str, str], tolerance_deg: float
 ) -> list[Item]:
-    """Compare alpha tables by medium with Table S5: share within its repeatability, and worst point.
+    """Compare alpha tables by medium with Table S5: share within its repeatability, worst point; and up with down.
 
-    `published`: name in the published tables by medium. `tolerance_deg`: tolerance of angles of the campaign's grid.
+    `tolerance_deg`: difference of each angle up to which directions are the same.
     """
+    # by medium: alpha_z straight down, and size of alpha_z straight up
     items, push_and_pull = [], {}
     for medium, table in tables.items():
         published_name = published.get(medium)
@@ -195,9 +207,9 @@ def compare_alpha(
                 media=[medium],
             ),
         ]
-        push, pull = (cell_at(table, 0, gamma, tolerance_deg) for gamma in (90, -90))
-        if push is not None and pull is not None:
-            push_and_pull[medium] = float(push[column("z")]), abs(float(pull[column("z")]))
+        directions = [*zip(paper["beta_deg"], paper["gamma_deg"], strict=True)]
+        push, pull = (ours[directions.index((0, gamma_deg)), 0] for gamma_deg in (90, -90))
+        push_and_pull[medium] = push, abs(pull)
     vertical = pd.DataFrame(push_and_pull, index=["push", "pull"]).T.dropna()
     pairs = (f"{medium} {push:.3f} and {pull:.3f}" for medium, push, pull in vertical.itertuples())
     return items + _compare_count(
@@ -212,9 +224,9 @@ def compare_alpha(
 def compare_coefficients(
     coefficient_table: pd.DataFrame, published: Mapping[str, str]
 ) -> list[Item]:
-    """Compare the table of Fourier coefficients, M0 and every zeta with Table S2.
+    """Compare the table of Fourier coefficients, M0 and every zeta with Table S2, and our two methods with each other.
 
-    `published`: name in the published tables by medium.
+    Only the method by which the paper made its numbers, `AS_PRINTED`, is compared with them.
     """
     items = []
     ours = coefficient_table[coefficient_table["method"] == AS_PRINTED]
@@ -254,7 +266,10 @@ def compare_coefficients(
 
 
 def _compare_uneven_steps(coefficient_table: pd.DataFrame) -> list[Item]:
-    """Compare the two large terms by the transform, which takes gamma as even, with those by least squares."""
+    """Compare the two large terms by the transform with those by least squares: the paper calls the error small.
+
+    The transform takes the steps of gamma, which are uneven, as even.
+    """
     large_terms = coefficient_table[
         coefficient_table["coefficient"].isin(["A00", "B01"])
         & (coefficient_table["medium"] != GENERIC)
@@ -281,7 +296,10 @@ def _compare_uneven_steps(coefficient_table: pd.DataFrame) -> list[Item]:
 def _compare_printed_zero(
     medium: str, term: str, row: Mapping[Any, Any], sources: Iterable[Any]
 ) -> Item:
-    """Compare a term that the paper prints as zero, though its stated rule may keep it; `sources`: media behind it."""
+    """Compare a term that the paper prints as zero, though its stated rule may keep it.
+
+    `row`: our row of the table of coefficients. `sources`: media behind it.
+    """
     name = f"{medium}: {term}, N/cm^3"
     relative = float(row["relative_to_A00"])
     if not math.isfinite(relative):
@@ -301,20 +319,10 @@ def _compare_printed_zero(
     )
 
 
-def sum_of_terms(printed: Mapping[str, float]) -> float:
-    """Add up the terms that Table S2 prints for a medium; the sum should be its zeta."""
-    return float(sum(printed[term] for term in TERMS_Z))
-
-
-def is_zeta_of_terms(printed: Mapping[str, float]) -> bool:
-    """Return True if the zeta that Table S2 prints for a medium is the sum of its terms, each rounded to 0.001."""
-    return abs(sum_of_terms(printed) - printed["zeta"]) <= 0.0025
-
-
 def _compare_zeta(medium: str, printed: Mapping[str, float], rows_of_medium: pd.DataFrame) -> Item:
-    """Compare zeta with the printed one, which may not be the sum of the printed terms.
+    """Compare zeta with the printed one, which should be, and may not be, the sum of the printed terms `TERMS_Z`.
 
-    `printed`: term and zeta by name. `rows_of_medium`: rows of our coefficients by the name of the term.
+    `printed`: terms and zeta of Table S2 by name. `rows_of_medium`: rows of our coefficients by the name of the term.
     """
     kept = rows_of_medium[rows_of_medium["kept"].astype(bool)]
     terms = kept.loc[kept.index.isin(TERMS_Z), "value_N_per_cm3"]
@@ -329,8 +337,10 @@ def _compare_zeta(medium: str, printed: Mapping[str, float], rows_of_medium: pd.
     )
     if item.verdict == NOT_MEASURED:
         return item
-    why = f"the printed terms add up to {sum_of_terms(printed):.3f}"
-    if is_zeta_of_terms(printed):
+    printed_sum = sum(printed[term] for term in TERMS_Z)
+    why = f"the printed terms add up to {printed_sum:.3f}"
+    # each is rounded to 0.001
+    if abs(printed_sum - printed["zeta"]) <= 0.0025:
         return item._replace(why=why)
     why += ", not to the printed zeta, which should be alpha_z fit(0, 90 deg)"
     return item._replace(verdict=INCONSISTENT, why=why)
@@ -345,9 +355,9 @@ _QUANTITIES_OF_S3 = (
 
 
 def compare_penetration(table: pd.DataFrame, published: Mapping[str, str]) -> list[Item]:
-    """Compare the table of vertical penetration with Table S3, and mean chi with the text.
+    """Compare the table of vertical penetration (`penetration.csv`) with Table S3, and mean chi with the text.
 
-    `published`: name in the published tables by medium.
+    Only rows by the method of the paper, of media that it has. The mean of chi needs all five of its media.
     """
     printed = load("table_s3").set_index(["medium", "quantity"])["value"].astype(float)
     ours = table[table["method"] == AS_PRINTED]
@@ -429,9 +439,10 @@ def leg_claims(
     """Compare the paper's statements on leg forces with this campaign, as far as its media can meet them.
 
     `errors`: table of `compare.legs.leg_errors`. `measured`: curves of all legs. `scaled`: table of vertical
-    penetration. `natural_sands`: names of media.
+    penetration. `natural_sands`: names of media. Statements on legs or profiles that were not compared give no item.
     """
     compared = errors[errors["peak_error_percent"].notna()]
+    # rows by profile: of both components, and of z alone
     peaks = {str(profile): rows for profile, rows in compared.groupby("profile")}
     lift = {profile: rows[rows["component"] == "z"] for profile, rows in peaks.items()}
     items: list[Item] = []
@@ -455,11 +466,16 @@ def leg_claims(
     return items
 
 
+CLOSE_MEDIA = 4
+"""Media, of the paper's five, in which its text has the peaks of the c-leg within 10 %."""
+
+
 def _compare_close_peaks(peaks: pd.DataFrame) -> list[Item]:
     """Compare the shares of peaks within 10 and 33 %, with lift and thrust together, as the paper states them.
 
-    `peaks`: rows of `compare.legs.leg_errors` for the measured table that have a peak error.
+    `peaks`: rows of `compare.legs.leg_errors` for the profile ``table`` that have a peak error.
     """
+    # by leg and medium, a column a component
     error_percent = peaks.pivot_table(
         index=["leg", "medium"], columns="component", values="peak_error_percent"
     )
@@ -510,14 +526,10 @@ def _compare_close_peaks(peaks: pd.DataFrame) -> list[Item]:
     return items
 
 
-CLOSE_MEDIA = 4
-"""Media, of the paper's five, in which its text has the peaks of the c-leg within 10 %."""
-
-
 def _judge_count(holds: pd.Series[bool], paper: int) -> str:
     """Judge a count that the paper has of all its media; fewer media differ only where more of them fail than in the paper.
 
-    `holds`: by medium, whether the statement holds here.
+    `holds`: by medium, whether the statement holds here. `paper`: in how many of its media it holds in the paper.
     """
     if holds.size >= len(MEDIA):
         return same_if(holds.sum() >= paper)
@@ -546,7 +558,7 @@ def _peaks_by_leg(lift: pd.DataFrame, origin: str, legs: tuple[str, ...]) -> pd.
 
 
 def _compare_measured_order(lift: pd.DataFrame) -> list[Item]:
-    """Compare the order of the measured peak lifts of the three legs."""
+    """Compare the order of the measured peak lifts of the three legs; `lift`: as in `_peaks_by_leg`."""
     peaks = _peaks_by_leg(lift, "measured", (C_LEG, FLAT, REVERSED))
     listed = "; ".join(
         f"{medium} {row[C_LEG]:.1f}, {row[FLAT]:.1f}, {row[REVERSED]:.1f} N"
@@ -558,7 +570,10 @@ def _compare_measured_order(lift: pd.DataFrame) -> list[Item]:
 
 
 def _compare_predicted_order(lift: pd.DataFrame, profile: str) -> list[Item]:
-    """Compare the order of the predicted peak lifts of reversed c-leg and flat leg."""
+    """Compare the order of the predicted peak lifts of reversed c-leg and flat leg; `lift`: as in `_peaks_by_leg`.
+
+    `profile`: name for people of the profile that these are by.
+    """
     peaks = _peaks_by_leg(lift, "predicted", (FLAT, REVERSED))
     is_below = peaks[REVERSED] < peaks[FLAT]
     exceptions = [
@@ -571,7 +586,10 @@ def _compare_predicted_order(lift: pd.DataFrame, profile: str) -> list[Item]:
 
 
 def _compare_depth_only(lift: pd.DataFrame) -> list[Item]:
-    """Compare the peak lifts by depth alone: the largest excess, and reversed c-leg against c-leg."""
+    """Compare the peak lifts by the baseline without angles: the largest excess, and reversed c-leg against c-leg.
+
+    `lift`: as in `_peaks_by_leg`.
+    """
     worst = lift.iloc[int(lift["peak_error_percent"].argmax())]
     largest = compare_numbers(
         "depth-only: largest overprediction of peak lift, %",
@@ -610,7 +628,10 @@ def _compare_depth_only(lift: pd.DataFrame) -> list[Item]:
 
 
 def _compare_suction(measured: pd.DataFrame) -> list[Item]:
-    """Compare whether the medium pulls the reversed c-leg down while it leaves; `measured`: curves of all legs."""
+    """Compare whether the medium pulls the reversed c-leg down while it leaves; `measured`: curves of all legs.
+
+    The leg leaves at theta above 0.
+    """
     readings = measured[(measured["leg"] == REVERSED) & (measured["theta_deg"] > 0)]
     least_lift = readings.groupby("medium")["force_z_N"].min().dropna()
     # 0.2 N: four standard deviations of the mean over a degree
@@ -624,7 +645,7 @@ def _compare_suction(measured: pd.DataFrame) -> list[Item]:
 
 
 def _compare_generic(laboratory: pd.DataFrame) -> list[Item]:
-    """Compare the errors of the scaled generic profile on the c-leg in the laboratory media.
+    """Compare the errors of the scaled generic profile on the c-leg in the laboratory media; one item, or none.
 
     `laboratory`: rows of `compare.legs.leg_errors` for this profile and these media.
     """
@@ -716,7 +737,8 @@ def _compare_sands(lift: pd.DataFrame, scaled: pd.DataFrame) -> list[Item]:
 def _compare_sieved(lift: pd.DataFrame, alpha: pd.Series[float]) -> list[Item]:
     """Compare how much sieving a sand reduces alpha_z(0, 90 deg) and the measured peak lift.
 
-    `lift`: see `_compare_sands`. `alpha`: alpha_z(0, 90 deg) by medium.
+    The sieved sand has the name of the sand with ``_sieved``. `lift`: see `_compare_sands`. `alpha`: alpha_z(0, 90 deg),
+    N/cm^3, by medium.
     """
     items = []
     peaks = lift.pivot_table(index="medium", columns="leg", values="peak_measured_N")

@@ -1,4 +1,10 @@
-"""The robot beside the paper: its statements, and the leg curvature that runs fastest."""
+"""The robot beside the paper: its statements as rows of the reproduction table, and the leg curvature that runs fastest.
+
+`speed` is the table of simulated runs (``speed.csv`` of a sweep): `medium`, `profile`, ``frequency_Hz``,
+``curvature_times_R`` (R'/r of the legs: 1 for the c-leg, 0 flat, -1 reversed), ``phase_turns`` (of the legs at the
+start), `outcome` and, where steady, ``speed_cm_per_s``. `errors` are the speeds beside the measured ones, a row a
+condition (curvature and frequency) on a profile.
+"""
 
 from __future__ import annotations
 
@@ -31,6 +37,7 @@ PAPER_SHARES = {20: 90.0, 35: 100.0}
 """Share of the measured speeds, %, that the paper's simulation meets, by the percentage within which it meets them."""
 
 BEST_HZ, BEST_CURVATURE, BEST_SPEED_CM_PER_S = 5.0, 0.86, 72.0
+"""Best curvature R'/r and its speed at this frequency, by the text of the paper on Fig. 4D."""
 
 _WHERE = "text, Fig. 4C"
 _TITLES = {"table": "measured table", "generic": "scaled generic", "depth_only": "depth-only"}
@@ -52,7 +59,10 @@ _NEAR_ONE = 0.8
 
 
 def robot_claims(errors: pd.DataFrame, optimum: pd.DataFrame, speed: pd.DataFrame) -> list[Item]:
-    """Compare the paper's statements on the robot with this campaign, as far as its runs allow."""
+    """Compare the paper's statements on the robot with this campaign, as far as its runs allow.
+
+    `optimum`: table of `optima`.
+    """
     items: list[Item] = []
     for profile, errors_of_profile in errors.groupby("profile", sort=False):
         items += _compare_shares(errors_of_profile, str(profile))
@@ -78,7 +88,7 @@ def robot_claims(errors: pd.DataFrame, optimum: pd.DataFrame, speed: pd.DataFram
 
 
 def _compare_overturning(speed: pd.DataFrame) -> list[Item]:
-    """Compare whether the robot turns over near the c-leg where forces depend on depth only."""
+    """Compare whether the robot turns over near the c-leg where forces depend on depth only; one item, or none."""
     near = speed[(speed["profile"] == "depth_only") & (speed["curvature_times_R"] >= _NEAR_ONE)]
     if near.empty:
         return []
@@ -97,7 +107,10 @@ def _compare_overturning(speed: pd.DataFrame) -> list[Item]:
 
 
 def _compare_phases(speed: pd.DataFrame) -> list[Item]:
-    """Compare how much the starting phase changes a steady speed."""
+    """Compare how much the starting phase changes a steady speed: in steady motion nothing of it should be left.
+
+    By the largest range of speeds over the phases at one curvature and frequency; one item.
+    """
     steady_runs = speed[(speed["profile"] == "table") & (speed["outcome"] == "steady")]
     grouped = steady_runs.groupby(["curvature_times_R", "frequency_Hz"])["speed_cm_per_s"]
     spread = (grouped.max() - grouped.min())[grouped.size() > 1]
@@ -111,7 +124,10 @@ def _compare_phases(speed: pd.DataFrame) -> list[Item]:
 
 
 def _compare_shares(errors: pd.DataFrame, profile: str) -> list[Item]:
-    """Compare the shares of speeds within some errors, which the paper states for the measured table alone."""
+    """Compare the shares of speeds within some errors, which the paper states for the measured table alone.
+
+    Conditions that the robot was calibrated on do not count. `errors`: rows of one `profile`.
+    """
     items = []
     predicted = errors[errors["calibrated"] == "no"]
     title = _TITLES.get(profile, profile)
@@ -146,9 +162,10 @@ def _compare_shares(errors: pd.DataFrame, profile: str) -> list[Item]:
 
 
 def _describe_outside(errors: pd.DataFrame, percent: float, profile: str) -> str:
-    """Name the worst conditions, and what most of them have in common."""
+    """Name the worst conditions outside `percent`, and what most of them have in common; `errors`: rows of a profile."""
     off = errors["error_percent"].to_numpy(float)
     rows = errors[~(np.abs(off) <= percent) & np.isfinite(errors["measured_cm_per_s"])]
+    # a condition without a predicted speed is the worst
     order = rows["error_percent"].abs().sort_values(ascending=False, na_position="first").index
     worst = []
     for row in rows.loc[order[:3]].to_dict("records"):
@@ -164,7 +181,7 @@ def _describe_outside(errors: pd.DataFrame, percent: float, profile: str) -> str
 
 
 def _compare_best(row: dict[Any, Any]) -> list[Item]:
-    """Compare the best curvature and its speed; `row`: of `optima`."""
+    """Compare the best curvature and its speed, two items; `row`: of `optima`, by the measured table at `BEST_HZ`."""
     where = "text, Fig. 4D"
     calibrated = row["calibrated"] == "yes"
     note = "the robot was calibrated on this number" if calibrated else ""
@@ -185,6 +202,7 @@ COLUMNS = columns_of("robot/optimum.csv")
 reading is the range that the points of the sweep leave for the top."""
 
 FEWEST_CURVATURES = 5
+"""Fewest curvatures at one frequency among which a best one is looked for."""
 WINDOW = 0.2
 """Largest distance of R'/r from the fastest one, of points that the parabola is fitted to."""
 _SEED = 2013
@@ -196,7 +214,7 @@ def optima(
     confidence: float = 0.95,
     widths: pd.DataFrame | None = None,
 ) -> pd.DataFrame:
-    """Find the leg curvature that runs fastest at every stride frequency with enough curvatures.
+    """Find the leg curvature that runs fastest at every stride frequency with enough curvatures; a row of `COLUMNS` each.
 
     The best curvature is the top of the parabola through the points within 0.2 of the fastest one
     (`rftfit.robot.sweep.best_curvature`). Its interval is that of the errors of alpha, by `widths`
@@ -206,7 +224,8 @@ def optima(
     states how well a top can be read off a curve that is known at some points and starting phases only. It is
     never narrower than half a step of the curvatures to either side. Where the top is a grid point
     itself, the range reaches to the neighbouring points. `calibrated`: frequencies (Hz) whose optimum, on the
-    profile ``table``, the robot was calibrated on.
+    profile ``table``, the robot was calibrated on. `confidence`: level of the ranges. `widths`: half widths by the
+    errors of alpha; None: not known.
     """
     half_width_of = half_widths(widths, BEST)
     rows = []
@@ -231,11 +250,12 @@ def optima(
 
 
 def _optimum(runs: pd.DataFrame, confidence: float, half_width: float) -> dict[str, object]:
-    """Return the columns of `optima` on the best curvature of the runs of one frequency.
+    """Return the columns of `optima` on the best curvature of the runs of one frequency, profile and medium.
 
-    `half_width`: of the interval of the best curvature by the errors of alpha.
+    `half_width`: of the interval of the best curvature by the errors of alpha; NaN where it is not known.
     """
     steady = runs[runs["outcome"] == "steady"].astype({"speed_cm_per_s": float})
+    # speeds of the starting phases by curvature, increasing
     groups = dict(iter(steady.groupby("curvature_times_R")["speed_cm_per_s"]))
     lost = runs["curvature_times_R"].nunique() - len(groups)
     row: dict[str, object] = {"curvatures": len(groups)}
@@ -247,7 +267,7 @@ def _optimum(runs: pd.DataFrame, confidence: float, half_width: float) -> dict[s
     mean = np.array([speeds_of_phases.mean() for speeds_of_phases in speeds])
     best, top_speed = best_curvature(curvature, mean)
     fastest = int(np.argmax(mean))
-    lo, hi = optimum_interval(curvature, speeds, best, confidence)
+    lo, hi = optimum_interval(curvature, speeds, mean, best, confidence)
     return row | {
         "best_curvature_times_R": best,
         "best_curvature_from_alpha_lo": best - half_width,
@@ -261,14 +281,19 @@ def _optimum(runs: pd.DataFrame, confidence: float, half_width: float) -> dict[s
 
 
 def optimum_interval(
-    curvature: FloatArray, speeds: list[FloatArray], best: float, confidence: float
+    curvature: FloatArray,
+    speeds: list[FloatArray],
+    mean: FloatArray,
+    best: float,
+    confidence: float,
 ) -> tuple[float, float]:
-    """Find the range of reading of the `best` curvature (see `optima`).
+    """Find the range of reading of the `best` curvature (see `optima`): its lower and upper end.
 
-    `curvature`: increasing, shape (n,). `speeds`: at each curvature, those of the starting phases.
+    `curvature`: increasing, shape (n,). `speeds`: at each curvature, those of the starting phases, cm/s; `mean`: the
+    mean of these, (n,).
     """
-    mean = np.array([speeds_of_phases.mean() for speeds_of_phases in speeds])
     fastest = int(np.argmax(mean))
+    # points that the parabola is fitted to
     near = np.flatnonzero(np.abs(curvature - curvature[fastest]) <= WINDOW + 1e-9)
     if near.size < 4 or best == curvature[fastest]:
         # the neighbours of the fastest point

@@ -1,4 +1,9 @@
-"""Natural sands: the linear regime of penetration tests, and corrections of the generic profile on trial."""
+"""Natural sands (`sands.csv`, `sand_correction.csv`): linear regime and zeta of penetration tests, corrections on trial.
+
+A penetration test is a push of a level plate straight down, the only plate run of a natural sand. Its *regime* is the
+range of depth, from 0, over which its stress is a line. zeta scales the generic profile M0 to the sand; chi, of the
+reference media, is measured alpha_z(0, 90 deg) over zeta.
+"""
 
 from __future__ import annotations
 
@@ -38,12 +43,13 @@ _NO_LINEAR_REGIME = remark(
 def bend_of(depth: FloatArray, stress: FloatArray) -> float:
     """Return the bend of a curve through zero: distance of a fitted parabola from the line at its end, over the line.
 
-    Positive where the curve steepens; NaN where there are not two depths.
+    Positive where the curve steepens; NaN where there are not two depths. `depth`: cm, `stress`: in any unit, (n,).
     """
     if depth.size < 2 or not np.ptp(depth) > 0:
         return math.nan
     (slope, curvature), *_ = np.linalg.lstsq(np.stack([depth, depth**2], axis=1), stress, None)
     end = float(depth.max())
+    # fitted lift of the line and of the parabola at the deepest sample
     line = float(zero_intercept(depth, stress[None])[0][0]) * end
     return float(slope * end + curvature * end**2 - line) / line if line else math.nan
 
@@ -52,7 +58,7 @@ def linear_end(depth: FloatArray, stress: FloatArray) -> float:
     """Find the depth, cm, to which a tared penetration curve is linear.
 
     The regime grows step by step as long as its bend stays small; NaN if even the shallowest part is bent more, or
-    there are too few samples.
+    there are too few samples. `depth`: cm, `stress`: in any unit, NaN where unknown, shape (n,).
     """
     good = np.isfinite(stress) & (depth > 0)
     depth, stress = depth[good], stress[good]
@@ -73,11 +79,11 @@ def penetration_rows(
 ) -> list[dict[str, object]]:
     """Make rows of `SAND_COLUMNS`: slope and zeta of every penetration test of a natural sand over its linear regime.
 
-    A test has a row for the detected regime, and one for the stated regime where the config states one. A test without
-    a tared stroke has one row with the reason. `tables`: ``runs``, ``tares``, ``fits``, ``alpha`` and ``tared`` of the
-    sand. `chi`: those of the reference media.
+    A test has a row for the detected regime, and one for the stated regime where the config states one, told apart by
+    the column `window`. A test without a tared stroke has one row with the reason, behind the others. `tables`:
+    ``runs``, ``tares``, ``fits``, ``alpha`` and ``tared`` of the sand. `chi`: those of the reference media, shape (media,).
     """
-    config, tared = campaign.config, tables["tared"]
+    config = campaign.config
     tolerance_deg = config.grid.angle_tolerance_deg
     row_of_run = {str(row["run_id"]): row for row in tables["runs"].to_dict("records")}
     tests = [
@@ -86,45 +92,29 @@ def penetration_rows(
         if (run.kind, run.direction) == ("plate", "intrusion")
         and is_straight_down(run.beta_deg, run.gamma_deg, tolerance_deg)
     ]
-    samples = split_runs(tared)
-    depth_cm, force_N = (tared[name].to_numpy(float) for name in ("depth_cm", "force_z_N"))
-    detected_cm = {
-        run.run_id: linear_end(depth_cm[samples[run.run_id]], force_N[samples[run.run_id]])
-        for run in tests
-        if run.run_id in samples
-    }
-    fits = tables["fits"]
-    if detected_cm:
-        fits = fit_medium(campaign, medium, tables["runs"], tared, tables["tares"], detected_cm)[0]
-    # ends of the regimes by run, and fits over them, by the name of the window
-    windows = {"detected": (detected_cm, fits)}
-    if stated_cm := config.media[medium].linear_to_cm:
-        stated = dict.fromkeys(detected_cm, stated_cm), tables["fits"]
-        windows = {"stated": stated} | windows
-    fit_of_run = {
-        window: table.set_index("run_id").to_dict("index") for window, (_, table) in windows.items()
-    }
+    regimes = _fit_regimes(campaign, medium, tables, [run.run_id for run in tests])
+    deepest_cm = tables["tared"].groupby("run_id", observed=True)["depth_cm"].max()
+    # error of the height of the surface
     surface = errors_of(tables["fits"], config)[1]
     bed_and_rod = _bed_and_rod_error(tables["alpha"], tolerance_deg)
     rows: list[dict[str, object]] = []
     untested_rows: list[dict[str, object]] = []
     for run in tests:
         key: dict[str, object] = {"medium": medium, "run_id": run.run_id}
-        if run.run_id not in detected_cm:
+        if run.run_id not in regimes["detected"]:
             code = "no-curve" if campaign.numbers else "no-tared-stroke"
             why = reason_of(row_of_run[run.run_id]) or [remark(code, tare=run.tare_run)]
-            untested_rows.append(key | {"window": next(iter(windows))} | reason_columns(why))
+            untested_rows.append(key | {"window": next(iter(regimes))} | reason_columns(why))
             continue
-        deepest_cm = np.nanmax(depth_cm[samples[run.run_id]])
-        for window, (ends_cm, _) in windows.items():
-            end_cm, fit = ends_cm[run.run_id], fit_of_run[window][run.run_id]
+        for window, regime_of_run in regimes.items():
+            end_cm, fit = regime_of_run[run.run_id]
             numbers: dict[str, float] = {}
             reason: tuple[Remark, ...] = (_NO_LINEAR_REGIME,)
             if end_cm > 0:
                 numbers, reason = _slope_and_zeta(
                     fit, config.fit.confidence, chi, surface, bed_and_rod
                 )
-            if window == "detected" and end_cm > deepest_cm - _CHOSEN.step_cm:
+            if window == "detected" and end_cm > deepest_cm[run.run_id] - _CHOSEN.step_cm:
                 reason += (remark("no-linear-end"),)
             if campaign.holds_tare(run):
                 reason += (remark("no-tare"),)
@@ -133,8 +123,43 @@ def penetration_rows(
     return rows + untested_rows
 
 
+def _fit_regimes(
+    campaign: Campaign, medium: str, tables: Mapping[str, pd.DataFrame], run_ids: list[str]
+) -> dict[str, dict[str, tuple[float, Row]]]:
+    """Find the linear regimes of penetration tests, and the fits over them.
+
+    Returns, for the regime ``stated`` where the config states one, then for ``detected``: by run_id, for each test with a
+    tared stroke, the end of the regime, cm, and its row of fits. `run_ids`: of the tests. `tables`: as in
+    `penetration_rows`.
+    """
+    tared, fits = tables["tared"], tables["fits"]
+    # rows of the samples of each run
+    samples = split_runs(tared)
+    depth_cm, force_N = (tared[name].to_numpy(float) for name in ("depth_cm", "force_z_N"))
+    detected_cm = {
+        run_id: linear_end(depth_cm[samples[run_id]], force_N[samples[run_id]])
+        for run_id in run_ids
+        if run_id in samples
+    }
+    regimes = {}
+    if stated_cm := campaign.config.media[medium].linear_to_cm:
+        row_of_run = fits.set_index("run_id").to_dict("index")
+        regimes["stated"] = {run_id: (stated_cm, row_of_run[run_id]) for run_id in detected_cm}
+    if detected_cm:
+        # slopes again, each over its detected regime
+        fits = fit_medium(campaign, medium, tables["runs"], tared, tables["tares"], detected_cm)[0]
+    row_of_run = fits.set_index("run_id").to_dict("index")
+    regimes["detected"] = {
+        run_id: (end_cm, row_of_run[run_id]) for run_id, end_cm in detected_cm.items()
+    }
+    return regimes
+
+
 def _bed_and_rod_error(alpha: pd.DataFrame, tolerance_deg: float) -> float:
-    """Return the relative error of a single test by its bed and by the bed of its rod, which no window changes."""
+    """Return the relative error of a single test by its bed and by the bed of its rod, which no window changes.
+
+    `alpha`: Alpha table of the sand; 0 where it does not have the cell (0, 90) deg.
+    """
     cell = cell_down(alpha, tolerance_deg)
     if cell is None:
         return 0.0
@@ -147,8 +172,8 @@ def _slope_and_zeta(
 ) -> tuple[dict[str, float], tuple[Remark, ...]]:
     """Return the slope over one linear regime with the errors of a single test, and zeta from it, or why there is none.
 
-    `fit`: row of the table of fits. `chi`: those of the reference media. `surface`: error of its height.
-    `bed_and_rod`: from `_bed_and_rod_error`.
+    Returns columns of `SAND_COLUMNS` and the reasons for those that are missing. `fit`: row of the table of fits. `chi`:
+    those of the reference media. `surface`: error of its height. `bed_and_rod`: from `_bed_and_rod_error`.
     """
     if why := reason_of(fit):
         return {}, why
@@ -160,9 +185,11 @@ def _slope_and_zeta(
         ErrorTerm(by_surface * surface.run, surface.dof),
     ]
     parts += [ErrorTerm(by_surface * surface.session), ErrorTerm(alpha * bed_and_rod)]
+    # half width of the interval of alpha
     half = combined_half_width(parts, confidence) if math.isfinite(se) else math.nan
     row = {column("z"): alpha, column("z", "_lo"): alpha - half, column("z", "_hi"): alpha + half}
     row["nonlinear_z_ratio"] = float(fit["nonlinear_z_ratio"])
+    # the standard error that a nearly normal interval as wide has
     se = half / float(student_quantile(confidence, GIVEN_DOF))
     try:
         scaled = scale_new_medium(alpha, se, chi, confidence)
@@ -173,7 +200,7 @@ def _slope_and_zeta(
 
 
 MODELS = ("none", "one factor", "factors for z and x")
-"""Models of a correction of the generic profile in a sand."""
+"""Models of a correction of the generic profile in a sand: factors on the predicted forces z and x."""
 
 WORTH: float = _CHOSEN.worth
 """Least part by which factors must reduce the error in cross-validation to be worth using."""
@@ -182,8 +209,10 @@ WORTH: float = _CHOSEN.worth
 def fit_corrections(measured: pd.DataFrame, predicted: pd.DataFrame) -> pd.DataFrame:
     """Fit factors on the scaled generic profile in every natural sand, and cross-validate them.
 
-    `measured` and `predicted` are leg curves of the natural sands and their predictions by the
-    scaled generic profile. With fewer than three legs there is no cross-validation.
+    The paper asks for such factors; a factor is worth using only if it reduces the error on a leg that it was not fitted
+    to. Returns a row of `CORRECTION_COLUMNS` for each sand and model. `measured` and `predicted` are leg curves of the
+    natural sands (medium, leg, theta_deg, force_z_N, force_x_N) and their predictions by the scaled generic profile.
+    With fewer than three legs there is no cross-validation.
     """
     if measured.empty or predicted.empty:
         return pd.DataFrame(columns=CORRECTION_COLUMNS)
@@ -223,15 +252,15 @@ def fit_corrections(measured: pd.DataFrame, predicted: pd.DataFrame) -> pd.DataF
 
 
 def _forces_of_leg(leg: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
-    """Return measured and predicted force of one leg, each of shape (2, n), z and x."""
+    """Return measured and predicted force of one leg, N, each of shape (2, n), z and x."""
     measured = leg[["force_z_N_measured", "force_x_N_measured"]].to_numpy(float).T
     return measured, leg[["force_z_N", "force_x_N"]].to_numpy(float).T
 
 
 def _fit_factors(legs: list[tuple[FloatArray, FloatArray]], model: str) -> FloatArray:
-    """Fit factors of the predicted forces z and x by least squares: sum of measured times predicted over squares.
+    """Fit factors of the predicted forces z and x, shape (2,): sum of measured times predicted over squares.
 
-    `legs`: measured and predicted force of each. `model`: one of `MODELS`.
+    That is least squares. `legs`: measured and predicted force of each leg. `model`: one of `MODELS`.
     """
     if model == "none":
         return np.ones(2)
@@ -243,7 +272,10 @@ def _fit_factors(legs: list[tuple[FloatArray, FloatArray]], model: str) -> Float
 
 
 def _rms(legs: list[tuple[FloatArray, FloatArray]], factors: list[FloatArray]) -> float:
-    """Return the root mean square of factor times predicted less measured force, over all legs and both components."""
+    """Return the root mean square of factor times predicted less measured force, N, over all legs and both components.
+
+    `factors`: of z and x, shape (2,), for each of the `legs`.
+    """
     squares = [
         ((factor[:, None] * predicted - measured) ** 2).ravel()
         for (measured, predicted), factor in zip(legs, factors, strict=True)

@@ -1,4 +1,4 @@
-"""Parses lines of a table to columns: fast by Arrow where a block is clean, line by line where it is not.
+"""Parses lines of a table to columns, and counts bad rows by reason: fast by Arrow, line by line where a line is bad.
 
 A *block* is some whole lines of a file, in bytes (`body`); a file is parsed block by block. A `Layout` states how its
 lines are split into cells and what each column holds; it is guessed by `rftfit.logs.delimited` or stated by a dialect.
@@ -600,7 +600,10 @@ def read_cells_of(layout: Layout, body: bytes, width: int) -> Any | None:
 
 
 def _rows_of_table(layout: Layout, table: Any) -> ParsedRows | None:
-    """Convert a table of `read_cells_of`; None where a cell cannot be converted, or an integer has no value."""
+    """Convert a table of `read_cells_of` to the columns of `ParsedRows`, all its rows being good.
+
+    None where a cell cannot be converted, or an integer has no value: the lines are then parsed by hand.
+    """
     import pyarrow as pa
 
     columns: dict[str, np.ndarray] = {}

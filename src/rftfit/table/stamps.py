@@ -82,7 +82,7 @@ def _named_month(text: str) -> re.Match[str] | None:
 
 
 def _with_month_number(text: str) -> str:
-    """Return a text with 2026-02-03 in place of 03-Feb-2026; other texts come back unchanged."""
+    """Return a text with 2026-02-03 in place of 03-Feb-2026 at its beginning; other texts come back unchanged."""
     date = _named_month(text)
     if date is None:
         return text
@@ -185,8 +185,8 @@ def seconds_of_column(cells: Any, order: str) -> FloatArray | None:
         times[np.asarray(cells.is_valid())] = times_stated
         return times
     try:
-        first = cells[0].as_py().strip(" \t")
         cells = pc.utf8_trim(cells, " \t")
+        first = cells[0].as_py()
         if _CLOCK.fullmatch(first):
             if _COLON_BEFORE_FRACTION.fullmatch(first):
                 cells = pc.replace_substring_regex(

@@ -155,7 +155,7 @@ def records_of(lines: Iterable[str], delimiter: str) -> Iterator[list[str]]:
 
 def _split_at_blanks(line: str) -> list[str]:
     """Split a line at runs of blanks and tabs."""
-    return [cell for cell in line.rstrip("\r\n").replace("\t", " ").split(" ") if cell]
+    return re.findall(r"[^ \t]+", line.rstrip("\r\n"))
 
 
 def unique_names(names: list[str]) -> tuple[str, ...]:

@@ -89,7 +89,10 @@ def canonical_unit(text: str) -> str:
 
 
 def is_unit(text: str) -> bool:
-    """Return whether a text spells a unit of this module in any way, or a product or ratio of such units."""
+    """Return whether a text spells a unit of this module in any way, or a product or ratio of such units: N/m^2, kg*m/s.
+
+    Names of columns, such as F1, are none.
+    """
     text = _without_brackets(text)
     if canonical_unit(text) in _SPELLINGS:
         return True
@@ -120,6 +123,7 @@ def split_unit(cell: str, more: frozenset[str] = frozenset()) -> tuple[str, str]
     if numbered and is_unit(numbered["unit"]):
         number = " ".join(numbered["number"].split())
         return f"{numbered['head']} {number}", canonical_unit(numbered["unit"])
+    # what looks like a unit is a part of the name, or the cell is a unit without a name
     if _WITH_INDEX.fullmatch(cell) or ("/" in cell and is_unit(cell)):
         return cell, ""
     match = _NAME_WITH_UNIT.match(cell)

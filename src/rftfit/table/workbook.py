@@ -1,7 +1,7 @@
 """Opens workbooks (xlsx), and converts each cell to the text that a csv of the sheet would hold.
 
 Sheets and logs in workbooks are then read as their csv is. `value` stands for the value of a cell as openpyxl returns
-it: None, bool, int, float, str, a type of `_MOMENTS`, or an object for an array formula.
+it: None, bool, int, float, str, a type of `MOMENTS`, or an object for an array formula.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ NO_RESULT = (
     "a formula whose result the workbook does not hold: open and save it in a spreadsheet program"
 )
 """Refusal of a cell that a program wrote as a formula without calculating it."""
-_MOMENTS = (dt.date, dt.time, dt.timedelta)
-"""Types of cells that are times."""
+MOMENTS = (dt.date, dt.time, dt.timedelta)
+"""Types of cells that are dates, times of day or durations."""
 
 
 @contextmanager
@@ -63,11 +63,6 @@ def place_of_column(letters: str) -> int:
     for letter in letters:
         number = 26 * number + ord(letter) - ord("A") + 1
     return number - 1
-
-
-def is_moment(value: Any) -> bool:
-    """Return whether the value of a cell is a date, a time of day or a duration."""
-    return isinstance(value, _MOMENTS)
 
 
 def formula_of(value: Any) -> str:
