@@ -1,4 +1,8 @@
-"""Likelihood of measured numbers of a medium, for any size and any departure from the known shape."""
+"""Likelihood of measured numbers of a medium, for any size and any departure from the known shape.
+
+Numbers y are s (m + d) with normal errors: s is the size of the medium, m the mean shape of known media at these numbers, d
+normal with the covariance lambda (C + (1 - w) K + w R) of `rftfit.model.prior`. lambda is called departure, w rough share.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +34,7 @@ class Measurements(NamedTuple):
     covariance: FloatArray
 
     def with_rounding(self) -> Measurements:
-        """Add a variance of rounding to the covariance, so that it has an inverse even for exact numbers."""
+        """Return the numbers with a variance of rounding in their covariance, so that it has an inverse even for exact ones."""
         scale = float(np.abs(self.y).max()) or 1.0
         covariance = self.covariance.copy()
         covariance[np.diag_indices(self.y.size)] += (1e-6 * scale) ** 2
@@ -46,7 +50,8 @@ class Likelihood:
     and x are independent, S has two parts, and the decomposition takes a quarter of the time. For few numbers, or if S
     has one part, B B' is added to S instead.
 
-    `rough_share`: w.
+    `rough_share`: w. `first_size`: estimate of s, N/cm^3, about which sizes are tried. `least_error`: least standard error
+    of a number without the scatter of beds, N/cm^3. Raises ValueError where the numbers show no resistance.
     """
 
     def __init__(self, measurements: Measurements, rough_share: float) -> None:
@@ -60,6 +65,7 @@ class Likelihood:
         whiten = whitening(covariance)
         parts = _independent_parts(prior.smooth, covariance)
         if self.y.size <= _CHOSEN.few_numbers or len(parts) == 1:
+            # all of the covariance in S, and no B
             parts = [np.arange(self.y.size)]
             rests = [prior.covariance(rough_share)]
             between = prior.between[:0]
@@ -100,7 +106,8 @@ class Likelihood:
     def log_likelihood(self, sizes: FloatArray, departures: FloatArray) -> FloatArray:
         """Return the logarithm of the likelihood, shape (departures, sizes), but for a constant.
 
-        It is -(log det V + r' V^-1 r) / 2 with the residual r = y - s m and the covariance V = 1 + t (B B' + S).
+        It is -(log det V + r' V^-1 r) / 2 with the residual r = y - s m and the covariance V = 1 + t (B B' + S). `sizes`:
+        s, N/cm^3; `departures`: lambda; every pair of them is tried.
         """
         variance = (departures[:, None] * sizes**2).ravel()
         diagonal = 1 + variance[:, None] * self._eigenvalues
@@ -127,7 +134,7 @@ class Likelihood:
 
     @cached_property
     def expected_size(self) -> float:
-        """Posterior mean of the size for lambda = 1."""
+        """Posterior mean of the size for lambda = 1, N/cm^3."""
         sizes, weights = weigh([self], np.ones(1), np.zeros((1, 1, 1)))
         return float(weights[0, 0] @ sizes)
 
@@ -140,7 +147,10 @@ class Likelihood:
         return np.asarray(without_between - over * (variance * (factors @ self._between)))
 
     def solve(self, residual: FloatArray, variance: FloatArray) -> FloatArray:
-        """Return the inverse covariance of the numbers times `residual`, (draws, n); `variance`: t, (draws, 1)."""
+        """Return the inverse covariance of the numbers times `residual`, (draws, n), in their own axes.
+
+        `variance`: t of each draw, (draws, 1).
+        """
         in_axes = self._solve_in_axes(self._to_axes(residual), variance)
         answer = np.empty_like(residual)
         ends = np.cumsum([part.indices.size for part in self._parts])[:-1]
@@ -149,22 +159,23 @@ class Likelihood:
         return answer
 
     def chi_squared(self, size: float) -> float:
-        """Return chi squared of the numbers about the mean shape of this size, for lambda = 1."""
+        """Return chi squared of the numbers about the mean shape of this size (N/cm^3), for lambda = 1."""
         residual = (self._y - size * self._mean)[None]
         return float((residual * self._solve_in_axes(residual, np.full((1, 1), size**2))).sum())
 
     def fit_horizontal_ratio(self, is_x: npt.NDArray[np.bool_], size: float) -> tuple[float, float]:
         """Fit alpha_x over alpha_z relative to this ratio in known media; return it and the standard error of its log.
 
-        By generalised least squares with one factor on the mean shape for each component; NaN if one component was not
-        measured. If a factor is not positive, returns 0 and the relative error of the difference of both factors.
-        `is_x` (n,): True for numbers that are alpha_x.
+        A ratio far from 1 shows a swapped or wrongly scaled axis. By generalised least squares with one factor on the mean
+        shape for each component; NaN if one component was not measured. If a factor is not positive, returns 0 and the
+        relative error of the difference of both factors. `is_x` (n,): True for numbers that are alpha_x. `size`: N/cm^3.
         """
         if is_x.all() or not is_x.any():
             return math.nan, math.nan
         design = self._to_axes(np.stack([self.mean * ~is_x, self.mean * is_x]))
         weighted = self._solve_in_axes(design, np.full((2, 1), size**2))
         covariance = np.linalg.pinv(weighted @ design.T)
+        # factors of the components z and x, and below the covariance of their errors
         z, x = (float(factor) for factor in covariance @ (weighted @ self._y))
         (zz, zx), (_, xx) = covariance
         if min(z, x) <= 0:
@@ -212,7 +223,7 @@ class Likelihood:
 def weigh(
     likelihoods: list[Likelihood], departures: FloatArray, log_prior: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return sizes (k,), evenly spaced in their logarithm, and the posterior weight of each w, lambda and size.
+    """Return sizes (k,), N/cm^3, evenly spaced in their logarithm, and the posterior weights of w, lambda and size, (w, lambda, k).
 
     `likelihoods`: one for each w. `log_prior`: of w and lambda, shape (w, lambda, 1). The weights sum to 1. The prior
     of the logarithm of the size is flat, but falls for sizes that the errors would hide: pushes in directions where
@@ -236,7 +247,8 @@ def weigh(
 class _EigenPart(NamedTuple):
     """Eigendecomposition of whitened S for numbers that neither S nor errors connect with others.
 
-    `indices`: of the numbers. `axes`: eigenvectors in rows, times the whitening.
+    `indices`: of the k numbers. `eigenvalues`: (k,), at least 0. `axes`: eigenvectors in rows, times the whitening,
+    (k, k): numbers times its transpose have independent errors of 1, and S is diagonal.
     """
 
     indices: npt.NDArray[np.intp]
@@ -256,14 +268,17 @@ class _EigenPart(NamedTuple):
 
 
 def _independent_parts(rest: Blocks, covariance: FloatArray) -> list[npt.NDArray[np.intp]]:
-    """Return the indices of numbers in two parts that neither S nor errors connect, or else in one part."""
+    """Return the indices of numbers in two parts, z and x, that neither S nor errors connect, or else of all in one part.
+
+    `rest`: K of the prior, whose blocks R has, too. `covariance`: of the errors.
+    """
     if len(rest.indices) > 1 and not covariance[np.ix_(*rest.indices)].any():
         return [*rest.indices]
     return [np.arange(len(covariance))]
 
 
 def are_independent(covariance: FloatArray) -> bool:
-    """Return True if a covariance of errors is diagonal."""
+    """Return True if a covariance of errors is diagonal: shorter calculations then do."""
     return bool(np.count_nonzero(covariance) == np.count_nonzero(np.diag(covariance)))
 
 
@@ -275,7 +290,10 @@ def whitening(covariance: FloatArray) -> FloatArray:
 
 
 class PushResidual(NamedTuple):
-    """One measured number of a push, and its prediction by the other pushes and the known shape, N/cm^3."""
+    """One measured number of a push, and its prediction by the other pushes and the known shape, N/cm^3.
+
+    `component`: ``z`` or ``x``. `error`: standard error of `measured` less `expected`.
+    """
 
     beta_deg: float
     gamma_deg: float

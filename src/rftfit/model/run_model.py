@@ -7,6 +7,8 @@ The slopes y of a run (z and x) are the sum of those of its direction and of an 
 s is the size of the medium. m and P are mean and covariance of the shape of known media (`rftfit.model.shapes`), where
 P includes `Freedom`, further differences between media. L is the covariance of errors that repeats of a direction
 share. `Scatter` gives the covariance of e; `RunGaussian` solves linear systems with the covariance of all slopes.
+
+There are n runs in m directions. Numbers of runs are vectors (2 n,), those of directions (2 m,): all z, then all x, N/cm^3.
 """
 
 from __future__ import annotations
@@ -69,7 +71,10 @@ class Freedom(NamedTuple):
     level: float
 
     def covariance(self, mean: FloatArray, gamma_deg: FloatArray) -> FloatArray:
-        """Return the covariance (2 n, 2 n) by these factors of alpha with the mean (2 n,), z first, at n directions."""
+        """Return the covariance (2 n, 2 n) of alpha by these factors, at n directions.
+
+        `mean`: mean alpha, (2 n,), z first. `gamma_deg`: (n,).
+        """
         gamma = np.tile(gamma_deg, 2)
         is_x = np.arange(mean.size) >= gamma_deg.size
         # runs within a degree of level count as level
@@ -86,7 +91,8 @@ def prior_at(
 ) -> tuple[FloatArray, FloatArray]:
     """Return mean (2 n,) and covariance (2 n, 2 n) of alpha, z first, of a medium of size 1 at n directions.
 
-    `rough_share`: share w of the rough covariance (`rftfit.model.prior`).
+    `rough_share`: share w of the rough covariance (`rftfit.model.prior`). `freedom`: further differences between media;
+    None: only those of the known shape.
     """
     wrapped_beta = beta_apart(beta_deg, 0.0)
     prior = published_shapes().prior(np.radians(wrapped_beta), np.radians(gamma_deg))
@@ -134,7 +140,7 @@ class RunGaussian:
         return np.eye(2 * count) + self.shared @ precision_sums.reshape(2 * count, -1)
 
     def sum_by_direction(self, columns: FloatArray) -> FloatArray:
-        """Sum columns of shape (2 n, k) over the runs of each direction; returns shape (2 m, k)."""
+        """Return sums of columns of shape (2 n, k) over the runs of each direction, shape (2 m, k): Z' times them."""
         by_run = columns.reshape(2, self.direction.size, -1)
         sums = np.zeros((2, len(self.shared) // 2, by_run.shape[2]))
         for component in (0, 1):
@@ -160,7 +166,9 @@ class RunGaussian:
     ) -> tuple[FloatArray, FloatArray]:
         """Return the scores (k,) of effects (2 n, k) in a residual (2 n,), and their information matrix (k, k).
 
-        The size of the mean (2 n,) is free: the part of an effect that is proportional to the mean does not count.
+        The most likely sizes of the effects are the inverse of that matrix times the scores. An effect is the change of
+        all slopes by a shared cause of size 1. The size of the mean (2 n,) is free: the part of an effect that is
+        proportional to the mean does not count.
         """
         solved = self.solve(np.column_stack([mean, effects]))
         solved_mean, solved_effects = solved[:, 0], solved[:, 1:]

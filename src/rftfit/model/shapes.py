@@ -1,5 +1,9 @@
 """Shape of alpha over all directions that granular media share, and how far a further medium may differ from it.
 
+The shape of a medium is its alpha over its size, the root mean square of alpha over the published grid; m is the mean shape
+of the known media, C their covariance, K and R further covariances, w the share of R, lambda a factor on all of them
+(`rftfit.model.prior`). Alpha in n directions is a vector (2 n,), all z, then all x.
+
 The known tables have lines 30 degrees apart in beta. Between the lines m is not bilinear: it follows the law 3D-RFT,
 whose difference from bilinear values is called the course here. It is not fitted. C includes the differences between
 the courses of several frictions, and the course itself, since a further medium may have none of it or twice as much.
@@ -78,9 +82,10 @@ class Shapes:
 
     @cached_property
     def horizontal_spread(self) -> tuple[float, float]:
-        """Standard deviation of log(alpha_x / alpha_z) of a medium: as known media scatter, and as C and K allow.
+        """Two standard deviations of log(alpha_x / alpha_z) of a medium: as known media scatter, and as C and K allow.
 
-        Both components as root mean squares over the published grid.
+        Both components as root mean squares over the published grid. The second is the error of an estimate from exact
+        pushes everywhere, by a prior that knows C and K alone.
         """
         z, x = np.split(self.of_media(*PUBLISHED_GRID), 2, axis=1)
         log_ratios = np.log(np.sqrt((x**2).mean(axis=1) / (z**2).mean(axis=1)))
@@ -123,7 +128,10 @@ class Shapes:
         return self._with_course(beta, gamma, course_between_lines(beta, gamma).mean(axis=0))
 
     def _with_course(self, beta: FloatArray, gamma: FloatArray, course: FloatArray) -> FloatArray:
-        """Return alpha of each known medium over its size, bilinear plus a course (2 n,); shape (media, 2 n)."""
+        """Return alpha of each known medium over its size, bilinear plus a course (2 n,); shape (media, 2 n).
+
+        `course`: that of a medium whose alpha_z(0, 90 deg) is 1.
+        """
         tables = [np.concatenate(profile.alpha(beta, gamma)) for profile in self.profiles.values()]
         bilinear = np.stack(tables) / self._sizes[:, None]
         return bilinear + self.levels[:, None] * course
@@ -136,7 +144,7 @@ class Shapes:
     def slopes(self, beta_deg: FloatArray, gamma_deg: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the mean shape in n directions, (2, n), and its slopes over beta and gamma, per degree, (2, n, 2).
 
-        A slope is the root mean square of the slopes to both sides, with the sign of their sum: at a maximum or a
+        With them an error of an angle becomes one of alpha. A slope is the root mean square of the slopes to both sides, with the sign of their sum: at a maximum or a
         corner of alpha their mean would be too small.
         """
         step_deg = _CHOSEN.slope_step_deg
@@ -176,7 +184,10 @@ class Shapes:
 
     @property
     def tilt(self) -> float:
-        """Exponent that makes media of large effort less likely (`Posterior.draw_media`): `TILT_SHARE` of the full tilt."""
+        """Exponent that makes media of large effort less likely (`Posterior.draw_media`): `TILT_SHARE` of the full tilt.
+
+        Effort is the mean energy that a medium takes over alpha_z(0, 90 deg) (`rftfit.model.energy`).
+        """
         return TILT_SHARE * self._full_tilt if TILT_SHARE else 0.0
 
     @cached_property
@@ -253,6 +264,7 @@ def grid(beta_deg: npt.ArrayLike = (), gamma_deg: npt.ArrayLike = ()) -> Angles:
     """Return directions on the published grid of 7 x 13 lines and on extra lines, rad, two arrays of shape (n,)."""
 
     def add_lines(published: FloatArray, extra_lines: npt.ArrayLike) -> FloatArray:
+        """Return the published angles and those extra ones that lie on none of them, rad; all in degrees before."""
         extra = np.asarray(extra_lines, dtype=float).ravel()
         is_near = np.abs(extra[:, None] - published).min(axis=1, initial=np.inf) <= TOLERANCE_DEG
         all_lines: FloatArray = np.unique(np.concatenate([published, extra[~is_near]]))
@@ -275,7 +287,7 @@ FRICTIONS: tuple[float, ...] = tuple(_CHOSEN.frictions)
 
 
 def course_between_lines(beta: FloatArray, gamma: FloatArray) -> FloatArray:
-    """Return 3D-RFT less its bilinear interpolation on the published grid, for each of `FRICTIONS`.
+    """Return the course: 3D-RFT less its bilinear interpolation on the published grid, for each of `FRICTIONS`.
 
     For media whose alpha_z(0, 90 deg) is 1, in n directions (rad); shape (frictions, 2 n): z, then x. On the published
     grid the course is 0.
@@ -296,5 +308,5 @@ def _law_less_its_lines(friction: float, beta: FloatArray, gamma: FloatArray) ->
 
 @cache
 def _law_on_lines(friction: float) -> TableProfile:
-    """Return the table of 3D-RFT on the published grid."""
+    """Return the table of 3D-RFT with one friction on the published grid, of a medium whose alpha_z(0, 90 deg) is 1."""
     return TableProfile(*alpha_3drft(*PUBLISHED_GRID, friction), *PUBLISHED_GRID)
