@@ -66,7 +66,7 @@ def _states(
 
     The distance of two such states is their distance in the Gaussian process of the error. `turn`: shape (p, k), numbers
     whose distance is the angle between two poses, rad, where it is small. `height`: cm, (p,). `velocity`: cm/s, (p, 2 or
-    3). `rate`: of turning, rad/s, (p, 1 or 3).
+    3). `rate`: of turning, rad/s, (p, 1 or 3). `points_cm`: span the body, by which its length is known.
     """
     length = longest(points_cm)
     # turning moves the ends of a body, which lie half its length from the middle
@@ -272,7 +272,10 @@ def learn_from_curves(curves: Sequence[ErrorCurve]) -> BodyError:
 
 
 def _most_likely(components: Sequence[_Component], common: float) -> float:
-    """Return the standard deviation of o with the greatest likelihood, among sizes in equal ratios; `common`: that of c."""
+    """Return the standard deviation of o with the greatest likelihood, among the sizes `tried` (chosen.toml) in equal ratios.
+
+    `components`: err independently, so that their likelihoods multiply. `common`: standard deviation of c.
+    """
 
     def loss(per_medium: float) -> float:
         """Return twice the negative logarithm of the Gaussian likelihood, but for a constant: log det + chi squared."""

@@ -87,6 +87,7 @@ class Contact:
     name: str = ""
 
     def __post_init__(self) -> None:
+        """Refuse forces from which nothing of a medium can be learned, with ValueError."""
         label = self.label
         motion = self.frames
         if not np.isfinite(motion).all():

@@ -82,7 +82,7 @@ def _find_corners(moving: BodyInMotion, steps: FloatArray) -> npt.NDArray[np.boo
     """Tell which poses of a path are corners, shape (p,); `steps`: `rates_of_steps`, shape (2, p, k).
 
     A corner stays as sharp when every second pose is left out, a bend of a smooth path does not: the change between single
-    steps is compared with that between steps twice as long.
+    steps is compared with that between steps twice as long. `moving`: the body on its path.
     """
     # the first column of a path is its time
     duration_s = np.diff(moving.positions)[:, None]
@@ -102,7 +102,7 @@ def _smooth_rates(
     """Return the rates of cubic curves through the poses between corners, shape (p, k).
 
     The motion's own rates are kept at corners, between corners with fewer than four poses from one to the other, and where
-    a curve is far from them (`MOST_CHANGE`).
+    a curve is far from them (`MOST_CHANGE`). `steps`: rates over the steps beside each pose. `is_corner`: shape (p,).
     """
     from scipy.interpolate import CubicSpline
 
@@ -126,7 +126,7 @@ def _relative_change(
     """Return the change of the velocities of a body between rates (p, k), over the larger velocity, shape (p,); 0 at rest.
 
     Velocities are root mean squares over the corners of the box around the body, so that no choice of the reference point
-    matters, and turning and travel count in one unit.
+    matters, and turning and travel count in one unit. `rates`, `other_rates`: in the same poses.
     """
     points_cm = moving.points_cm
     change, size, other_size = np.zeros((3, len(rates)))
@@ -191,6 +191,9 @@ def _largest_of_kind(target: PeakTarget, forces: ForcesByName) -> float:
 
 
 def _largest(target: PeakTarget, forces: ForcesByName) -> tuple[float, int]:
-    """Return the size of the largest force of the peak's sign, 0 where no pose has this sign, and the index of its pose."""
+    """Return the size of the largest force of the peak's sign, and the index of its pose.
+
+    The size is 0 where no pose has this sign. `forces`: shape (p,) by column; poses without a number do not count.
+    """
     sizes: FloatArray = np.nan_to_num(target.sign * forces[target.quantity])
     return float(sizes.max(initial=0.0)), int(sizes.argmax())

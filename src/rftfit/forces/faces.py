@@ -76,7 +76,7 @@ def _measured_stress(profile: Profile, normal: FloatArray, velocity: FloatArray)
     """Stress over depth by the measured law, with e and r as in the head of this module; unit vectors (..., 3).
 
     `by_normal` is the reading in the plane of e, `by_motion` that in the plane of r. Turned vectors are turned by 90
-    degrees from x toward y.
+    degrees from x toward y. `normal`, `velocity`: unit vectors. Returns x, y, z, (..., 3), with leading draws of a stack.
     """
     # tilt: sine of the angle between the face and the level; speed: level part of the unit velocity
     tilt, e = _split_horizontal(normal)
@@ -137,7 +137,7 @@ def share_read_near_pushes(
 
 
 def turn_normals(normals: FloatArray, degrees: float) -> FloatArray:
-    """Return normals (..., 3) turned about the axis x and about the axis y, shape (2, ..., 3)."""
+    """Return normals (..., 3) turned by some degrees about the axis x and about the axis y, shape (2, ..., 3)."""
     cos, sin = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     x, y, z = np.moveaxis(normals, -1, 0)
     about_x = np.stack([x, cos * y - sin * z, cos * z + sin * y], axis=-1)

@@ -363,7 +363,10 @@ class ForceAnswer:
         return farthest
 
     def _columns_of_widest(self, quantity: str) -> list[str]:
-        """Both columns of the widest interval of a force that the table has; empty where it has none."""
+        """Both columns of the widest interval of a quantity that `forces` has; empty where it has none.
+
+        That of the next bed is wider than that with the model's error, and this one wider than that of alpha.
+        """
         widest_first = (names(quantity) for names in (next_end_names, model_end_names, end_names))
         return next((list(ends) for ends in widest_first if ends[0] in self.forces), [])
 

@@ -177,7 +177,7 @@ def answer_of_contacts(
 
 
 def vertical_alpha(medium_map: Map) -> tuple[float, float, float]:
-    """Return alpha_z(0, 90 deg) of a map and the ends of its interval, N/cm^3."""
+    """Return alpha_z(0, 90 deg) of a map, and the lower and upper end of its interval, N/cm^3."""
     profile = medium_map.profile
     assert isinstance(profile.spread, Profile)
     value = float(profile.alpha(0.0, math.pi / 2)[0])
@@ -191,7 +191,7 @@ def _value_and_ends(medium: ScaledMedium, name: str) -> tuple[float, ...]:
 
 
 def _name_ends(numbers: Iterable[float]) -> dict[str, float]:
-    """Name a number and the ends of its interval ``value``, ``lo`` and ``hi``, for scripts."""
+    """Return a number and the ends of its interval under the names ``value``, ``lo`` and ``hi``, for scripts."""
     return dict(zip(("value", "lo", "hi"), map(float, numbers), strict=True))
 
 

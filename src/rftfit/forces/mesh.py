@@ -455,7 +455,7 @@ def _edge_lengths(triangles: FloatArray) -> FloatArray:
 
 
 def describe_triangles(count: int, given: int) -> str:
-    """Say how many triangles a mesh has, and from how many, `given`, they were made by refining."""
+    """Say that a mesh has `count` triangles, and from how many, `given`, they were made by refining."""
     return f"{count} triangles" + (f", made of {given}" if count > given else "")
 
 
@@ -512,7 +512,8 @@ _OPEN = (
 def _check_closed(vertices: FloatArray, faces: IntArray) -> None:
     """Raise ValueError unless each edge belongs to two faces that run through it in opposite directions.
 
-    Only such a mesh has an inside and an outside, and so a side of each face that the medium touches.
+    Only such a mesh has an inside and an outside, and so a side of each face that the medium touches. `vertices` (n, 3),
+    cm, say where the first wrong edge is.
     """
     # the three sides of every face, each from a corner to the next one, (3 m, 2)
     sides = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
@@ -537,7 +538,10 @@ def _check_closed(vertices: FloatArray, faces: IntArray) -> None:
 
 
 def _number_parts(n_vertices: int, faces: IntArray) -> IntArray:
-    """Return the number of the part of each face, from 0, shape (m,): parts of a mesh have no vertex in common."""
+    """Return the number of the part of each of the faces (m, 3), from 0, shape (m,): parts have no vertex in common.
+
+    `n_vertices`: of the whole mesh.
+    """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 

@@ -140,7 +140,7 @@ class Load:
         return Load(all_poses, size, interpolate(self.centre), self.loaded[start:stop])
 
     def at(self, chosen: slice) -> Load:
-        """Return the load in some of the poses, where it was calculated in all of them: nothing is interpolated."""
+        """Return the load in the `chosen` poses, where it was calculated in all of them: nothing is interpolated."""
         return Load(
             self.poses[chosen], self.size[:, chosen], self.centre[:, chosen], self.loaded[chosen]
         )
@@ -192,7 +192,7 @@ def _load_and_centre(
 ) -> tuple[FloatArray, FloatArray]:
     """Return G, N, (draws, p), and the centre of the load from the reference point, x and z, cm, (draws, p, 2).
 
-    The centre weights each element with the size of its force. Without it, its shape is (draws, p, 0).
+    The centre weights each element with the size of its force. Where `with_centre` is False, its shape is (draws, p, 0).
     """
     wet = WetElements.of(outline, poses)
     wet = wet._replace(load=np.nan_to_num(wet.load))
@@ -364,7 +364,8 @@ def _draw_next(
 def plane_errors(load: Load, paths: FloatArray, eps: float) -> tuple[FloatArray, ...]:
     """Return errors of force z, force x (N) and, where the load has a centre, the moment (N cm), of shape (draws, p).
 
-    `paths`: draws of g for force z and force x, shape (draws, 2, p). A load without a centre gives no error of the moment.
+    The error of a force is eps H g, that of the moment the moment of these errors at the centre of the load. `paths`:
+    draws of g for force z and force x, shape (draws, 2, p). A load without a centre gives no error of the moment.
     """
     size = eps * load.size
     error_z, error_x = size * paths[:, 0], size * paths[:, 1]
@@ -377,8 +378,8 @@ def plane_errors(load: Load, paths: FloatArray, eps: float) -> tuple[FloatArray,
 def space_errors(load: Load, paths: FloatArray, eps: float) -> FloatArray:
     """Return errors of force x, y, z (N) and moment x, y, z (N cm) of a body in space, shape (draws, p, 6).
 
-    They are equally large in all directions, as for a sheet. `paths`: draws of g for the three forces, shape
-    (draws, 3, p).
+    The error of a force is eps H g, equally large in all directions, as for a sheet; that of the moment acts at the centre
+    of the load. `paths`: draws of g for the three forces, shape (draws, 3, p).
     """
     force = eps * load.size[..., None] * paths.transpose(0, 2, 1)
     return np.concatenate([force, np.cross(load.centre, force)], axis=-1)
@@ -389,8 +390,8 @@ def directed_errors(
 ) -> FloatArray:
     """Return errors of a solid body, as `space_errors`, but in each direction as large as what the faces bear in it.
 
-    `by_direction`: S (draws, p, 3, 3), the sum of f f^T / |f| over the forces f of faces. The errors are eps R g with
-    R R = S S + (0.2 of the largest G)^2: they turn with the body.
+    `by_direction`: S (draws, p, 3, 3), N, the sum of f f^T / |f| over the forces f of faces. The errors are eps R g with
+    R R = S S + (0.2 of the largest G)^2: they turn with the body. `load`, `paths`: as in `space_errors`.
     """
     # R is a function of S, so that both have the same axes (eigenvectors, in columns), along which R is diagonal
     loads, axes = np.linalg.eigh(by_direction)

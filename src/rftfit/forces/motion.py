@@ -75,7 +75,7 @@ def rotation_poses(
     hip_height_cm: float = HIP_HEIGHT_CM,
     rate_rad_per_s: float = RATE_RAD_PER_S,
 ) -> FloatArray:
-    """Return the poses (p, 6) of `Motion` for a leg on a fixed axle at x = 0; `theta` as in `rotation`, but in rad."""
+    """Return the poses (p, 6) of `Motion` for a leg on a fixed axle at x = 0; arguments as in `rotation`, `theta` in rad."""
     theta = np.asarray(theta, dtype=float)
     poses = np.zeros((theta.size, 6))
     poses[:, 1], poses[:, 2], poses[:, 5] = hip_height_cm, theta, rate_rad_per_s

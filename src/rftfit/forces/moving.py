@@ -121,7 +121,10 @@ class BodyInMotion(ABC):
 
     @abstractmethod
     def draw(self, stack: Profile, *, with_load: bool) -> Iterator[DrawnForces]:
-        """Integrate the forces by each of a stack of draws, over `poses_at_once` poses at a time, in their order."""
+        """Integrate the forces by each of a stack of draws, over `poses_at_once` poses at a time, in their order.
+
+        `with_load`: False saves time where no error of the model is wanted.
+        """
 
     @abstractmethod
     def poses_at_once(self, draws: int) -> int:
@@ -175,14 +178,20 @@ class BodyInMotion(ABC):
         profile: Profile,  # noqa: ARG002 (of a mesh)
         best: BestForces,  # noqa: ARG002 (of a mesh)
     ) -> dict[str, FloatArray]:
-        """Return the columns of the table of a prediction, each of shape (p,), completed by those that only a mesh has."""
+        """Return the columns of the table of a prediction, each of shape (p,), completed by those that only a mesh has.
+
+        `best`: the forces by the profile itself, from `best`.
+        """
         return columns
 
     @abstractmethod
     def finish_peak(
         self, peak: Peak, profile: Profile, best: ForcesByName, columns: Mapping[str, FloatArray]
     ) -> Peak:
-        """Return a peak as it is stated for this form of body; `columns`: those of the table of the prediction."""
+        """Return a peak as it is stated for this form of body: withheld where it is steep, without rounding of a mesh.
+
+        `best`: the best curves, (p,), by quantity. `columns`: those of the table of the prediction, (p,).
+        """
 
     @abstractmethod
     def turned_forces(self, profile: TableProfile, quantity: str, pose: int) -> FloatArray:
@@ -238,7 +247,10 @@ class BodyInMotion(ABC):
         return np.concatenate(blocks, axis=-1)
 
     def load_size(self, stack: Profile) -> FloatArray:
-        """Calculate the load without cancellation by draw, H of `rftfit.forces.model_error`, N, shape (draws, p)."""
+        """Calculate the load without cancellation by each draw of a stack, H of `rftfit.forces.model_error`, N, (draws, p).
+
+        A single profile counts as one draw.
+        """
         loads = [drawn.load for drawn in self.draw(stack, with_load=True)]
         return np.concatenate([load.size for load in loads if load is not None], axis=-1)
 
@@ -256,5 +268,5 @@ def rates_of(poses: FloatArray) -> FloatArray:
 
 
 def has_forces(forces: ForcesByName) -> npt.NDArray[np.bool_]:
-    """Tell in which poses every force has a number, shape (p,)."""
+    """Tell in which poses every force and moment has a number, shape (p,); `forces`: by one profile."""
     return np.asarray(np.isfinite(np.stack(list(forces.values()))).all(axis=0))

@@ -75,6 +75,7 @@ class Outline:
     solid: bool = False
 
     def __post_init__(self) -> None:
+        """Check elements and width, and make the elements one block of numbers, as the compiled kernel needs them."""
         body = np.ascontiguousarray(self.body, dtype=float)
         if body.ndim != 2 or body.shape[1] != 5 or not np.isfinite(body).all():
             raise ValueError(f"finite elements of shape (n, 5) wanted, found {body.shape}")
@@ -231,7 +232,8 @@ def leg_outline(
 ) -> Outline:
     """Make the outline of a leg of the campaign's configuration.
 
-    `arc_deg`: angle that its arc spans instead, with the same maximal length; without effect on a straight leg.
+    `arc_deg`: angle that its arc spans instead, with the same maximal length, to see what an error of it does; without
+    effect on a straight leg. `name`: of the outline.
     """
     phi = float(np.arcsin(leg.curvature_times_R))
     if arc_deg is not None:

@@ -161,7 +161,8 @@ def set_beside(
 def keep_true_intervals(ends: Ends, beside: Mapping[str, FloatArray]) -> Ends:
     """Return intervals of alpha by nine terms, NaN in poses where they miss the force by the table or map of the same medium.
 
-    `beside`: that force, shape (p,), by quantity. Where it is missed, nine terms err by more than alpha does.
+    `ends`: the intervals. `beside`: that force, shape (p,), by quantity. Where it is missed, nine terms err by more than
+    alpha does.
     """
     kept = {}
     for name, (lo, hi) in ends.items():
@@ -233,7 +234,7 @@ class DrawStatistics:
         return ends
 
     def peak_ends(self, target: PeakTarget, value: float) -> tuple[float, float] | None:
-        """Return the interval of a peak whose best value is `value`.
+        """Return the interval of the peak of a target whose best value is `value`.
 
         None where the quantity has no draws, or a draw has no number in some pose.
         """

@@ -218,7 +218,7 @@ class OutlineInMotion(BodyInMotion):
         return self.model_errors(drawn, paths, 1.0)
 
     def peak_targets(self, best: ForcesByName) -> list[PeakTarget]:
-        """List the peaks to find: the same for every outline."""
+        """List the peaks to find: the same for every outline, whatever its best curves are."""
         return [*PEAKS]
 
     def bounds(self, profile: Profile) -> BoundsByName:
@@ -246,7 +246,7 @@ class OutlineInMotion(BodyInMotion):
     def finish_peak(
         self, peak: Peak, profile: Profile, best: ForcesByName, columns: Mapping[str, FloatArray]
     ) -> Peak:
-        """Withhold the interval of alpha of a steep peak."""
+        """Return a peak, without its interval of alpha where it is steep."""
         return self.withhold_if_steep(peak, profile, best)
 
     def turned_forces(self, profile: TableProfile, quantity: str, pose: int) -> FloatArray:

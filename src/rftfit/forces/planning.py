@@ -199,7 +199,7 @@ def peaks(
 
 
 def _profile_at_nodes(alpha: FloatArray, medium_map: Map) -> TableProfile:
-    """Return the profile, or the stack of profiles, with alpha (2, n) or (k, 2, n) at the nodes of a map."""
+    """Return the profile with alpha (2, n), or the stack of k profiles with alpha (k, 2, n), at the nodes of a map."""
     return TableProfile(alpha[..., 0, :], alpha[..., 1, :], medium_map.beta, medium_map.gamma)
 
 
@@ -609,7 +609,10 @@ def _list_pushes(medium_map: Map, rig: Rig, noise: FloatArray) -> list[_Candidat
 def _observe_nodes(
     nodes: list[int], noise: FloatArray, covariance: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return what `_Candidate.observe` does for pushes that measure alpha itself at some nodes, by their indices."""
+    """Return what `_Candidate.observe` returns, for pushes that measure alpha itself at some nodes, by their indices.
+
+    `noise`: variance of a measured alpha at each node, (2 n,). `covariance`: of alpha at the nodes and of the target.
+    """
     measured = covariance[np.ix_(nodes, nodes)] + np.diag(noise[nodes])
     return covariance[:, nodes], measured
 

@@ -141,7 +141,10 @@ def predict_with_peaks(
     model_error: float | None = None,
     body_error: BodyError | None = None,
 ) -> tuple[pd.DataFrame, list[Peak]]:
-    """Return the table of `predict` and the peaks of `find_peaks`, from one pass through all draws; it warns of no limit."""
+    """Return the table of `predict` and the peaks of `find_peaks`, from one pass through all draws.
+
+    Arguments as in `predict`; it warns of no limit. Raises ValueError where both `model_error` and `body_error` are given.
+    """
     if body_error is not None and model_error is not None:
         raise ValueError("found model_error and body_error; allowed: one of them")
     moving = set_in_motion(outline, motion, law, friction, quantities)

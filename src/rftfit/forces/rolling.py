@@ -184,6 +184,7 @@ def rolling_rows(
     falls short of `least_travel` of the rim speed (cm/s); and the share to which the track's rule holds, `track`: 1 or
     0, between them for a wheel that has just begun to move. `begun`: from 0 to 1 for such a wheel, whose direction of
     travel is not yet certain; 1: moving. `velocity` (cm/s), `rate` of turning (rad/s): x, y, z, shape (p, 3).
+    `radius_cm`: to the farthest point of the wheel, which moves at the rim speed.
     """
     travel = np.linalg.norm(velocity[:, :2], axis=1)
     heading = np.stack([rate[:, 1], -rate[:, 0]], axis=1)

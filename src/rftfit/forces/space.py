@@ -380,7 +380,7 @@ def _largest_alpha(profile: Profile) -> float:
 
 
 def _by_name(forces: FloatArray) -> dict[str, FloatArray]:
-    """Name the first six columns of sums over faces, shape (..., 19), by `MESH_QUANTITIES`."""
+    """Return the first six columns of sums over faces, or of errors, (..., 6 or 19), by their names, `MESH_QUANTITIES`."""
     return {name: forces[..., k] for k, name in enumerate(MESH_QUANTITIES)}
 
 

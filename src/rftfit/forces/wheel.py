@@ -440,7 +440,7 @@ class _Wheel:
         self.alpha = float(profile.alpha(0.0, np.pi / 2)[0])
 
     def turn(self, slip: float, sinkage_cm: float) -> FloatArray:
-        """Return drawbar, load and torque by the medium itself, shape (3,)."""
+        """Return drawbar, load and torque at a slip and a sinkage by the medium itself, shape (3,)."""
         return _average_turn(self._forces(self.roll(sinkage_cm, slip, _CHOSEN.poses)))
 
     def turns_of_draws(self, slip: float, sinkages_cm: Sequence[float]) -> FloatArray:
@@ -507,7 +507,10 @@ def _name_columns(turn: FloatArray, sinkage_cm: float) -> dict[str, Any]:
 
 
 def _predict_at_sinkage(rolling: _Wheel, case: _Case, sinkage_cm: float) -> _Solved:
-    """Predict the forces at a sinkage; with a load, in a medium as strong as it must be to carry the load there."""
+    """Predict the forces at a given sinkage; with a load, in a medium as strong as it must be to carry the load there.
+
+    `case`: slip, and load or None. `sinkage_cm`: that of the case, which is given.
+    """
     turn = rolling.turn(case.slip, sinkage_cm)
     load_N, factor = case.load_N, 1.0
     if load_N is not None:
@@ -536,7 +539,7 @@ def _predict_at_sinkage(rolling: _Wheel, case: _Case, sinkage_cm: float) -> _Sol
 def _not_carried(load_N: float, sinkage_cm: float, reason: str) -> _Solved:
     """Return the numbers of a slip at which the wheel does not carry its load: drawbar and torque are NaN, with a reason.
 
-    `sinkage_cm`: as given, or NaN.
+    `load_N`: as given. `sinkage_cm`: as given, or NaN where none carries the load.
     """
     best = {"load_N": load_N, "sinkage_cm": sinkage_cm}
     best |= dict.fromkeys(("drawbar_N", "torque_N_cm"), np.nan)
@@ -546,15 +549,15 @@ def _not_carried(load_N: float, sinkage_cm: float, reason: str) -> _Solved:
 def _solve_sinkage(rolling: _Wheel, case: _Case) -> _Solved:
     """Find the sinkage at which the wheel carries its load, with the spread of the medium and of slip sinkage.
 
-    The load grows with depth, so that the sinkage is bisected, between nearly 0 and the axle. For the draws the forces are
-    calculated at a few sinkages around it, and interpolated by `_carry_load`.
+    `case`: a slip and a load, without a sinkage. The load grows with depth, so that the sinkage is bisected, between nearly
+    0 and the axle. For the draws the forces are calculated at a few sinkages around it, and interpolated by `_carry_load`.
     """
     slip, load_N = case.slip, case.load_N
     assert load_N is not None
     shallowest, deepest = float(_CHOSEN.shallowest) * rolling.rim_cm, rolling.rim_cm
 
     def load_at(depth_cm: float) -> float:
-        """Return the load that the wheel carries at a depth."""
+        """Return the load that the wheel carries at a sinkage, N, by the medium itself."""
         return float(rolling.turn(slip, depth_cm)[1])
 
     def depth_that_carries(factor: float, error: float) -> float:
@@ -732,7 +735,7 @@ def _make_row(
 ) -> dict[str, Any]:
     """Return one row of the answer's table, as `WheelAnswer.table` has it; `radius_cm`: of the farthest point of the mesh.
 
-    The interval with the model's own error is that of alpha, widened in squares.
+    `solved`: numbers at this slip. The interval with the model's own error is that of alpha, widened in squares.
     """
     row: dict[str, Any] = {"slip": slip}
     load = solved.best["load_N"]

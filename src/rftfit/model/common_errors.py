@@ -35,7 +35,7 @@ class CommonError:
     joint: bool
 
     def draw(self, draws: int, random: np.random.Generator) -> dict[str, FloatArray]:
-        """Draw the error of each component in each cell, shape (draws, n), N/cm^3."""
+        """Draw the error of each component, ``z`` and ``x``, in each cell, shape (draws, n), N/cm^3."""
 
         def draw_share() -> FloatArray:
             """Draw the causes, and sum their shares in each cell, (draws, n)."""

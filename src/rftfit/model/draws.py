@@ -213,7 +213,7 @@ def interval(draws: FloatArray, confidence: float) -> tuple[FloatArray, FloatArr
 
 
 def _quantile(ordered: FloatArray, share: float) -> FloatArray:
-    """Return the quantile at a share of 0 to 1 of draws in ascending order along the last axis."""
+    """Return the quantile at a share of 0 to 1 of draws (..., draws) in ascending order along the last axis, (...)."""
     last = ordered.shape[-1] - 1
     below = math.floor(share * last)
     low, high = ordered[..., below], ordered[..., min(below + 1, last)]

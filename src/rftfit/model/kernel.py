@@ -369,7 +369,7 @@ def pose_forces(
 ) -> FloatArray:
     """Calculate force z, x (N) and moment about the reference point (N cm) on an outline in each pose.
 
-    `body`: shape (n, 5): elements at angle 0 about the reference point: x, z (cm), unit tangent x,
+    `pack`: of the profile. `body`: shape (n, 5): elements at angle 0 about the reference point: x, z (cm), unit tangent x,
     z, half-length (cm). `solid`: count only elements that move outward; the outline then runs
     counterclockwise. `poses`: shape (p, 6): reference point x, z (cm), angle (rad, from z toward
     x), and their rates (per s). Returns shape (p, 3).

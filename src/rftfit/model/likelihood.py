@@ -183,7 +183,7 @@ class Likelihood:
         return x / z, math.sqrt(max(zz / z**2 + xx / x**2 - 2 * zx / (z * x), 0.0))
 
     def _precision_of_each(self, size: float) -> FloatArray:
-        """Return the diagonal of the inverse covariance of the numbers for lambda = 1, shape (n,)."""
+        """Return the diagonal of the inverse covariance of the numbers for lambda = 1 and this size, shape (n,)."""
         variance = np.full(1, size**2)
         over = 1 / (1 + variance[:, None] * self._eigenvalues)
         inverse = self._woodbury_inverse(variance, over)[0]
@@ -202,7 +202,8 @@ class Likelihood:
     def farthest(self, pushes: Pushes, used: npt.NDArray[np.bool_], size: float) -> PushResidual:
         """Return the number that differs most, in units of its error, from its prediction by all other numbers.
 
-        `used`: True for those numbers of `pushes`, z then x, that are the measured numbers.
+        A push with a wrong sign or angle lies far from what the others let expect. `used`: True for those numbers of
+        `pushes`, z then x, that are the measured numbers. `size`: of the medium, N/cm^3.
         """
         # leave-one-out residual of number i: (V^-1 r)_i / (V^-1)_ii, with the variance 1 / (V^-1)_ii
         variance = 1 / self._precision_of_each(size)
@@ -225,7 +226,7 @@ def weigh(
 ) -> tuple[FloatArray, FloatArray]:
     """Return sizes (k,), N/cm^3, evenly spaced in their logarithm, and the posterior weights of w, lambda and size, (w, lambda, k).
 
-    `likelihoods`: one for each w. `log_prior`: of w and lambda, shape (w, lambda, 1). The weights sum to 1. The prior
+    `likelihoods`: one for each w. `departures`: lambda. `log_prior`: of w and lambda, shape (w, lambda, 1). The weights sum to 1. The prior
     of the logarithm of the size is flat, but falls for sizes that the errors would hide: pushes in directions where
     media have hardly any force would otherwise fit the weakest medium best.
     """
@@ -283,7 +284,10 @@ def are_independent(covariance: FloatArray) -> bool:
 
 
 def whitening(covariance: FloatArray) -> FloatArray:
-    """Return the matrix that makes errors independent and 1; for independent errors its diagonal alone, shape (n,)."""
+    """Return the matrix that makes errors of this covariance (n, n) independent and 1, shape (n, n).
+
+    For errors that are independent already its diagonal alone, shape (n,).
+    """
     if are_independent(covariance):
         return 1 / np.sqrt(np.diag(covariance))
     return np.linalg.inv(np.linalg.cholesky(covariance))

@@ -560,7 +560,7 @@ def _add_contacts(
 
 
 def _smooth_likelihood(measurements: Measurements) -> Likelihood:
-    """Return the likelihood of measured numbers in a medium without roughness (w = 0)."""
+    """Return the likelihood of measured numbers in a medium without roughness (w = 0), by which its size is estimated."""
     return Likelihood(measurements.with_rounding(), 0.0)
 
 

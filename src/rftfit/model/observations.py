@@ -177,7 +177,10 @@ class _BodyForces(NamedTuple):
     def of(
         cls, observations: Sequence[Observation], nodes: Angles, mean_profile: Profile
     ) -> _BodyForces:
-        """Join the observations of one body; `mean_profile`: the mean shape, for the load of a medium of size 1."""
+        """Join the observations of one body, without poses in the air and forces that were not measured.
+
+        `nodes`: of the map. `mean_profile`: the mean shape, for the load of a medium of size 1.
+        """
         states = np.concatenate([observation.states for observation in observations])
         mean_error, covariance = observations[0].body_error.evaluate(states)
         load = np.concatenate([observation.load(mean_profile) for observation in observations])

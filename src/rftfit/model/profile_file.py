@@ -422,7 +422,10 @@ def _check_content(file: ModelFile[ProfileFile]) -> ProfileFile:
 
 
 def _check_lengths(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
-    """Note lists whose lengths differ from the number of directions, of pushes or of draws."""
+    """Note lists of the content whose lengths differ from the number of directions, of pushes or of draws.
+
+    Here and below: a note is a problem that is added to `file`.
+    """
     for section in ("directions", "pushes"):
         columns = dict(getattr(content, section) or {})
         for name, column in columns.items():

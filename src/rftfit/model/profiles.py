@@ -620,8 +620,8 @@ class TableProfile(Profile):
             # 0 for a node whose alpha changes its sign between draws
             node_sign = np.where((alpha >= 0).all(axis=0), 1.0, -1.0 * (alpha <= 0).all(axis=0))
             sign_sum = np.sum([counts * node_sign[node] for node, counts in corners], axis=0)
-            is_linear = np.abs(sign_sum) == corner_count
             # elements all of whose nodes have one sign
+            is_linear = np.abs(sign_sum) == corner_count
             signed_factors = np.where(is_linear, np.sign(sign_sum) * factors, 0.0)
             weights = self.weights_in_sums(signed_factors[None], beta, gamma)[0][0]
             total = np.nan_to_num(alpha) @ weights.T
@@ -642,7 +642,7 @@ class TableProfile(Profile):
     ) -> npt.NDArray[np.float32]:
         """Interpolate values at the nodes, shape (nodes, draws), in n directions (rad); returns shape (n, draws).
 
-        In single precision, and node by node: faster than `alpha` for many draws.
+        In single precision, which is enough for a load; `alpha` has double precision.
         """
         corners = [
             (node, weight.astype(np.float32)[:, None], weight >= NEGLIGIBLE)

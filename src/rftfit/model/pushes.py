@@ -51,7 +51,7 @@ class Pushes(NamedTuple):
         alpha: npt.ArrayLike,
         se: npt.ArrayLike = np.nan,
     ) -> Pushes:
-        """Make pushes with independent errors.
+        """Make pushes in n directions (degrees) with independent errors.
 
         `alpha`, `se`: shape (2, n), N/cm^3; a standard error of NaN is not known and replaced by `usual_error`.
         """
@@ -141,13 +141,16 @@ def push_straight_down(pushes: Columns, confidence: float) -> tuple[float, float
 
 
 def one_push(alpha: float, se: float | None) -> Columns:
-    """Return the columns of a table with one push straight down; an `se` of None becomes NaN."""
+    """Return the columns of a table with one push straight down, as `estimate_map` takes them.
+
+    `alpha`: alpha_z(0, 90 deg); `se`: its standard error, None: not known; N/cm^3.
+    """
     columns = {"beta_deg": [0.0], "gamma_deg": [90.0], column("z"): [alpha]}
     return columns | {column("z", "_se"): [np.nan if se is None else se]}
 
 
 def describe_push(alpha: float, se: float | None) -> str:
-    """Describe one push straight down in words."""
+    """Describe one push straight down, by alpha and its error, N/cm^3 (None: not known), in words."""
     error = "" if se is None else f" (se {se:g})"
     return f"alpha_z(0, 90 deg) = {alpha:g} N/cm^3{error}"
 
@@ -326,8 +329,8 @@ def same_direction_or_mirror(
 ) -> tuple[npt.NDArray[np.intp], FloatArray]:
     """Return the indices of directions equal to (beta, gamma) or its mirror image, all in rad, and their signs of alpha_x.
 
-    The sign is -1 for a direction that is the mirror image alone: alpha_x there is the negative of that at (beta,
-    gamma).
+    `betas`, `gammas`: the directions, (n,). The sign is -1 for a direction that is the mirror image alone: alpha_x there
+    is the negative of that at (beta, gamma). Both results have shape (same,).
     """
     is_near = []
     for image in ((beta, gamma), mirror(beta, gamma)):

@@ -89,7 +89,7 @@ def prior_at(
     rough_share: float = 0.0,
     freedom: Freedom | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return mean (2 n,) and covariance (2 n, 2 n) of alpha, z first, of a medium of size 1 at n directions.
+    """Return mean (2 n,) and covariance (2 n, 2 n) of alpha, z first, of a medium of size 1 at n directions, degrees.
 
     `rough_share`: share w of the rough covariance (`rftfit.model.prior`). `freedom`: further differences between media;
     None: only those of the known shape.

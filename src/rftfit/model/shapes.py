@@ -70,6 +70,7 @@ class Shapes:
     variation: Variation = field(default_factory=_published_variation)
 
     def __post_init__(self) -> None:
+        """Refuse fewer than two media, or media with holes: their differences would not be known."""
         if len(self.profiles) < 2:
             raise ValueError(f"shapes need at least two known media, found {len(self.profiles)}")
         if holes := [name for name, profile in self.profiles.items() if profile.reason]:
@@ -256,12 +257,15 @@ def published_shapes(without: Iterable[str] = ()) -> Shapes:
 
 @cache
 def _published_shapes(left_out: frozenset[str]) -> Shapes:
-    """Return `published_shapes`, each set made once."""
+    """Return `published_shapes` without some media, each set made once."""
     return Shapes({name: TableProfile.published(name) for name in MEDIA if name not in left_out})
 
 
 def grid(beta_deg: npt.ArrayLike = (), gamma_deg: npt.ArrayLike = ()) -> Angles:
-    """Return directions on the published grid of 7 x 13 lines and on extra lines, rad, two arrays of shape (n,)."""
+    """Return directions on the published grid of 7 x 13 lines and on extra lines, rad, two arrays of shape (n,).
+
+    `beta_deg`, `gamma_deg`: extra lines, degrees; one that lies on a published line adds nothing.
+    """
 
     def add_lines(published: FloatArray, extra_lines: npt.ArrayLike) -> FloatArray:
         """Return the published angles and those extra ones that lie on none of them, rad; all in degrees before."""
