@@ -65,8 +65,8 @@ class ForceAnswer:
 
     It is calculated when it is first asked for. `confidence`, `friction`, `model_error`, `body_error`: arguments of
     `rftfit.predict`; None: as the law, the profile, or nothing learned of this body, states it. `origin`: name of the
-    profile and its folder, as it is printed; empty: the name alone. `left_out`: words on errors that the intervals of this
-    form of alpha leave out; empty: none.
+    profile and its folder, as it is printed; empty: the name alone. `left_out`: words on errors that the intervals of
+    this form of alpha leave out; empty: none.
     """
 
     profile: Profile
@@ -96,9 +96,9 @@ class ForceAnswer:
     def forces(self) -> pd.DataFrame:
         """Table of `rftfit.predict`, one row a pose.
 
-        Columns of the motion (``theta_deg`` or ``t_s`` first), of each force (N) and moment (N cm) such as ``force_z_N`` with
-        the ends of its intervals (of alpha ``force_z_lo_N``, with the model's error ``force_z_model_lo_N``, of the next bed
-        ``force_z_next_lo_N``), and ``reason`` why there is no number.
+        Columns of the motion (``theta_deg`` or ``t_s`` first), of each force (N) and moment (N cm) such as
+        ``force_z_N`` with the ends of its intervals (of alpha ``force_z_lo_N``, with the model's error
+        ``force_z_model_lo_N``, of the next bed ``force_z_next_lo_N``), and ``reason`` why there is no number.
         """
         return self._table_and_peaks[0]
 
@@ -186,8 +186,8 @@ class ForceAnswer:
     def sources(self) -> dict[str, str]:
         """Body, motion, profile and options of the prediction, each as words for people.
 
-        Keys: ``mesh`` or ``outline``, ``motion``, ``profile``, and where they apply ``beside`` (profile to compare with),
-        ``rim``, ``rule`` and ``friction`` (of a wheel or mesh) and ``body`` (error learned of this body).
+        Keys: ``mesh`` or ``outline``, ``motion``, ``profile``, and where they apply ``beside`` (profile to compare
+        with), ``rim``, ``rule`` and ``friction`` (of a wheel or mesh) and ``body`` (error learned of this body).
         """
         body = self.body
         if isinstance(body, Mesh):
@@ -276,8 +276,8 @@ class ForceAnswer:
     def as_dict(self) -> dict[str, Any]:
         """Return everything but the curves, as ``rftfit predict --json`` prints it; None for a peak that is missing.
 
-        ``peaks``: by name (a key of `PEAK_TITLES` or of `PEAK_TITLES_IN_SPACE`) the fields of a `Peak`, with the value under
-        the column of its quantity and the position under that of the motion. ``rows``: poses.
+        ``peaks``: by name (a key of `PEAK_TITLES` or of `PEAK_TITLES_IN_SPACE`) the fields of a `Peak`, with the value
+        under the column of its quantity and the position under that of the motion. ``rows``: poses.
         """
         peaks: dict[str, dict[str, float | str] | None] = dict.fromkeys(
             PEAK_TITLES_IN_SPACE if self.in_space else PEAK_TITLES

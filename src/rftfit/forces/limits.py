@@ -1,7 +1,7 @@
 """Warnings where a prediction leaves what was measured or what the force model is for: depth, speed, walls, size.
 
-The measured force on a part of a body (an element of an outline, a face of a mesh) is alpha times its depth times its area.
-Shares are of depth times area, summed over all parts and poses: nearly shares of the force.
+The measured force on a part of a body (an element of an outline, a face of a mesh) is alpha times its depth times its
+area. Shares are of depth times area, summed over all parts and poses: nearly shares of the force.
 """
 
 from __future__ import annotations

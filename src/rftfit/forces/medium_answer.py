@@ -32,8 +32,8 @@ class MediumAnswer:
 
     `text`: for people. `facts`: for scripts, printed as JSON. `columns`: alpha by direction, each (n,): ``beta_deg``,
     ``gamma_deg``, then ``alpha_z_N_per_cm3``, its ends, the same of x, and others. `description`: from what alpha was
-    estimated. `level`: of the intervals, in words. `where`: in which directions alpha is known. `doubt`: sentence on why
-    the medium may not be like the known ones; empty where nothing speaks against it.
+    estimated. `level`: of the intervals, in words. `where`: in which directions alpha is known. `doubt`: sentence on
+    why the medium may not be like the known ones; empty where nothing speaks against it.
     """
 
     text: str
@@ -226,7 +226,8 @@ def _describe_doubt(medium_map: Map) -> str:
 def _format_map(medium_map: Map, routine: ScaledMedium | None, description: str, level: str) -> str:
     """Format a map for people: tables of alpha at some angles, zeta, and its agreement with the known media.
 
-    `routine`: zeta by the paper's routine, None without a push straight down. `description`, `level`: as in `MediumAnswer`.
+    `routine`: zeta by the paper's routine, None without a push straight down. `description`, `level`: as in
+    `MediumAnswer`.
     """
     columns = medium_map.columns()
     beta_deg, gamma_deg = columns["beta_deg"], columns["gamma_deg"]

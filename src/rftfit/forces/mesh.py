@@ -462,8 +462,8 @@ def describe_triangles(count: int, given: int) -> str:
 def _revolve(profile: FloatArray, longitudes: int) -> tuple[FloatArray, IntArray]:
     """Return vertices (n, 3) and faces (m, 3) of the solid that a line describes when it turns about the z axis.
 
-    `profile`: points r, z of the line, shape (k, 2), from the lower end of the axis to the upper one. `longitudes`: number
-    of points around the axis.
+    `profile`: points r, z of the line, shape (k, 2), from the lower end of the axis to the upper one. `longitudes`:
+    number of points around the axis.
     """
     angle = 2 * np.pi * np.arange(longitudes) / longitudes
     r, z = profile.T[..., None]
@@ -512,8 +512,8 @@ _OPEN = (
 def _check_closed(vertices: FloatArray, faces: IntArray) -> None:
     """Raise ValueError unless each edge belongs to two faces that run through it in opposite directions.
 
-    Only such a mesh has an inside and an outside, and so a side of each face that the medium touches. `vertices` (n, 3),
-    cm, say where the first wrong edge is.
+    Only such a mesh has an inside and an outside, and so a side of each face that the medium touches. `vertices` (n,
+    3), cm, say where the first wrong edge is.
     """
     # the three sides of every face, each from a corner to the next one, (3 m, 2)
     sides = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)

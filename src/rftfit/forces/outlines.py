@@ -329,8 +329,8 @@ def read_outline(path: Path, width_cm: float, elements: int = ELEMENTS) -> Outli
 def _find_problems(points: FloatArray, rows: list[int], file: str) -> list[Problem]:
     """List problems of the shape, each with its place in the file: too few or many points, repeated points, crossing lines.
 
-    `points`: x, z, cm, shape (m, 2). `rows`: row of the file of each point, (m,). `file`: its name for messages. The first
-    sort of problem that is there hides the later ones, which may follow from it.
+    `points`: x, z, cm, shape (m, 2). `rows`: row of the file of each point, (m,). `file`: its name for messages. The
+    first sort of problem that is there hides the later ones, which may follow from it.
     """
     count = len(points)
     if count < 2:

@@ -51,8 +51,8 @@ It is also called with errors of alpha: of a linear target it returns the errors
 class Target:
     """The t numbers that are to be known well, which follow from alpha at the nodes of a map.
 
-    `parts`: names of the numbers. `numbers`: function that returns them for some alpha and a map. `divisor`: function that
-    takes the numbers by the map's own alpha, (t,), and returns what the half width of each is divided by, (t,);
+    `parts`: names of the numbers. `numbers`: function that returns them for some alpha and a map. `divisor`: function
+    that takes the numbers by the map's own alpha, (t,), and returns what the half width of each is divided by, (t,);
     `divisor_name` says it. `linear`: True where the numbers are linear in alpha. `of_model`: True where the numbers are
     those of the force model, whose own error no push makes smaller.
     """
@@ -212,8 +212,8 @@ def _peak_forces(
 ) -> FloatArray:
     """Return lift and horizontal force by each of k profiles, N, shape (k, 2), in the poses where those by `best` are largest.
 
-    `stack`: the k profiles. The poses are chosen once, so that forces are linear in alpha. The horizontal force of a mesh
-    is taken along its direction by `best`.
+    `stack`: the k profiles. The poses are chosen once, so that forces are linear in alpha. The horizontal force of a
+    mesh is taken along its direction by `best`.
     """
     moving = set_in_motion(body, motion, friction=friction, quantities=QUANTITIES[:2])
     forces = moving.best(best).forces
@@ -240,9 +240,9 @@ def _peak_forces(
 class Step:
     """One more push of a plan, or one turn of a body, with the `runs` that it takes.
 
-    `directions`: (beta, gamma) in degrees, one, or two where the way back is measured too; empty for a turn, and for the
-    state before the first push. `half_width`: half width of the interval of each number of the target after this step,
-    over the target's divisor, (t,). `turn`: name of the body that is turned; empty for a push.
+    `directions`: (beta, gamma) in degrees, one, or two where the way back is measured too; empty for a turn, and for
+    the state before the first push. `half_width`: half width of the interval of each number of the target after this
+    step, over the target's divisor, (t,). `turn`: name of the body that is turned; empty for a push.
     """
 
     directions: tuple[tuple[float, float], ...]
@@ -361,8 +361,8 @@ class Plan:
 def push_rows(step: Step, depths_cm: Sequence[float]) -> list[dict[str, str]]:
     """Return the cells of the run sheet for the runs of a push, one dict a run.
 
-    Keys: ``direction``, ``beta_deg``, ``gamma_deg`` and ``depth_cm``, which only a horizontal run has: of `depths_cm` the
-    first ones, or empty where they are too few. A run with gamma below 0 is filed as an extraction.
+    Keys: ``direction``, ``beta_deg``, ``gamma_deg`` and ``depth_cm``, which only a horizontal run has: of `depths_cm`
+    the first ones, or empty where they are too few. A run with gamma below 0 is filed as an extraction.
     """
     beta, gamma = step.directions[0]
     ways = [("intrusion", "")] if gamma > 0 else [("extraction", "")]
@@ -471,8 +471,8 @@ def plan(
 def _errors_of_target(target: Target, medium_map: Map) -> tuple[FloatArray, FloatArray]:
     """Return errors of alpha, (k, 2, n), whose products add up to its covariance, and the errors of the target by them, (k, t).
 
-    Where the target is not linear in alpha, they are along the largest axes of the error of alpha, and those of the target
-    half its change when alpha moves either way.
+    Where the target is not linear in alpha, they are along the largest axes of the error of alpha, and those of the
+    target half its change when alpha moves either way.
     """
     errors = medium_map.factor
     if target.linear:
@@ -487,8 +487,8 @@ def _errors_of_target(target: Target, medium_map: Map) -> tuple[FloatArray, Floa
 def _log_gain(across: FloatArray, measured: FloatArray, variance: float) -> float:
     """Return the logarithm of the factor by which a measurement of k numbers narrows the variance of the target.
 
-    `across`: covariance of the target's t numbers with them, (t, k). `measured`: their covariance, (k, k). `variance`: of
-    the target before, summed over its numbers.
+    `across`: covariance of the target's t numbers with them, (t, k). `measured`: their covariance, (k, k). `variance`:
+    of the target before, summed over its numbers.
     """
     less = float(np.sum(across * np.linalg.solve(measured, across.T).T))
     return -math.log(max(1 - less / max(variance, _NONE), 1e-12))
@@ -498,9 +498,9 @@ class _Candidate(NamedTuple):
     """A measurement that may come next: a push, with its way back where that is measured too, or one turn of a body.
 
     `observe`: function of the covariance of alpha at the nodes and of the target, (2 n + t, 2 n + t), that returns the
-    covariance of these with the k numbers that are measured, (2 n + t, k), and that of the measured numbers, (k, k), with
-    the errors of their readings. `runs`: that it takes. `directions`: of a push, (beta, gamma), degrees; empty for a turn.
-    `turn`: name of the body; empty for a push.
+    covariance of these with the k numbers that are measured, (2 n + t, k), and that of the measured numbers, (k, k),
+    with the errors of their readings. `runs`: that it takes. `directions`: of a push, (beta, gamma), degrees; empty for
+    a turn. `turn`: name of the body; empty for a push.
     """
 
     observe: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
@@ -512,8 +512,8 @@ class _Candidate(NamedTuple):
 def _make_turn(medium_map: Map, body: Outline, motion: Motion) -> _Candidate:
     """Make the candidate of one turn of a body along a motion, for one run.
 
-    The forces that will be measured are taken to be those by the map. Hundreds of them are combined to k numbers, weighted
-    sums of alpha, that say as much of alpha.
+    The forces that will be measured are taken to be those by the map. Hundreds of them are combined to k numbers,
+    weighted sums of alpha, that say as much of alpha.
     """
     best = medium_map.alpha
     nodes = medium_map.beta, medium_map.gamma

@@ -1,11 +1,11 @@
 """Forces on a mesh in space, and the error of the law in space, which no measurement in the plane contains.
 
 The faces of a mesh are its triangles, m of them. Frames are the poses of a motion, shape (p, 18): position (3, cm),
-velocity (3, cm/s), rate of turning (3, rad/s), rotation matrix (9, row by row). The compiled kernel returns 19 sums over
-the faces for each pose: columns 0 to 5 force and moment (`MESH_QUANTITIES`), 6 depth times area (cm^3) of the faces that
-move out of the plane of their normal and the vertical, 7 to 9 the sizes of vertical parts, horizontal parts and whole
-forces (N), 10 to 12 whole sizes times the arm (N cm), 13 to 18 the sum of f f^T / |f| over forces f (xx, yy, zz, xy, xz,
-yz, N). A stack of draws is a profile whose parameters have a leading axis: alpha drawn within its errors.
+velocity (3, cm/s), rate of turning (3, rad/s), rotation matrix (9, row by row). The compiled kernel returns 19 sums
+over the faces for each pose: columns 0 to 5 force and moment (`MESH_QUANTITIES`), 6 depth times area (cm^3) of the
+faces that move out of the plane of their normal and the vertical, 7 to 9 the sizes of vertical parts, horizontal parts
+and whole forces (N), 10 to 12 whole sizes times the arm (N cm), 13 to 18 the sum of f f^T / |f| over forces f (xx, yy,
+zz, xy, xz, yz, N). A stack of draws is a profile whose parameters have a leading axis: alpha drawn within its errors.
 """
 
 from __future__ import annotations
@@ -62,7 +62,8 @@ NO_ELASTICITY = (0.0, 0.0, 0.0)
 def face_rows(mesh: Mesh) -> FloatArray:
     """Describe the faces to the compiled kernel, in the axes of the mesh, shape (m, 17).
 
-    Columns: three corners (9, cm), centroid (3, cm), outward unit normal (3), area (cm^2), 1 for a sheet or 0 for a solid.
+    Columns: three corners (9, cm), centroid (3, cm), outward unit normal (3), area (cm^2), 1 for a sheet or 0 for a
+    solid.
     """
     triangles = mesh.triangles
     normals = area_vectors(triangles)
@@ -114,7 +115,8 @@ def _sum_compiled(
 ) -> FloatArray:
     """Call the compiled kernel for the poses of a motion, and return its sums, shape (p, 19).
 
-    `law`: from `law_of`. `faces`: rows of `face_rows`. `ranges`: first row of each pose and the row behind its last, (p, 2).
+    `law`: from `law_of`. `faces`: rows of `face_rows`. `ranges`: first row of each pose and the row behind its last,
+    (p, 2).
     """
     from rftfit.forces.face_kernel import face_forces
 
@@ -146,8 +148,9 @@ def mesh_draws(
 def _wet_faces(mesh: Mesh, motion: Motion3D) -> tuple[FloatArray, IntArray]:
     """Return `face_rows` of the faces that reach below the surface, pose after pose, and the range of each pose, (p, 2).
 
-    Most of a rolling wheel is dry, and need not be tested again for each draw. A face that is wet in several poses has a
-    row for each. Where the rows would be too many for memory, or a frame lacks a number, all faces of all poses are summed.
+    Most of a rolling wheel is dry, and need not be tested again for each draw. A face that is wet in several poses has
+    a row for each. Where the rows would be too many for memory, or a frame lacks a number, all faces of all poses are
+    summed.
     """
     faces, frames = face_rows(mesh), motion.frames
     if len(faces) * len(frames) > errors.MOST_AT_ONCE or not np.isfinite(frames).all():
@@ -280,8 +283,8 @@ class MeshInMotion(BodyInMotion):
     ) -> dict[str, FloatArray]:
         """Return the columns of a prediction, each (p,), with rounding set to 0 and with ``closure_N``.
 
-        Forces that symmetry cancels are not exactly 0 as sums over faces. ``closure_N``: error of a force if the measured
-        law errs alike on all faces that leave the plane of their normal and the vertical; NaN by 3D-RFT.
+        Forces that symmetry cancels are not exactly 0 as sums over faces. ``closure_N``: error of a force if the
+        measured law errs alike on all faces that leave the plane of their normal and the vertical; NaN by 3D-RFT.
         """
         finished = {
             name: np.where(np.abs(values) < self._least_size(name, best.forces), 0.0, values)
@@ -298,8 +301,8 @@ class MeshInMotion(BodyInMotion):
     ) -> Peak:
         """Return a peak without numbers that are rounding of the sum over faces, and withheld where it is steep.
 
-        Rounding becomes 0. An end of an interval that is 0, or is cut off there because a peak has one sign, is moved to
-        the farthest end of this interval in any pose: the largest force of a mesh may have either sign.
+        Rounding becomes 0. An end of an interval that is 0, or is cut off there because a peak has one sign, is moved
+        to the farthest end of this interval in any pose: the largest force of a mesh may have either sign.
         """
         quantity = peak.quantity
         least = self._least_size(quantity, best)

@@ -1,10 +1,10 @@
 """A rolling wheel at a given load or sinkage: drawbar, torque, sinkage and their intervals, from one function.
 
-A wheel rolls toward +x about an axle along y. Slip: 1 less travel over rim speed where it drives, 0 to 1; negative where
-it brakes. Drawbar is the force of the medium toward +x (N), load that upward (N), torque that of the drive (N cm), all
-means over one turn; sinkage is the depth of the lowest point of the rim (cm). The rim is the radius to which slip and
-sinkage belong, between lugs or over them. Slip sinkage: a wheel that slips digs, as if alpha were larger or smaller by a
-factor, whose range was found on measured rigs (wheels.toml of the room reference).
+A wheel rolls toward +x about an axle along y. Slip: 1 less travel over rim speed where it drives, 0 to 1; negative
+where it brakes. Drawbar is the force of the medium toward +x (N), load that upward (N), torque that of the drive (N
+cm), all means over one turn; sinkage is the depth of the lowest point of the rim (cm). The rim is the radius to which
+slip and sinkage belong, between lugs or over them. Slip sinkage: a wheel that slips digs, as if alpha were larger or
+smaller by a factor, whose range was found on measured rigs (wheels.toml of the room reference).
 """
 
 from __future__ import annotations
@@ -72,8 +72,9 @@ _FACTS = (
 def wheel_numbers() -> Mapping[str, Any]:
     """Read the model's errors on wheels, and the range of slip sinkage, found on measured rigs (``wheels.toml``).
 
-    ``rig``: a list of rigs, each with ``laboratory``, ``shape`` (smooth or lugged), ``runs``, ``radius_cm``, ``load_N`` and
-    the errors of ``drawbar`` and ``torque`` below ``plain`` and ``friction``. ``slip_sinkage``: ``least`` and ``most``.
+    ``rig``: a list of rigs, each with ``laboratory``, ``shape`` (smooth or lugged), ``runs``, ``radius_cm``, ``load_N``
+    and the errors of ``drawbar`` and ``torque`` below ``plain`` and ``friction``. ``slip_sinkage``: ``least`` and
+    ``most``.
     """
     return read_toml("reference", "wheels.toml")
 
@@ -81,8 +82,8 @@ def wheel_numbers() -> Mapping[str, Any]:
 def _average_turn(forces: FloatArray) -> FloatArray:
     """Return drawbar (N), load (N) and torque of the drive (N cm), the means over a turn, shape (3, ...).
 
-    `forces`: from `compiled_mesh_forces` in the p poses of the turn, shape (..., p, 19); columns 0 and 2 are force x and
-    z, column 4 is the moment about y.
+    `forces`: from `compiled_mesh_forces` in the p poses of the turn, shape (..., p, 19); columns 0 and 2 are force x
+    and z, column 4 is the moment about y.
     """
     mean = forces.mean(axis=-2)
     # the medium turns the wheel back: the drive gives the opposite moment
@@ -446,8 +447,8 @@ class _Wheel:
     def turns_of_draws(self, slip: float, sinkages_cm: Sequence[float]) -> FloatArray:
         """Return drawbar, load and torque by each draw at each sinkage, shape (3, draws, sinkages).
 
-        A medium without draws counts as one draw. The difference of a draw from the medium itself is calculated in a few
-        poses, and added to the mean over all poses: hundreds of draws in all poses would take minutes.
+        A medium without draws counts as one draw. The difference of a draw from the medium itself is calculated in a
+        few poses, and added to the mean over all poses: hundreds of draws in all poses would take minutes.
         """
         turns = [self.turn(slip, sinkage) for sinkage in sinkages_cm]
         in_all_poses = np.stack(turns, axis=-1)[:, None]
@@ -549,8 +550,9 @@ def _not_carried(load_N: float, sinkage_cm: float, reason: str) -> _Solved:
 def _solve_sinkage(rolling: _Wheel, case: _Case) -> _Solved:
     """Find the sinkage at which the wheel carries its load, with the spread of the medium and of slip sinkage.
 
-    `case`: a slip and a load, without a sinkage. The load grows with depth, so that the sinkage is bisected, between nearly
-    0 and the axle. For the draws the forces are calculated at a few sinkages around it, and interpolated by `_carry_load`.
+    `case`: a slip and a load, without a sinkage. The load grows with depth, so that the sinkage is bisected, between
+    nearly 0 and the axle. For the draws the forces are calculated at a few sinkages around it, and interpolated by
+    `_carry_load`.
     """
     slip, load_N = case.slip, case.load_N
     assert load_N is not None
@@ -604,8 +606,8 @@ def _carry_load(turns: FloatArray, depths: FloatArray, load_N: float) -> dict[st
     """Return sinkage, drawbar and torque of each draw under a load, by column, (draws,), each with another slip sinkage.
 
     `turns`: drawbar, load and torque of each draw at each of `depths` (cm), shape (3, draws, depths). The logarithms of
-    the factors of slip sinkage are spread evenly over their range and assigned at random. A draw that does not carry the
-    load has the deepest of `depths`.
+    the factors of slip sinkage are spread evenly over their range and assigned at random. A draw that does not carry
+    the load has the deepest of `depths`.
     """
     # a medium without draws is repeated, so that the factors are spread all the same
     drawbar_at_depths, load_at_depths, torque_at_depths = turns
@@ -833,8 +835,8 @@ _MEASURED = Schema(
 def read_measured_runs(file: Path) -> pd.DataFrame:
     """Read measured runs of a wheel: ``slip`` and any of ``drawbar_N``, ``torque_N_cm``, ``sinkage_cm``, ``load_N``.
 
-    One row a run; a column that is empty in all rows is left out. Raises CampaignError with every cell that is wrong, or
-    where there is no other column than the slip.
+    One row a run; a column that is empty in all rows is left out. Raises CampaignError with every cell that is wrong,
+    or where there is no other column than the slip.
     """
     rows, problems = read_rows(file, _MEASURED)
     columns = [column.name for column in _MEASURED.columns]

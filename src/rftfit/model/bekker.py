@@ -1,7 +1,7 @@
 """Bekker's pressure-sinkage law from pushes straight down: p = (k_c / b + k_phi) z^n, for terramechanics (SCM).
 
-Bekker (1969), Introduction to Terrain-Vehicle Systems: p is the pressure under a level plate of width b at the depth z. A
-line of stress over depth is n = 1, and alpha_z(0, 90 deg) then is k = k_c / b + k_phi.
+Bekker (1969), Introduction to Terrain-Vehicle Systems: p is the pressure under a level plate of width b at the depth z.
+A line of stress over depth is n = 1, and alpha_z(0, 90 deg) then is k = k_c / b + k_phi.
 """
 
 from __future__ import annotations
@@ -168,8 +168,8 @@ def width_of_plate(plate: Plate | Disc | FlatOutline | Leg) -> float:
 def _half_width_of_mean(exponents: FloatArray, errors: pd.Series) -> float:
     """Return half of the 95 % interval of the mean exponent, by Student's t; of a single push by its standard error.
 
-    `errors`: standard errors of the exponents, of which only a single push uses its own: the scatter of several contains
-    them.
+    `errors`: standard errors of the exponents, of which only a single push uses its own: the scatter of several
+    contains them.
     """
     if exponents.size == 1:
         return normal_quantile(_CONFIDENCE) * float(errors.iloc[0])

@@ -1,8 +1,8 @@
 """Errors that cells of an alpha table share (session, turn, rod, tare), and the covariance of all errors.
 
-An alpha table has n rows, one for each cell: angles ``beta_deg``, ``gamma_deg``, and for z and x alpha with its standard
-error ``alpha_z_se_...`` and a part of it for each source, such as ``alpha_z_rod_...``; ``tare_runs``, the rod-only runs
-behind a cell. Errors with a common cause move many cells together and do not average out over cells.
+An alpha table has n rows, one for each cell: angles ``beta_deg``, ``gamma_deg``, and for z and x alpha with its
+standard error ``alpha_z_se_...`` and a part of it for each source, such as ``alpha_z_rod_...``; ``tare_runs``, the
+rod-only runs behind a cell. Errors with a common cause move many cells together and do not average out over cells.
 """
 
 from __future__ import annotations

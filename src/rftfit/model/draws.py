@@ -1,8 +1,8 @@
 """Random draws of an alpha table within its errors, intervals from draws, and names of the columns of intervals.
 
 An alpha table has a row for each cell: ``beta_deg``, ``gamma_deg`` and for each component z and x the columns
-``alpha_z_N_per_cm3``, its ends ``alpha_z_lo_...`` and ``alpha_z_hi_...``, its standard error ``alpha_z_se_...`` and a part
-of that error for each source of `SOURCES`. Arrays of draws have the draws on their first axis.
+``alpha_z_N_per_cm3``, its ends ``alpha_z_lo_...`` and ``alpha_z_hi_...``, its standard error ``alpha_z_se_...`` and a
+part of that error for each source of `SOURCES`. Arrays of draws have the draws on their first axis.
 """
 
 from __future__ import annotations
@@ -95,8 +95,8 @@ def errors_behind(
     """Return the standard deviation of quantities linear in alpha that each source of error causes, by its name.
 
     So a report can say which error makes an interval wide. `quantity`: function that takes what `alpha_draws` returns
-    and returns quantities of shape (..., draws). The standard deviations have shape (...). Sources of `SOURCES` that the
-    table does not have are left out.
+    and returns quantities of shape (..., draws). The standard deviations have shape (...). Sources of `SOURCES` that
+    the table does not have are left out.
     """
     seed, level = config.fourier.seed, config.fit.confidence
     # enough for the share of a variance to some percent
@@ -148,8 +148,8 @@ def errors_known(table: pd.DataFrame) -> bool:
 def typical_dof(table: pd.DataFrame, confidence: float) -> float:
     """Return the median degrees of freedom behind the intervals of an alpha table, at most 1e6; NaN without intervals.
 
-    They follow from half an interval over its standard error, which is a quantile of Student's t. `confidence`: level of
-    the intervals.
+    They follow from half an interval over its standard error, which is a quantile of Student's t. `confidence`: level
+    of the intervals.
     """
     from scipy.special import stdtridf
 

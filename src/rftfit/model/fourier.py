@@ -65,10 +65,10 @@ def fit_lsq(
     Cells at beta = -90 and 90 degrees are one direction, with the mean of their alpha. A measured mirror image counts
     as a separate direction; none is added by symmetry, which would count the same measurement twice.
 
-    `beta`, `gamma`: shape (n,), rad, any directions. `alpha_z`, `alpha_x`: shape (..., n), N/cm^3; a cell that is
-    NaN in one leading index (draw) is left out of all. `keep`: shape (9,), True for each term to fit; the other
-    coefficients are 0; None: all. Returns coefficients in the order of `TERMS`, N/cm^3, shape (..., 9). Raises ValueError
-    where the measured directions do not determine the terms.
+    `beta`, `gamma`: shape (n,), rad, any directions. `alpha_z`, `alpha_x`: shape (..., n), N/cm^3; a cell that is NaN
+    in one leading index (draw) is left out of all. `keep`: shape (9,), True for each term to fit; the other
+    coefficients are 0; None: all. Returns coefficients in the order of `TERMS`, N/cm^3, shape (..., 9). Raises
+    ValueError where the measured directions do not determine the terms.
     """
     keep = np.ones(len(TERMS), dtype=bool) if keep is None else keep
     nodes = torus(beta, gamma, images=False)

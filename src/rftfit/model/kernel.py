@@ -96,8 +96,8 @@ def _place_block(
 ) -> None:
     """Turn a block by the angle of cosine `c` and sine `s`, clip it at the surface, and write it into `w`.
 
-    Written are tangent, velocity, load and centre of the part below the surface. `w`: work array. `block`: a block at rest.
-    `z0`, `vx0`, `vz0`: height (cm) and velocity (cm/s) of the reference point; `rate`: angular velocity, rad/s.
+    Written are tangent, velocity, load and centre of the part below the surface. `w`: work array. `block`: a block at
+    rest. `z0`, `vx0`, `vz0`: height (cm) and velocity (cm/s) of the reference point; `rate`: angular velocity, rad/s.
     `solid`: only elements that move outward, to the right of their tangent, bear a load.
     """
     for i in range(LANES):
@@ -313,8 +313,8 @@ def _sum_forces(
 ) -> tuple[float, float, float]:
     """Return force z, force x (N) and moment about the reference point (N cm) of blocks that move as one rigid body.
 
-    `angle` and its cosine `c` and sine `s`: of the body. `z0`, `vx0`, `vz0`, `rate`, `solid`: as for `_place_block`. `w`:
-    work array, overwritten.
+    `angle` and its cosine `c` and sine `s`: of the body. `z0`, `vx0`, `vz0`, `rate`, `solid`: as for `_place_block`.
+    `w`: work array, overwritten.
     """
     force_z, force_x, moment = 0.0, 0.0, 0.0
     for b in range(len(blocks)):
@@ -369,10 +369,10 @@ def pose_forces(
 ) -> FloatArray:
     """Calculate force z, x (N) and moment about the reference point (N cm) on an outline in each pose.
 
-    `pack`: of the profile. `body`: shape (n, 5): elements at angle 0 about the reference point: x, z (cm), unit tangent x,
-    z, half-length (cm). `solid`: count only elements that move outward; the outline then runs
-    counterclockwise. `poses`: shape (p, 6): reference point x, z (cm), angle (rad, from z toward
-    x), and their rates (per s). Returns shape (p, 3).
+    `pack`: of the profile. `body`: shape (n, 5): elements at angle 0 about the reference point: x, z (cm), unit tangent
+    x, z, half-length (cm). `solid`: count only elements that move outward; the outline then runs counterclockwise.
+    `poses`: shape (p, 6): reference point x, z (cm), angle (rad, from z toward x), and their rates (per s). Returns
+    shape (p, 3).
     """
     blocks, w = np.zeros((-(-len(body) // LANES), _AT_REST)), np.zeros(_PLACED)
     _fill_blocks(blocks, body, width_cm)
@@ -438,9 +438,10 @@ def _write_member_forces(
 ) -> None:
     """Write force z, x and moments about the centre of mass and about the hip of each member into `member_forces` (m, 4).
 
-    Members are legs, and bodies that do not turn relative to the robot. `blocks`: of each group of members with the same
-    outline; `group`: number of the group of each member. `hips`: x, z of the hip in the robot's frame (cm), and 1 for a leg,
-    which turns by `turn` (rad) at the `rate` (rad/s), or 0. `state`: of the robot, as in `advance`. `w`: work array.
+    Members are legs, and bodies that do not turn relative to the robot. `blocks`: of each group of members with the
+    same outline; `group`: number of the group of each member. `hips`: x, z of the hip in the robot's frame (cm), and 1
+    for a leg, which turns by `turn` (rad) at the `rate` (rad/s), or 0. `state`: of the robot, as in `advance`. `w`:
+    work array.
     """
     pitch, pitch_rate = state[2], state[5]
     cos_p, sin_p = math.cos(pitch), math.sin(pitch)

@@ -26,9 +26,9 @@ def profile_of(
 ) -> Profile:
     """Return the profile of a medium; a path is read as a profile file. Raises TypeError for anything else.
 
-    `is_enough`: function that returns True if a table has a number in every direction that is needed, as of a body in its
-    motion. If the table of a medium of a campaign has not, the profile of its map is returned. Default: a table with
-    holes is not enough.
+    `is_enough`: function that returns True if a table has a number in every direction that is needed, as of a body in
+    its motion. If the table of a medium of a campaign has not, the profile of its map is returned. Default: a table
+    with holes is not enough.
     """
     if isinstance(medium, str | Path):
         return read_profile(medium)

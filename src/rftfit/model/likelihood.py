@@ -1,7 +1,8 @@
 """Likelihood of measured numbers of a medium, for any size and any departure from the known shape.
 
-Numbers y are s (m + d) with normal errors: s is the size of the medium, m the mean shape of known media at these numbers, d
-normal with the covariance lambda (C + (1 - w) K + w R) of `rftfit.model.prior`. lambda is called departure, w rough share.
+Numbers y are s (m + d) with normal errors: s is the size of the medium, m the mean shape of known media at these
+numbers, d normal with the covariance lambda (C + (1 - w) K + w R) of `rftfit.model.prior`. lambda is called departure,
+w rough share.
 """
 
 from __future__ import annotations
@@ -50,8 +51,8 @@ class Likelihood:
     and x are independent, S has two parts, and the decomposition takes a quarter of the time. For few numbers, or if S
     has one part, B B' is added to S instead.
 
-    `rough_share`: w. `first_size`: estimate of s, N/cm^3, about which sizes are tried. `least_error`: least standard error
-    of a number without the scatter of beds, N/cm^3. Raises ValueError where the numbers show no resistance.
+    `rough_share`: w. `first_size`: estimate of s, N/cm^3, about which sizes are tried. `least_error`: least standard
+    error of a number without the scatter of beds, N/cm^3. Raises ValueError where the numbers show no resistance.
     """
 
     def __init__(self, measurements: Measurements, rough_share: float) -> None:
@@ -106,8 +107,8 @@ class Likelihood:
     def log_likelihood(self, sizes: FloatArray, departures: FloatArray) -> FloatArray:
         """Return the logarithm of the likelihood, shape (departures, sizes), but for a constant.
 
-        It is -(log det V + r' V^-1 r) / 2 with the residual r = y - s m and the covariance V = 1 + t (B B' + S). `sizes`:
-        s, N/cm^3; `departures`: lambda; every pair of them is tried.
+        It is -(log det V + r' V^-1 r) / 2 with the residual r = y - s m and the covariance V = 1 + t (B B' + S).
+        `sizes`: s, N/cm^3; `departures`: lambda; every pair of them is tried.
         """
         variance = (departures[:, None] * sizes**2).ravel()
         diagonal = 1 + variance[:, None] * self._eigenvalues
@@ -166,9 +167,10 @@ class Likelihood:
     def fit_horizontal_ratio(self, is_x: npt.NDArray[np.bool_], size: float) -> tuple[float, float]:
         """Fit alpha_x over alpha_z relative to this ratio in known media; return it and the standard error of its log.
 
-        A ratio far from 1 shows a swapped or wrongly scaled axis. By generalised least squares with one factor on the mean
-        shape for each component; NaN if one component was not measured. If a factor is not positive, returns 0 and the
-        relative error of the difference of both factors. `is_x` (n,): True for numbers that are alpha_x. `size`: N/cm^3.
+        A ratio far from 1 shows a swapped or wrongly scaled axis. By generalised least squares with one factor on the
+        mean shape for each component; NaN if one component was not measured. If a factor is not positive, returns 0 and
+        the relative error of the difference of both factors. `is_x` (n,): True for numbers that are alpha_x. `size`:
+        N/cm^3.
         """
         if is_x.all() or not is_x.any():
             return math.nan, math.nan
@@ -226,9 +228,9 @@ def weigh(
 ) -> tuple[FloatArray, FloatArray]:
     """Return sizes (k,), N/cm^3, evenly spaced in their logarithm, and the posterior weights of w, lambda and size, (w, lambda, k).
 
-    `likelihoods`: one for each w. `departures`: lambda. `log_prior`: of w and lambda, shape (w, lambda, 1). The weights sum to 1. The prior
-    of the logarithm of the size is flat, but falls for sizes that the errors would hide: pushes in directions where
-    media have hardly any force would otherwise fit the weakest medium best.
+    `likelihoods`: one for each w. `departures`: lambda. `log_prior`: of w and lambda, shape (w, lambda, 1). The weights
+    sum to 1. The prior of the logarithm of the size is flat, but falls for sizes that the errors would hide: pushes in
+    directions where media have hardly any force would otherwise fit the weakest medium best.
     """
     first = likelihoods[0]
     low, high = np.log(first.first_size) + np.log(_CHOSEN.widest) * np.array([-1, 1])

@@ -8,8 +8,8 @@ and every push corrects it:
 Here s is the unknown size of this medium (root mean square of alpha over the published grid), m the mean shape and C
 the covariance of the known media. A smooth covariance K and a rough one R allow a further medium to differ from all
 known ones. The pushes determine s, how far the medium departs from the known shape (lambda) and how roughly (w). The
-map consists of draws from the posterior: their mean is alpha, their quantiles are its interval. Alpha at the n nodes of a
-map (directions, rad) is an array (2, n), z then x, N/cm^3; as a vector (2 n,) all z come first.
+map consists of draws from the posterior: their mean is alpha, their quantiles are its interval. Alpha at the n nodes of
+a map (directions, rad) is an array (2, n), z then x, N/cm^3; as a vector (2 n,) all z come first.
 
 `rftfit.model.pushes` reads the pushes, `shapes` has the known media, `prior`, `likelihood` and `posterior` the three
 terms of Bayes' rule, and `energy` the condition behind them.
@@ -65,7 +65,8 @@ def fit_terms_of_map(
 ) -> FloatArray:
     """Return nine coefficients (..., 9), N/cm^3, fitted to alpha (..., 2, n) at the n nodes of a map (rad).
 
-    Terms that the fit to `best`, the map's own alpha (2, n), does not keep are 0, so that all draws have the same terms.
+    Terms that the fit to `best`, the map's own alpha (2, n), does not keep are 0, so that all draws have the same
+    terms.
     """
     keep = kept_terms(fit_lsq(beta, gamma, *best), PAPER_RULE)
     return fit_lsq(beta, gamma, alpha[..., 0, :], alpha[..., 1, :], keep)
@@ -447,8 +448,8 @@ def estimate(
 ) -> Map:
     """Return the map that `estimate_map` returns, for pushes with known errors, without `bed_spread` and `window` of a table.
 
-    `nodes`: nodes of the map, all on lines of a grid; default: `map_nodes`. `contacts`: measured forces on bodies. Other
-    arguments as in `estimate_map`.
+    `nodes`: nodes of the map, all on lines of a grid; default: `map_nodes`. `contacts`: measured forces on bodies.
+    Other arguments as in `estimate_map`.
     """
     shapes = shapes or published_shapes()
     nodes = nodes or map_nodes()

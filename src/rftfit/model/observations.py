@@ -8,9 +8,9 @@ the push of a plate, whose only weight is 1 in its own direction:
 e is the error of the reading and H the load without cancellation: the sum of the sizes of the forces on all elements.
 c is the relative error of the force model on this body in every medium, and o its further error in this medium.
 
-The size of a medium is the root mean square of its alpha over the published grid, N/cm^3; a medium of size 1 has the shape
-alone. A map has n nodes; alpha at them is a vector (2 n,), all z, then all x. Forces have components, z and x of an
-outline, x, y, z of a mesh; N, of the medium on the body.
+The size of a medium is the root mean square of its alpha over the published grid, N/cm^3; a medium of size 1 has the
+shape alone. A map has n nodes; alpha at them is a vector (2 n,), all z, then all x. Forces have components, z and x of
+an outline, x, y, z of a mesh; N, of the medium on the body.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Draws of media that agree with measured numbers and take energy in every direction.
 
 A medium is s (m + d): size s, mean shape m, and d normal with the covariance lambda (C + (1 - w) K + w R) of
-`rftfit.model.prior`; lambda is called departure, w rough share. Draws are made in batches of `DRAWS`, a row each. A draw
-whose medium would give energy back is rejected, since no medium does.
+`rftfit.model.prior`; lambda is called departure, w rough share. Draws are made in batches of `DRAWS`, a row each. A
+draw whose medium would give energy back is rejected, since no medium does.
 """
 
 from __future__ import annotations
@@ -78,9 +78,10 @@ class Posterior:
 
         The first `coarse` nodes are those of the published grid. A draw that gives energy back there is rejected. Any
         other is kept with the probability exp(-tilt (T - least T of the first draws)), where T is its `mean_effort`:
-        what rejection leaves would have more effort than known media (`Shapes.tilt`). The nodes between the lines are then
-        drawn until the medium takes energy there too, at most `most_completed` times (chosen.toml). `pushed_nodes`: have
-        alpha as measured. Raises ValueError where hardly any draw takes energy, as with a wrong sign.
+        what rejection leaves would have more effort than known media (`Shapes.tilt`). The nodes between the lines are
+        then drawn until the medium takes energy there too, at most `most_completed` times (chosen.toml).
+        `pushed_nodes`: have alpha as measured. Raises ValueError where hardly any draw takes energy, as with a wrong
+        sign.
         """
         random = np.random.default_rng(SEED_OF_MAPS)
         grid_nodes = nodes[0][:coarse], nodes[1][:coarse]
@@ -128,8 +129,8 @@ class Posterior:
     def _draw_batch(self, grid_end: int, random: np.random.Generator) -> _Batch:
         """Draw size, departure, roughness, the first `grid_end` normal numbers, errors and the pull of a batch.
 
-        Matheron's rule: a medium and errors are drawn from the prior, its pushes with these errors are calculated,
-        and the draw is corrected by their difference from the measured pushes (the pull). `grid_end`: index in the prior
+        Matheron's rule: a medium and errors are drawn from the prior, its pushes with these errors are calculated, and
+        the draw is corrected by their difference from the measured pushes (the pull). `grid_end`: index in the prior
         behind the published grid.
         """
         # evenly spaced quantiles of the weights, in random order
@@ -176,9 +177,9 @@ class Posterior:
     ) -> FloatArray:
         """Return draws at all n nodes, (draws, 2, n), from those on the published grid, `draws`, (draws, 2, coarse).
 
-        Alpha at the other nodes is drawn, given that on the grid, until the medium takes energy there, too. Next to a push
-        that gives energy back, by its error, every completion may give energy back: the last one is then kept. `nodes`:
-        rad, those of the grid first. `batch`: from which `draws` are.
+        Alpha at the other nodes is drawn, given that on the grid, until the medium takes energy there, too. Next to a
+        push that gives energy back, by its error, every completion may give energy back: the last one is then kept.
+        `nodes`: rad, those of the grid first. `batch`: from which `draws` are.
         """
         grid_end, end = batch.normals.shape[1], self._prior.mean.size
         if grid_end == end:
@@ -208,8 +209,8 @@ class Posterior:
     def _alpha_at(self, batch: _Batch, columns: slice) -> FloatArray:
         """Return alpha at n nodes, those at `columns` in the prior, by the normal numbers of a batch, (draws, 2, n).
 
-        s (m + root(lambda) normal numbers times the root of the prior), plus the pull of the measured numbers. Numbers of
-        the prior that have no normal number in the batch yet count as 0, their mean.
+        s (m + root(lambda) normal numbers times the root of the prior), plus the pull of the measured numbers. Numbers
+        of the prior that have no normal number in the batch yet count as 0, their mean.
         """
         reach = min(columns.stop, batch.normals.shape[1])
         alpha = np.empty((len(batch.share_number), columns.stop - columns.start))
@@ -254,9 +255,9 @@ class _Batch(NamedTuple):
     """Draws before alpha is calculated, one row for each draw; k measured numbers.
 
     `share_number`: index of w in `Posterior._rough_shares`, (draws,). `size`, `departure`: s (N/cm^3) and lambda,
-    (draws, 1). `normals`: normal numbers for the first numbers of the prior, (draws, grid_end). `pull`: correction by the
-    measured numbers, which their covariance with a node turns into its alpha, (draws, k). `noise`: drawn errors of the
-    measured numbers, N/cm^3, (draws, k).
+    (draws, 1). `normals`: normal numbers for the first numbers of the prior, (draws, grid_end). `pull`: correction by
+    the measured numbers, which their covariance with a node turns into its alpha, (draws, k). `noise`: drawn errors of
+    the measured numbers, N/cm^3, (draws, k).
     """
 
     share_number: npt.NDArray[np.intp]
@@ -288,8 +289,8 @@ class PushedNodes(NamedTuple):
     def of(cls, nodes: Angles, pushes: Pushes, used: npt.NDArray[np.bool_]) -> PushedNodes:
         """Return the pushed ones of `nodes` (rad).
 
-        `used`: True for those numbers of the pushes, z then x, that are in `Measurements.y`. A node where no alpha_z was
-        measured does not count as pushed.
+        `used`: True for those numbers of the pushes, z then x, that are in `Measurements.y`. A node where no alpha_z
+        was measured does not count as pushed.
         """
         is_pushed = np.zeros(nodes[0].size, dtype=bool)
         # rows: component, node, number, sign; a column for each node whose alpha is measured

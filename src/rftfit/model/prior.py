@@ -1,8 +1,9 @@
 """Prior of alpha of a further medium: Gaussian, with the covariance C + (1 - w) K + w R of `rftfit.model.maps`.
 
 It is that of a medium of size 1 (root mean square of alpha over the published grid). m is the mean shape of the known
-media, C their covariance; K, smooth, and R, rough, let a further medium differ from all known ones; w is the share of R;
-lambda (departure) multiplies the whole covariance. Numbers of the prior are alpha in n directions, all z, then all x.
+media, C their covariance; K, smooth, and R, rough, let a further medium differ from all known ones; w is the share of
+R; lambda (departure) multiplies the whole covariance. Numbers of the prior are alpha in n directions, all z, then all
+x.
 """
 
 from __future__ import annotations
@@ -81,8 +82,8 @@ class Prior(NamedTuple):
     def insert_rows(self, rows: ObservedRows, nodes: npt.NDArray[np.intp], position: int) -> Prior:
         """Return the prior with combinations of measured forces as further numbers, from index `position` on.
 
-        A combination is a weighted sum of alpha, so its mean and covariance follow from those of alpha. `nodes`: indices
-        of alpha at the nodes of the map, to which the weights of the rows belong, z then x.
+        A combination is a weighted sum of alpha, so its mean and covariance follow from those of alpha. `nodes`:
+        indices of alpha at the nodes of the map, to which the weights of the rows belong, z then x.
         """
         size = self.mean.size
         # each number of the new prior as weights of the numbers of this one
@@ -164,8 +165,8 @@ def symmetric_correlation(
     """Return correlations of alpha_z and of alpha_x between n directions (rad), each of shape (n, n).
 
     `kernel`: function of the chords between two directions on the circles of 2 beta and of gamma, which returns their
-    correlation without symmetry. Alpha_z is even under the mirror image; its variance is scaled to 1 everywhere. Alpha_x
-    is odd; its variance goes to 0 where a direction is its own mirror image, as alpha_x itself does.
+    correlation without symmetry. Alpha_z is even under the mirror image; its variance is scaled to 1 everywhere.
+    Alpha_x is odd; its variance goes to 0 where a direction is its own mirror image, as alpha_x itself does.
     """
 
     def kernel_to(angles: Angles) -> FloatArray:

@@ -1,8 +1,8 @@
 """A stress profile as one file, ``profile.json``, that can be passed to others: writer, reader and its checks.
 
-The file lists each direction once, with alpha and its draws there; `rftfit.model.profile_schema` has its keys. The reader
-makes mirror images, the closed grid and every fit from these by the same code as from a measured table. The golden value is
-alpha in one direction, by which a reader with other signs or angles notices it.
+The file lists each direction once, with alpha and its draws there; `rftfit.model.profile_schema` has its keys. The
+reader makes mirror images, the closed grid and every fit from these by the same code as from a measured table. The
+golden value is alpha in one direction, by which a reader with other signs or angles notices it.
 """
 
 from __future__ import annotations

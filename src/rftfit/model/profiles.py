@@ -1,9 +1,10 @@
 """Profiles, which give alpha for any (beta, gamma): from a table, from nine Fourier terms, or from depth alone.
 
 Alpha is the stress over depth on a plate, z up and x forward, N/cm^3. beta is the angle of the plate, gamma that of its
-motion, in rad unless a name says deg. A profile is linear in its parameters: alpha at the nodes of a table, coefficients,
-or three numbers. A stack of draws is a profile whose parameters have leading axes: alpha drawn many times within its errors.
-Cells of a table are the directions that were measured, its nodes those of the grid that symmetry completes.
+motion, in rad unless a name says deg. A profile is linear in its parameters: alpha at the nodes of a table,
+coefficients, or three numbers. A stack of draws is a profile whose parameters have leading axes: alpha drawn many times
+within its errors. Cells of a table are the directions that were measured, its nodes those of the grid that symmetry
+completes.
 """
 
 from __future__ import annotations
@@ -56,8 +57,8 @@ PUBLISHED_KINDS = tuple(kind for kind in KINDS if kind != "map")
 def weighted_sum(values: FloatArray, weights: FloatArray) -> FloatArray:
     """Return sums of p parameters with weights; a missing parameter (NaN) makes a sum NaN only if its weight counts.
 
-    `values`: shape (draws, ..., p). `weights`: shape (n, ..., p). Returns shape (draws, ..., n, ...). A weight counts if
-    it is more than `NEGLIGIBLE` of all weights of its sum: in plain numpy 0 times NaN would be NaN.
+    `values`: shape (draws, ..., p). `weights`: shape (n, ..., p). Returns shape (draws, ..., n, ...). A weight counts
+    if it is more than `NEGLIGIBLE` of all weights of its sum: in plain numpy 0 times NaN would be NaN.
     """
     # only parameters with a weight, for speed: most poses need few directions of a map
     used = (weights != 0).reshape(-1, weights.shape[-1]).any(axis=0)
@@ -368,8 +369,8 @@ class TableProfile(Profile):
         """Set the attributes of a table on a grid: all constructors end here.
 
         `cells`: beta, gamma (rad) and alpha_z, alpha_x of the cells, shapes (n,) and (..., n). `nodes`: lines of the
-        completed grid in beta and gamma (rad), and alpha_z, alpha_x at its nodes, shape (..., nb, ng). `name`, `reason`,
-        `spread`: as in `Profile`.
+        completed grid in beta and gamma (rad), and alpha_z, alpha_x at its nodes, shape (..., nb, ng). `name`,
+        `reason`, `spread`: as in `Profile`.
         """
         self.cells, self.scattered = cells, False
         self.beta, self.gamma, self.alpha_z, self.alpha_x = nodes
@@ -479,8 +480,8 @@ class TableProfile(Profile):
     ) -> TableProfile:
         """Make a table of alpha, z and x, each (..., n), in n directions (rad) that with their mirror images are a whole grid.
 
-        As in a profile file. No angle is moved or interpolated: raises ValueError if the grid has holes or does not begin
-        at beta = -90 and gamma = -180 degrees.
+        As in a profile file. No angle is moved or interpolated: raises ValueError if the grid has holes or does not
+        begin at beta = -90 and gamma = -180 degrees.
         """
         grid = find_exact_grid(torus(beta, gamma))
         offset = np.inf if grid is None else max(grid.beta[0] + np.pi / 2, grid.gamma[0] + np.pi)
@@ -501,8 +502,8 @@ class TableProfile(Profile):
     ) -> TableProfile:
         """Make a table of alpha, z and x, each (..., nb, ng), on a complete grid.
 
-        `beta`, `gamma`: its lines, rad, (nb,) from -pi/2 to pi/2 and (ng,) from -pi to pi, both ends included. Alpha must
-        have its symmetry already.
+        `beta`, `gamma`: its lines, rad, (nb,) from -pi/2 to pi/2 and (ng,) from -pi to pi, both ends included. Alpha
+        must have its symmetry already.
         """
         # the cells are the nodes that are no mirror images of others
         in_half = np.abs(gamma) < np.pi / 2 + NEGLIGIBLE
@@ -733,7 +734,8 @@ def _triangulate(
 def _find_interval(nodes: FloatArray, angle: FloatArray) -> tuple[IndexArray, FloatArray]:
     """Return the index of the interval between nodes that holds an angle, and how far the angle lies in it, 0 to 1.
 
-    `nodes`: increasing, rad. `angle`: any shape, that of both results. Of an angle that is NaN the second number is NaN.
+    `nodes`: increasing, rad. `angle`: any shape, that of both results. Of an angle that is NaN the second number is
+    NaN.
     """
     index = np.clip(np.searchsorted(nodes, angle, side="right") - 1, 0, nodes.size - 2)
     return index, (angle - nodes[index]) / (nodes[index + 1] - nodes[index])

@@ -223,7 +223,8 @@ def with_scatter_of_repeats(pushes: Pushes, confidence: float) -> Pushes:
 
     Pushes without a stated error get the error of `spread_of_beds`, as the runs of a campaign do. Pushes with a stated
     error get the error by their scatter if it is larger than their errors explain. The scatter of few pushes is poorly
-    known: the error is enlarged so that the normal interval is as wide as Student's. `confidence`: level of that interval.
+    known: the error is enlarged so that the normal interval is as wide as Student's. `confidence`: level of that
+    interval.
     """
     repeats = [*_repeats_of(pushes)]
     if not repeats:
@@ -329,8 +330,8 @@ def same_direction_or_mirror(
 ) -> tuple[npt.NDArray[np.intp], FloatArray]:
     """Return the indices of directions equal to (beta, gamma) or its mirror image, all in rad, and their signs of alpha_x.
 
-    `betas`, `gammas`: the directions, (n,). The sign is -1 for a direction that is the mirror image alone: alpha_x there
-    is the negative of that at (beta, gamma). Both results have shape (same,).
+    `betas`, `gammas`: the directions, (n,). The sign is -1 for a direction that is the mirror image alone: alpha_x
+    there is the negative of that at (beta, gamma). Both results have shape (same,).
     """
     is_near = []
     for image in ((beta, gamma), mirror(beta, gamma)):

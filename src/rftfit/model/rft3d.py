@@ -1,9 +1,9 @@
 """3D-RFT of a plate in the plane of its motion: a whole profile from one push straight down and a friction.
 
-Agarwal, Goldman and Kamrin, *PNAS* 120 (2023), arXiv 2205.14920: stress over depth on a face is
-``xi (f1 m + f2 v + f3 g)``, with ``m`` its normal turned down, ``v`` its direction of motion, ``g`` down, and
-each ``f`` a polynomial of third degree in ``v.g``, ``m.g`` and ``m.v``, the same for all dry media. ``xi``, N/cm^3, says
-how strong a medium is: alpha_z(0, 90 deg) over what the polynomials give there.
+Agarwal, Goldman and Kamrin, *PNAS* 120 (2023), arXiv 2205.14920: stress over depth on a face is ``xi (f1 m + f2 v + f3
+g)``, with ``m`` its normal turned down, ``v`` its direction of motion, ``g`` down, and each ``f`` a polynomial of third
+degree in ``v.g``, ``m.g`` and ``m.v``, the same for all dry media. ``xi``, N/cm^3, says how strong a medium is:
+alpha_z(0, 90 deg) over what the polynomials give there.
 
 Vectors have shape (..., d): d = 3, x, y, z, or d = 2, x, z; the last component is up.
 """

@@ -8,7 +8,8 @@ s is the size of the medium. m and P are mean and covariance of the shape of kno
 P includes `Freedom`, further differences between media. L is the covariance of errors that repeats of a direction
 share. `Scatter` gives the covariance of e; `RunGaussian` solves linear systems with the covariance of all slopes.
 
-There are n runs in m directions. Numbers of runs are vectors (2 n,), those of directions (2 m,): all z, then all x, N/cm^3.
+There are n runs in m directions. Numbers of runs are vectors (2 n,), those of directions (2 m,): all z, then all x,
+N/cm^3.
 """
 
 from __future__ import annotations

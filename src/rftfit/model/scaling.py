@@ -2,8 +2,8 @@
 
 M are the nine coefficients of a medium, zeta is the alpha_z(0, 90 deg) that they give, and chi is measured alpha_z(0,
 90 deg) over zeta. M0 is the mean of M / zeta over the reference media. A further medium is zeta M0, with zeta from one
-push of a level plate straight down (the penetration test): alpha_z(0, 90 deg) over the mean chi. Coefficients are arrays
-(..., 9) in the order of `fourier.TERMS`.
+push of a level plate straight down (the penetration test): alpha_z(0, 90 deg) over the mean chi. Coefficients are
+arrays (..., 9) in the order of `fourier.TERMS`.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Shape of alpha over all directions that granular media share, and how far a further medium may differ from it.
 
-The shape of a medium is its alpha over its size, the root mean square of alpha over the published grid; m is the mean shape
-of the known media, C their covariance, K and R further covariances, w the share of R, lambda a factor on all of them
-(`rftfit.model.prior`). Alpha in n directions is a vector (2 n,), all z, then all x.
+The shape of a medium is its alpha over its size, the root mean square of alpha over the published grid; m is the mean
+shape of the known media, C their covariance, K and R further covariances, w the share of R, lambda a factor on all of
+them (`rftfit.model.prior`). Alpha in n directions is a vector (2 n,), all z, then all x.
 
 The known tables have lines 30 degrees apart in beta. Between the lines m is not bilinear: it follows the law 3D-RFT,
 whose difference from bilinear values is called the course here. It is not fitted. C includes the differences between
@@ -103,8 +103,8 @@ class Shapes:
     def horizontal_error(self, seen: float) -> float:
         """Return the standard deviation of an estimate of log(alpha_x / alpha_z) of a medium like the known ones.
 
-        `seen`: standard error of the estimate from some pushes by `Likelihood.fit_horizontal_ratio`. It includes what C and K
-        allow, which is replaced by the scatter of the known media.
+        `seen`: standard error of the estimate from some pushes by `Likelihood.fit_horizontal_ratio`. It includes what C
+        and K allow, which is replaced by the scatter of the known media.
         """
         known_spread, allowed = self.horizontal_spread
         return float(np.sqrt(known_spread**2 + max(seen**2 - allowed**2, 0.0)))
@@ -145,8 +145,8 @@ class Shapes:
     def slopes(self, beta_deg: FloatArray, gamma_deg: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the mean shape in n directions, (2, n), and its slopes over beta and gamma, per degree, (2, n, 2).
 
-        With them an error of an angle becomes one of alpha. A slope is the root mean square of the slopes to both sides, with the sign of their sum: at a maximum or a
-        corner of alpha their mean would be too small.
+        With them an error of an angle becomes one of alpha. A slope is the root mean square of the slopes to both
+        sides, with the sign of their sum: at a maximum or a corner of alpha their mean would be too small.
         """
         step_deg = _CHOSEN.slope_step_deg
         # no step, a step up and down in beta, a step up and down in gamma

@@ -1,8 +1,8 @@
 """The symmetry of alpha under a mirror image in x, and the completion of a table by it.
 
-All directions (beta, gamma) form a torus, since both angles are periodic. The mirror image in x of the experiment at (beta,
-gamma) is that at (-beta, 180 deg - gamma): alpha_z is the same there, alpha_x has the opposite sign. Where it was not
-pushed, alpha is that of its mirror image. A table has n cells; angles are in rad unless a name says deg.
+All directions (beta, gamma) form a torus, since both angles are periodic. The mirror image in x of the experiment at
+(beta, gamma) is that at (-beta, 180 deg - gamma): alpha_z is the same there, alpha_x has the opposite sign. Where it
+was not pushed, alpha is that of its mirror image. A table has n cells; angles are in rad unless a name says deg.
 """
 
 from __future__ import annotations
@@ -95,8 +95,8 @@ def list_once(beta: FloatArray, gamma: FloatArray) -> tuple[npt.NDArray[np.intp]
     """List the directions of a table, where a direction and its mirror image count as one.
 
     Of the two the one with |gamma| up to 90 degrees is listed, if the table has it. Returns indices of the cells whose
-    directions are listed, (listed,), and a torus of these directions alone, whose `complete` is the mean of each direction
-    and its mirror image.
+    directions are listed, (listed,), and a torus of these directions alone, whose `complete` is the mean of each
+    direction and its mirror image.
     """
     # cells in the order of preference: those beyond |gamma| = 90 degrees, and of these at beta = -90 degrees, come last
     edge = np.pi / 2 + 1e-9
@@ -150,8 +150,8 @@ class DirectionGrid(NamedTuple):
 def _close(nodes: FloatArray, alpha: FloatArray, half: float) -> tuple[FloatArray, FloatArray]:
     """Return nodes of a periodic angle, and alpha (..., nodes) at them, extended to both ends -half and half of the period.
 
-    Alpha at both ends is the same: that of a node there, or interpolated between the last and the first node. Gaps wider
-    than `WIDEST_DEG` get a node of NaN in their middle.
+    Alpha at both ends is the same: that of a node there, or interpolated between the last and the first node. Gaps
+    wider than `WIDEST_DEG` get a node of NaN in their middle.
     """
     widest = np.radians(WIDEST_DEG)
     if np.isclose(nodes[0], -half):
