@@ -1,4 +1,4 @@
-"""Answers of ``rftfit predict``: forces on a body, what they are from, peaks, intervals and doubts, in words and facts."""
+"""Answers of ``rftfit predict``: forces on a body, what they are from, peaks, intervals, doubts, in words and facts."""
 
 from __future__ import annotations
 
