@@ -172,6 +172,10 @@ def keep_true_intervals(ends: Ends, beside: Mapping[str, FloatArray]) -> Ends:
     return kept
 
 
+SAME_SHARE = USUAL_BED_SPREAD
+"""Relative difference up to which two peaks are nearly the same: one bed differs from the next by as much."""
+
+
 def describe_beside(peak: Peak, form: str, form_beside: str) -> str:
     """Say how far a peak by nine terms lies from the same peak by the table or the map; empty without one.
 
@@ -187,10 +191,6 @@ def describe_beside(peak: Peak, form: str, form_beside: str) -> str:
         return f"{numbers}, within the interval of alpha"
     near = abs(peak.value - peak.beside) <= SAME_SHARE * abs(peak.beside)
     return f"{numbers}, nearly the same" if near else f"{numbers}: no error of alpha explains this"
-
-
-SAME_SHARE = USUAL_BED_SPREAD
-"""Relative difference up to which two peaks are nearly the same: one bed differs from the next by as much."""
 
 
 class DrawStatistics:

@@ -25,6 +25,9 @@ from rftfit.forces.reference_kernel import WetElements
 from rftfit.model.compiling import is_worth_compiling
 from rftfit.model.profiles import Profile, TableProfile, weighted_sum
 
+QUANTITIES = ("force_z_N", "force_x_N", "moment_N_cm")
+"""Columns of the forces and the moment on an outline."""
+
 
 @dataclass(frozen=True)
 class Forces:
@@ -124,9 +127,6 @@ def _describe_gap(profile: Profile) -> str:
     """Say why a force has no number."""
     return profile.reason or "a position, angle or velocity is missing"
 
-
-QUANTITIES = ("force_z_N", "force_x_N", "moment_N_cm")
-"""Columns of the forces and the moment on an outline."""
 
 PEAKS = (
     PeakTarget("lift", "force_z_N", 1),

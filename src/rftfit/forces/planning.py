@@ -375,6 +375,28 @@ def push_rows(step: Step, depths_cm: Sequence[float]) -> list[dict[str, str]]:
     return [{"direction": way, **angles, "depth_cm": depth} for way, depth in ways]
 
 
+_EXACT = 1e-10
+"""Least variance of a push, over the largest variance of alpha in the map."""
+
+_NONE = 1e-30
+"""A positive number that stands for 0, where one is divided by."""
+
+
+class _Candidate(NamedTuple):
+    """A measurement that may come next: a push, with its way back where that is measured too, or one turn of a body.
+
+    `observe`: function of the covariance of alpha at the nodes and of the target, (2 n + t, 2 n + t), that returns the
+    covariance of these with the k numbers that are measured, (2 n + t, k), and that of the measured numbers, (k, k),
+    with the errors of their readings. `runs`: that it takes. `directions`: of a push, (beta, gamma), degrees; empty for
+    a turn. `turn`: name of the body; empty for a push.
+    """
+
+    observe: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+    runs: int
+    directions: tuple[tuple[float, float], ...] = ()
+    turn: str = ""
+
+
 def plan(
     target: Target | Outline | Mesh | Sequence[Outline | Mesh] | str = "map",
     current_map: Map | None = None,
@@ -494,21 +516,6 @@ def _log_gain(across: FloatArray, measured: FloatArray, variance: float) -> floa
     return -math.log(max(1 - less / max(variance, _NONE), 1e-12))
 
 
-class _Candidate(NamedTuple):
-    """A measurement that may come next: a push, with its way back where that is measured too, or one turn of a body.
-
-    `observe`: function of the covariance of alpha at the nodes and of the target, (2 n + t, 2 n + t), that returns the
-    covariance of these with the k numbers that are measured, (2 n + t, k), and that of the measured numbers, (k, k),
-    with the errors of their readings. `runs`: that it takes. `directions`: of a push, (beta, gamma), degrees; empty for
-    a turn. `turn`: name of the body; empty for a push.
-    """
-
-    observe: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
-    runs: int
-    directions: tuple[tuple[float, float], ...] = ()
-    turn: str = ""
-
-
 def _make_turn(medium_map: Map, body: Outline, motion: Motion) -> _Candidate:
     """Make the candidate of one turn of a body along a motion, for one run.
 
@@ -533,12 +540,6 @@ def _make_turn(medium_map: Map, body: Outline, motion: Motion) -> _Candidate:
 
     return _Candidate(observe, 1, turn=body.name)
 
-
-_EXACT = 1e-10
-"""Least variance of a push, over the largest variance of alpha in the map."""
-
-_NONE = 1e-30
-"""A positive number that stands for 0, where one is divided by."""
 
 _PARTS = 16
 """Number of principal axes of the error of alpha along which a target that is not linear is tried."""

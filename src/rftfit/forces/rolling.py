@@ -69,6 +69,13 @@ def measure_radius(vertices_cm: FloatArray) -> float:
     return radius
 
 
+RIM_SOURCES = {
+    "given": "as given",
+    "farthest-point": "to the farthest point of the mesh, over any lugs: no rim was given",
+}
+"""Sources of the radius of a rim in words, by `Rim.taken_from`."""
+
+
 class Rim(NamedTuple):
     """Radius to which slip and sinkage of a wheel belong, cm, and where it was taken from: a key of `RIM_SOURCES`.
 
@@ -137,13 +144,6 @@ def lowest_radius(corners_cm: FloatArray) -> float:
     farthest = np.zeros(_CHOSEN.rays)
     np.maximum.at(farthest, np.mod(rays, _CHOSEN.rays), radius_on_ray)
     return float(farthest.min())
-
-
-RIM_SOURCES = {
-    "given": "as given",
-    "farthest-point": "to the farthest point of the mesh, over any lugs: no rim was given",
-}
-"""Sources of the radius of a rim in words, by `Rim.taken_from`."""
 
 
 def find_rim(vertices_cm: FloatArray, rim_cm: float | None, lowest_cm: float) -> Rim:

@@ -42,6 +42,43 @@ class Measurements(NamedTuple):
         return self._replace(covariance=covariance)
 
 
+class PushResidual(NamedTuple):
+    """One measured number of a push, and its prediction by the other pushes and the known shape, N/cm^3.
+
+    `component`: ``z`` or ``x``. `error`: standard error of `measured` less `expected`.
+    """
+
+    beta_deg: float
+    gamma_deg: float
+    component: str
+    measured: float
+    expected: float
+    error: float
+
+
+class _EigenPart(NamedTuple):
+    """Eigendecomposition of whitened S for numbers that neither S nor errors connect with others.
+
+    `indices`: of the k numbers. `eigenvalues`: (k,), at least 0. `axes`: eigenvectors in rows, times the whitening,
+    (k, k): numbers times its transpose have independent errors of 1, and S is diagonal.
+    """
+
+    indices: npt.NDArray[np.intp]
+    eigenvalues: FloatArray
+    axes: FloatArray
+
+    @classmethod
+    def of(cls, indices: npt.NDArray[np.intp], rest: FloatArray, whiten: FloatArray) -> _EigenPart:
+        """Decompose `rest`, S of the numbers at `indices`; `whiten`: `whitening` of all numbers."""
+        if whiten.ndim == 1:
+            factors = whiten[indices]
+            values, vectors = np.linalg.eigh(factors[:, None] * rest * factors)
+            return cls(indices, np.maximum(values, 0.0), np.ascontiguousarray(vectors.T * factors))
+        matrix = whiten[np.ix_(indices, indices)]
+        values, vectors = np.linalg.eigh(matrix @ rest @ matrix.T)
+        return cls(indices, np.maximum(values, 0.0), vectors.T @ matrix)
+
+
 class Likelihood:
     """Likelihood of n measured numbers with normal errors, for any size and departure of the medium at one w.
 
@@ -247,29 +284,6 @@ def weigh(
     return sizes, weights / weights.sum()
 
 
-class _EigenPart(NamedTuple):
-    """Eigendecomposition of whitened S for numbers that neither S nor errors connect with others.
-
-    `indices`: of the k numbers. `eigenvalues`: (k,), at least 0. `axes`: eigenvectors in rows, times the whitening,
-    (k, k): numbers times its transpose have independent errors of 1, and S is diagonal.
-    """
-
-    indices: npt.NDArray[np.intp]
-    eigenvalues: FloatArray
-    axes: FloatArray
-
-    @classmethod
-    def of(cls, indices: npt.NDArray[np.intp], rest: FloatArray, whiten: FloatArray) -> _EigenPart:
-        """Decompose `rest`, S of the numbers at `indices`; `whiten`: `whitening` of all numbers."""
-        if whiten.ndim == 1:
-            factors = whiten[indices]
-            values, vectors = np.linalg.eigh(factors[:, None] * rest * factors)
-            return cls(indices, np.maximum(values, 0.0), np.ascontiguousarray(vectors.T * factors))
-        matrix = whiten[np.ix_(indices, indices)]
-        values, vectors = np.linalg.eigh(matrix @ rest @ matrix.T)
-        return cls(indices, np.maximum(values, 0.0), vectors.T @ matrix)
-
-
 def _independent_parts(rest: Blocks, covariance: FloatArray) -> list[npt.NDArray[np.intp]]:
     """Return the indices of numbers in two parts, z and x, that neither S nor errors connect, or else of all in one part.
 
@@ -293,17 +307,3 @@ def whitening(covariance: FloatArray) -> FloatArray:
     if are_independent(covariance):
         return 1 / np.sqrt(np.diag(covariance))
     return np.linalg.inv(np.linalg.cholesky(covariance))
-
-
-class PushResidual(NamedTuple):
-    """One measured number of a push, and its prediction by the other pushes and the known shape, N/cm^3.
-
-    `component`: ``z`` or ``x``. `error`: standard error of `measured` less `expected`.
-    """
-
-    beta_deg: float
-    gamma_deg: float
-    component: str
-    measured: float
-    expected: float
-    error: float

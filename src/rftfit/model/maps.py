@@ -60,6 +60,14 @@ NOT_ALIKE: float = _CHOSEN.not_alike
 """Least `Map.belongs` of a medium that counts as one of the known shape."""
 
 
+class Nodes(NamedTuple):
+    """Nodes of a map, rad, shape (n,); the first `lines` lie on lines that a rig pushes, from which a plan may choose."""
+
+    beta: FloatArray
+    gamma: FloatArray
+    lines: int
+
+
 def fit_terms_of_map(
     beta: FloatArray, gamma: FloatArray, best: FloatArray, alpha: FloatArray
 ) -> FloatArray:
@@ -572,14 +580,6 @@ def _on_published_grid(nodes: Angles) -> npt.NDArray[np.bool_]:
         for angles, published in zip(nodes, PUBLISHED_GRID, strict=True)
     ]
     return np.asarray(np.maximum(*distances) < 1e-9)
-
-
-class Nodes(NamedTuple):
-    """Nodes of a map, rad, shape (n,); the first `lines` lie on lines that a rig pushes, from which a plan may choose."""
-
-    beta: FloatArray
-    gamma: FloatArray
-    lines: int
 
 
 def map_nodes(beta_deg: npt.ArrayLike = (), gamma_deg: npt.ArrayLike = ()) -> Nodes:

@@ -27,6 +27,79 @@ _DEPARTURES = np.exp(_CHOSEN.departure_step * np.arange(*_CHOSEN.departure_steps
 """Values of lambda that are tried; 0.1 % of its prior lies outside."""
 
 
+class PushedNodes(NamedTuple):
+    """Nodes of a map that were pushed, or whose mirror images were, and the measured numbers that are alpha there.
+
+    `is_pushed` (n,): True for pushed nodes. For each alpha that is measured: `component` (0: z, 1: x) and `node` of it,
+    `number`, the index in `Measurements.y`, and `sign`, -1 for alpha_x of a mirror image.
+    """
+
+    is_pushed: npt.NDArray[np.bool_]
+    component: npt.NDArray[np.intp]
+    node: npt.NDArray[np.intp]
+    number: npt.NDArray[np.intp]
+    sign: FloatArray
+
+    @classmethod
+    def of(cls, nodes: Angles, pushes: Pushes, used: npt.NDArray[np.bool_]) -> PushedNodes:
+        """Return the pushed ones of `nodes` (rad).
+
+        `used`: True for those numbers of the pushes, z then x, that are in `Measurements.y`. A node where no alpha_z
+        was measured does not count as pushed.
+        """
+        is_pushed = np.zeros(nodes[0].size, dtype=bool)
+        # rows: component, node, number, sign; a column for each node whose alpha is measured
+        entries = [np.zeros((4, 0))]
+        number_of = np.cumsum(used).reshape(2, -1) - 1
+        used_z, used_x = used.reshape(2, -1)
+        for push in np.flatnonzero(used_z):
+            node, sign_x = same_direction_or_mirror(pushes.beta[push], pushes.gamma[push], *nodes)
+            is_pushed[node] = True
+            for component, sign in enumerate((1.0, sign_x)[: 1 + used_x[push]]):
+                entries.append(
+                    np.stack(np.broadcast_arrays(component, node, number_of[component, push], sign))
+                )
+        measured = np.concatenate(entries, axis=1)
+        component, node, number = measured[:3].astype(np.intp)
+        return cls(is_pushed, component, node, number, sign=measured[3])
+
+    def first(self, count: int) -> PushedNodes:
+        """Return the pushed nodes among the first `count` nodes alone."""
+        is_first = self.node < count
+        return PushedNodes(
+            self.is_pushed[:count],
+            self.component[is_first],
+            self.node[is_first],
+            self.number[is_first],
+            self.sign[is_first],
+        )
+
+    def put(self, alpha: FloatArray, numbers: FloatArray) -> None:
+        """Write measured numbers, shape (..., k), into alpha at the nodes, shape (..., 2, n), in place."""
+        alpha[..., self.component, self.node] = self.sign * numbers[..., self.number]
+
+
+class _Batch(NamedTuple):
+    """Draws before alpha is calculated, one row for each draw; k measured numbers.
+
+    `share_number`: index of w in `Posterior._rough_shares`, (draws,). `size`, `departure`: s (N/cm^3) and lambda,
+    (draws, 1). `normals`: normal numbers for the first numbers of the prior, (draws, grid_end). `pull`: correction by
+    the measured numbers, which their covariance with a node turns into its alpha, (draws, k). `noise`: drawn errors of
+    the measured numbers, N/cm^3, (draws, k).
+    """
+
+    share_number: npt.NDArray[np.intp]
+    size: FloatArray
+    departure: FloatArray
+    normals: npt.NDArray[np.float32]
+    pull: FloatArray
+    noise: FloatArray
+
+    def select(self, draws: npt.NDArray[np.intp]) -> _Batch:
+        """Return the batch of the draws with these indices alone."""
+        return _Batch._make(array[draws] for array in self)
+
+
 class Posterior:
     """Posterior of a medium, on a grid of its size s, departure lambda and share w of R, and draws of alpha from it.
 
@@ -249,76 +322,3 @@ def _as_slice(indices: npt.NDArray[np.intp]) -> npt.NDArray[np.intp] | slice:
     """Return consecutive indices as a slice, which needs no copy (16 MB for a thousand pushes); others as they are."""
     is_consecutive = (np.diff(indices) == 1).all()
     return slice(indices[0], indices[-1] + 1) if is_consecutive else indices
-
-
-class _Batch(NamedTuple):
-    """Draws before alpha is calculated, one row for each draw; k measured numbers.
-
-    `share_number`: index of w in `Posterior._rough_shares`, (draws,). `size`, `departure`: s (N/cm^3) and lambda,
-    (draws, 1). `normals`: normal numbers for the first numbers of the prior, (draws, grid_end). `pull`: correction by
-    the measured numbers, which their covariance with a node turns into its alpha, (draws, k). `noise`: drawn errors of
-    the measured numbers, N/cm^3, (draws, k).
-    """
-
-    share_number: npt.NDArray[np.intp]
-    size: FloatArray
-    departure: FloatArray
-    normals: npt.NDArray[np.float32]
-    pull: FloatArray
-    noise: FloatArray
-
-    def select(self, draws: npt.NDArray[np.intp]) -> _Batch:
-        """Return the batch of the draws with these indices alone."""
-        return _Batch._make(array[draws] for array in self)
-
-
-class PushedNodes(NamedTuple):
-    """Nodes of a map that were pushed, or whose mirror images were, and the measured numbers that are alpha there.
-
-    `is_pushed` (n,): True for pushed nodes. For each alpha that is measured: `component` (0: z, 1: x) and `node` of it,
-    `number`, the index in `Measurements.y`, and `sign`, -1 for alpha_x of a mirror image.
-    """
-
-    is_pushed: npt.NDArray[np.bool_]
-    component: npt.NDArray[np.intp]
-    node: npt.NDArray[np.intp]
-    number: npt.NDArray[np.intp]
-    sign: FloatArray
-
-    @classmethod
-    def of(cls, nodes: Angles, pushes: Pushes, used: npt.NDArray[np.bool_]) -> PushedNodes:
-        """Return the pushed ones of `nodes` (rad).
-
-        `used`: True for those numbers of the pushes, z then x, that are in `Measurements.y`. A node where no alpha_z
-        was measured does not count as pushed.
-        """
-        is_pushed = np.zeros(nodes[0].size, dtype=bool)
-        # rows: component, node, number, sign; a column for each node whose alpha is measured
-        entries = [np.zeros((4, 0))]
-        number_of = np.cumsum(used).reshape(2, -1) - 1
-        used_z, used_x = used.reshape(2, -1)
-        for push in np.flatnonzero(used_z):
-            node, sign_x = same_direction_or_mirror(pushes.beta[push], pushes.gamma[push], *nodes)
-            is_pushed[node] = True
-            for component, sign in enumerate((1.0, sign_x)[: 1 + used_x[push]]):
-                entries.append(
-                    np.stack(np.broadcast_arrays(component, node, number_of[component, push], sign))
-                )
-        measured = np.concatenate(entries, axis=1)
-        component, node, number = measured[:3].astype(np.intp)
-        return cls(is_pushed, component, node, number, sign=measured[3])
-
-    def first(self, count: int) -> PushedNodes:
-        """Return the pushed nodes among the first `count` nodes alone."""
-        is_first = self.node < count
-        return PushedNodes(
-            self.is_pushed[:count],
-            self.component[is_first],
-            self.node[is_first],
-            self.number[is_first],
-            self.sign[is_first],
-        )
-
-    def put(self, alpha: FloatArray, numbers: FloatArray) -> None:
-        """Write measured numbers, shape (..., k), into alpha at the nodes, shape (..., 2, n), in place."""
-        alpha[..., self.component, self.node] = self.sign * numbers[..., self.number]

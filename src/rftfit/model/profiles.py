@@ -287,6 +287,10 @@ FAR_DEG = 18.0
 """Distance from every push, degrees, above which a direction counts as far from them: half the diagonal of the largest
 cell of the published grid."""
 
+REACH_DEG: float = _CHOSEN.reach_deg
+"""Greatest distance from a push, degrees, in beta and gamma as the sides of a right angle, where scattered pushes give
+alpha."""
+
 _MOST_COMPARED = 5000
 """Most directions that are compared with all pushes at once."""
 
@@ -679,11 +683,6 @@ class TableProfile(Profile):
 def _name_of_cell(beta_deg: float, gamma_deg: float) -> tuple[float, float]:
     """Return the angles of a cell, degrees, rounded to 0.1: its name, equal for angles from a file and from a grid."""
     return round(float(beta_deg), 1) + 0.0, round(float(gamma_deg), 1) + 0.0
-
-
-REACH_DEG: float = _CHOSEN.reach_deg
-"""Greatest distance from a push, degrees, in beta and gamma as the sides of a right angle, where scattered pushes give
-alpha."""
 
 
 def _triangulate(

@@ -47,6 +47,35 @@ def _published_variation() -> Variation:
     return Variation(**read_toml("reference", "shapes.toml"))
 
 
+def grid(beta_deg: npt.ArrayLike = (), gamma_deg: npt.ArrayLike = ()) -> Angles:
+    """Return directions on the published grid of 7 x 13 lines and on extra lines, rad, two arrays of shape (n,).
+
+    `beta_deg`, `gamma_deg`: extra lines, degrees; one that lies on a published line adds nothing.
+    """
+
+    def add_lines(published: FloatArray, extra_lines: npt.ArrayLike) -> FloatArray:
+        """Return the published angles and those extra ones that lie on none of them, rad; all in degrees before."""
+        extra = np.asarray(extra_lines, dtype=float).ravel()
+        is_near = np.abs(extra[:, None] - published).min(axis=1, initial=np.inf) <= TOLERANCE_DEG
+        all_lines: FloatArray = np.unique(np.concatenate([published, extra[~is_near]]))
+        return np.radians(all_lines)
+
+    # without beta = -90 degrees, which is the same plate as 90
+    lines = add_lines(BETA_DEG[1:], beta_deg), add_lines(GAMMA_DEG, gamma_deg)
+    mesh = np.meshgrid(*lines, indexing="ij")
+    return mesh[0].ravel(), mesh[1].ravel()
+
+
+PUBLISHED_GRID = grid()
+"""Directions of the published grid, rad, each of shape (n,)."""
+
+TILT_SHARE = 1.0
+"""Share of the full tilt that is applied: decided on natural sands and on exact laws (docs/theory/map.md)."""
+
+FRICTIONS: tuple[float, ...] = tuple(_CHOSEN.frictions)
+"""Frictions of 3D-RFT over whose courses the mean is taken."""
+
+
 @dataclass(frozen=True)
 class Shapes:
     """Known media, and how far a further medium may differ from them.
@@ -259,35 +288,6 @@ def published_shapes(without: Iterable[str] = ()) -> Shapes:
 def _published_shapes(left_out: frozenset[str]) -> Shapes:
     """Return `published_shapes` without some media, each set made once."""
     return Shapes({name: TableProfile.published(name) for name in MEDIA if name not in left_out})
-
-
-def grid(beta_deg: npt.ArrayLike = (), gamma_deg: npt.ArrayLike = ()) -> Angles:
-    """Return directions on the published grid of 7 x 13 lines and on extra lines, rad, two arrays of shape (n,).
-
-    `beta_deg`, `gamma_deg`: extra lines, degrees; one that lies on a published line adds nothing.
-    """
-
-    def add_lines(published: FloatArray, extra_lines: npt.ArrayLike) -> FloatArray:
-        """Return the published angles and those extra ones that lie on none of them, rad; all in degrees before."""
-        extra = np.asarray(extra_lines, dtype=float).ravel()
-        is_near = np.abs(extra[:, None] - published).min(axis=1, initial=np.inf) <= TOLERANCE_DEG
-        all_lines: FloatArray = np.unique(np.concatenate([published, extra[~is_near]]))
-        return np.radians(all_lines)
-
-    # without beta = -90 degrees, which is the same plate as 90
-    lines = add_lines(BETA_DEG[1:], beta_deg), add_lines(GAMMA_DEG, gamma_deg)
-    mesh = np.meshgrid(*lines, indexing="ij")
-    return mesh[0].ravel(), mesh[1].ravel()
-
-
-PUBLISHED_GRID = grid()
-"""Directions of the published grid, rad, each of shape (n,)."""
-
-TILT_SHARE = 1.0
-"""Share of the full tilt that is applied: decided on natural sands and on exact laws (docs/theory/map.md)."""
-
-FRICTIONS: tuple[float, ...] = tuple(_CHOSEN.frictions)
-"""Frictions of 3D-RFT over whose courses the mean is taken."""
 
 
 def course_between_lines(beta: FloatArray, gamma: FloatArray) -> FloatArray:
