@@ -3,8 +3,8 @@
 A body moves through p poses. Its quantities are named as their columns: forces (``force_z_N``, N) and moments
 (``moment_N_cm``, N cm) that the medium exerts on the body. The best curve of a quantity, shape (p,), is that by the
 profile itself; a draw is the same curve by alpha drawn within its errors. Each quantity has up to three intervals: of
-alpha (`lo`, `hi`), with the force model's own error (`model_lo`, `model_hi`), and of the next bed (`next_lo`,
-`next_hi`).
+alpha (`lo`, `hi`) and with the force model's own error (`model_lo`, `model_hi`), both of the mean over many beds that
+are prepared alike, and of the next bed, one more of these, which is looser or denser as a whole (`next_lo`, `next_hi`).
 
 The value of a peak is everywhere the top of the best curve. A draw has noise in every pose, so that its largest value
 lies above the top of the best curve on average. The interval is that of the peaks of the draws, moved by this

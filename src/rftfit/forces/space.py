@@ -307,11 +307,10 @@ class MeshInMotion(BodyInMotion):
         quantity = peak.quantity
         least = self._least_size(quantity, best)
         # column of the table for each end, by the field of `Peak`: lo, hi, model_lo, model_hi, next_lo, next_hi
-        columns_of_ends = {
-            kind + end: column
-            for kind in ("", "model_", "next_")
-            for end, column in zip(("lo", "hi"), end_names(quantity, kind), strict=True)
-        }
+        columns_of_ends: dict[str, str] = {}
+        for kind in ("", "model_", "next_"):
+            lo_column, hi_column = end_names(quantity, kind)
+            columns_of_ends |= {f"{kind}lo": lo_column, f"{kind}hi": hi_column}
         changes: dict[str, Any] = {
             field: 0.0 for field in ("value", *columns_of_ends) if abs(getattr(peak, field)) < least
         }

@@ -88,15 +88,14 @@ class Likelihood:
     and x are independent, S has two parts, and the decomposition takes a quarter of the time. For few numbers, or if S
     has one part, B B' is added to S instead.
 
-    `rough_share`: w. `first_size`: estimate of s, N/cm^3, about which sizes are tried. `least_error`: least standard
-    error of a number without the scatter of beds, N/cm^3. Raises ValueError where the numbers show no resistance.
+    `rough_share`: w. `mean`: mean shape at the numbers, (n,); `y`: the numbers. `first_size`: estimate of s, N/cm^3,
+    about which sizes are tried. `least_error`: least standard error of a number without the scatter of beds, N/cm^3.
+    Raises ValueError where the numbers show no resistance.
     """
 
     def __init__(self, measurements: Measurements, rough_share: float) -> None:
-        prior, covariance = (
-            measurements.prior.select(measurements.prior_index),
-            measurements.covariance,
-        )
+        prior = measurements.prior.select(measurements.prior_index)
+        covariance = measurements.covariance
         self.mean, self.y = prior.mean, measurements.y
         variance_without_bed = np.diag(covariance) - (USUAL_PERCENT / 100 * self.y) ** 2
         self.least_error = float(np.sqrt(np.maximum(variance_without_bed, 0.0).min()))

@@ -185,14 +185,10 @@ class _BodyForces(NamedTuple):
         mean_error, covariance = observations[0].body_error.evaluate(states)
         load = np.concatenate([observation.load(mean_profile) for observation in observations])
         touches = np.concatenate([observation.touches for observation in observations])
-        # by component and pose
-        weights, forces, errors = (
-            np.concatenate(arrays, axis=1)
-            for arrays in zip(
-                *((o.weights(*nodes), o.measured, o.reading_errors) for o in observations),
-                strict=True,
-            )
-        )
+        # by component and pose, the poses of all observations behind one another
+        weights = np.concatenate([o.weights(*nodes) for o in observations], axis=1)
+        forces = np.concatenate([o.measured for o in observations], axis=1)
+        errors = np.concatenate([o.reading_errors for o in observations], axis=1)
         component, pose = used = np.nonzero(np.isfinite(forces) & touches)
         # the errors of two components are independent
         same_component = component[:, None] == component

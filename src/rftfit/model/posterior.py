@@ -50,11 +50,13 @@ class PushedNodes(NamedTuple):
         is_pushed = np.zeros(nodes[0].size, dtype=bool)
         # rows: component, node, number, sign; a column for each node whose alpha is measured
         entries = [np.zeros((4, 0))]
+        # index in y of each number that is used: of z in the first row, of x in the second
         number_of = np.cumsum(used).reshape(2, -1) - 1
         used_z, used_x = used.reshape(2, -1)
         for push in np.flatnonzero(used_z):
             node, sign_x = same_direction_or_mirror(pushes.beta[push], pushes.gamma[push], *nodes)
             is_pushed[node] = True
+            # z, and x where it was measured, too
             for component, sign in enumerate((1.0, sign_x)[: 1 + used_x[push]]):
                 entries.append(
                     np.stack(np.broadcast_arrays(component, node, number_of[component, push], sign))
@@ -122,6 +124,7 @@ class Posterior:
             Likelihood(measurements, rough_share) for rough_share in self._rough_shares
         ]
         self._matrices: dict[int, tuple[npt.NDArray[np.float32], FloatArray]] = {}
+        # inverse gamma with its mode at 1, up to a constant; per step of the logarithm of lambda
         half = variation.departure_dof / 2
         log_prior_of_departure = -half * np.log(_DEPARTURES) - (half + 1) / _DEPARTURES
         # the trapezoidal rule over w
@@ -206,7 +209,7 @@ class Posterior:
         the draw is corrected by their difference from the measured pushes (the pull). `grid_end`: index in the prior
         behind the published grid.
         """
-        # evenly spaced quantiles of the weights, in random order
+        # w, lambda and s of each draw: evenly spaced quantiles of the weights, in random order
         quantiles = (np.arange(DRAWS) + random.random()) / DRAWS
         cumulative = np.cumsum(self._weights.ravel())[:-1]
         drawn_cells = np.searchsorted(cumulative, random.permutation(quantiles))
