@@ -4,7 +4,8 @@ A profile gives alpha (N/cm^3) as a function of two angles; its `spread` is what
 stack of draws, a `ScaledMedium` (one penetration test, scaled from reference media), or None. The model's own error is
 how far measured forces lie from the integral with alpha known exactly. A motion has p poses. Forces (N) and moments (N
 cm) by the name of their column are `ForcesByName`: shape (p,) of one profile, (draws, p) of a stack. `Ends` are the two
-ends of an interval by the same names, each of shape (p,).
+ends of an interval by the same names, each of shape (p,). Both intervals are of the mean over many beds that are
+prepared alike; the interval of the next bed, one more of these, contains the spread from bed to bed, too.
 """
 
 from __future__ import annotations

@@ -114,6 +114,7 @@ class Likelihood:
             _EigenPart.of(indices, rest, whiten) for indices, rest in zip(parts, rests, strict=True)
         ]
         self._eigenvalues = np.concatenate([part.eigenvalues for part in self._parts])
+        # in these axes, from here on: B' in rows (k, n), y and m
         self._between = self._to_axes(between)
         self._y, self._mean = self._to_axes(self.y), self._to_axes(self.mean)
         # first estimate of the size by least squares, with an error of 20 % added to each number
@@ -133,9 +134,10 @@ class Likelihood:
     def _woodbury_inverse(self, variance: FloatArray, over: FloatArray) -> FloatArray:
         """Return the inverse of 1 + t B' D^-1 B, shape (t, k, k), where D is the diagonal of 1 + t S.
 
-        `variance`: t, shape (t,). `over`: 1 / D, shape (t, n).
+        `variance`: t, shape (t,). `over`: 1 / D, shape (t, n). Without B the shape is (t, 0, 0).
         """
         between = self._between
+        # B' D^-1 B for every t, as one matrix product of all pairs of columns of B with 1 / D
         products = (between[:, None] * between).reshape(-1, between.shape[1])
         inner = (over @ products.T).reshape(len(over), len(between), len(between))
         return np.asarray(np.linalg.inv(np.eye(len(between)) + variance[:, None, None] * inner))
@@ -189,6 +191,7 @@ class Likelihood:
         `variance`: t of each draw, (draws, 1).
         """
         in_axes = self._solve_in_axes(self._to_axes(residual), variance)
+        # back from the axes of each part
         answer = np.empty_like(residual)
         ends = np.cumsum([part.indices.size for part in self._parts])[:-1]
         for part, block in zip(self._parts, np.split(in_axes, ends, axis=1), strict=True):
