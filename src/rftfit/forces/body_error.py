@@ -195,7 +195,7 @@ class BodyError:
 
 @dataclass(frozen=True)
 class ErrorCurve:
-    """Measured errors of the model over the load, of one body in one medium along one motion: what a body error is learned from.
+    """Measured errors of the model over the load, of one body along one motion in one medium, from which one learns.
 
     `label`: name of the medium. `states`: of the body, shape (m, f). `residuals`: measured less predicted force over
     the load, shape (components, m); NaN where none was measured. `noise`: covariance of `residuals` by errors of
@@ -274,9 +274,10 @@ def learn_from_curves(curves: Sequence[ErrorCurve]) -> BodyError:
 
 
 def _most_likely(components: Sequence[_Component], common: float) -> float:
-    """Return the standard deviation of o with the greatest likelihood, among the sizes `tried` (chosen.toml) in equal ratios.
+    """Return the standard deviation of o with the greatest likelihood.
 
-    `components`: err independently, so that their likelihoods multiply. `common`: standard deviation of c.
+    It is one of `tried_count` sizes in equal ratios between those of `tried` (chosen.toml). `components`: err
+    independently, so that their likelihoods multiply. `common`: standard deviation of c.
     """
 
     def loss(per_medium: float) -> float:

@@ -232,10 +232,11 @@ def learn_body_error(measurements: Sequence[tuple[Contact, KnownMedium | str | P
 
 
 def error_curve(contact: Contact, profile: Profile) -> ErrorCurve:
-    """Return measured less predicted forces over the load, in at most `most_states` poses (chosen.toml), and their covariance.
+    """Return measured less predicted forces over the load, and their covariance.
 
-    Poses in the air and without a measured force are left out, since their load is 0. The covariance holds the errors
-    of the readings and of alpha, which are no errors of the model. Raises ValueError where a pose has no number.
+    At most `most_states` poses (chosen.toml), evenly spread, are taken: neighbours say the same. Poses in the air and
+    without a measured force are left out, since their load is 0. The covariance holds the errors of the readings and of
+    alpha, which are no errors of the model. Raises ValueError where a pose has no number.
     """
     poses = np.flatnonzero(contact.touches & np.isfinite(contact.measured).any(axis=0))
     poses = poses[choose_evenly(poses.size, chosen("forces", "body_error").most_states)]

@@ -1,8 +1,8 @@
 """Answers of ``rftfit predict``: forces on a body, their sources, peaks, intervals, doubts, in words and facts.
 
-A quantity is a force (N) or a moment (N cm) by its column, such as ``force_z_N``. Each has up to three intervals: of alpha
-and with the force model's own error, both of the mean over many beds that are prepared alike, and of the next bed, one
-more of these.
+A quantity is a force (N) or a moment (N cm) by its column, such as ``force_z_N``. Each has up to three intervals: of
+alpha and with the force model's own error, both of the mean over many beds that are prepared alike, and of the next
+bed, one more of these.
 """
 
 from __future__ import annotations

@@ -41,7 +41,7 @@ from rftfit.model.shapes import Shapes, published_shapes
 from rftfit.store.text import table as format_table
 
 Numbers = Callable[[FloatArray, Map], FloatArray]
-"""Function that returns the t numbers of a target, shape (..., t), from alpha (..., 2, n) at the nodes of a map and this map.
+"""Function of alpha (..., 2, n) at the nodes of a map and of this map that returns the t numbers of a target, (..., t).
 
 It is also called with errors of alpha: of a linear target it returns the errors of the numbers.
 """
@@ -210,7 +210,7 @@ def _peak_forces(
     stack: TableProfile,
     best: TableProfile,
 ) -> FloatArray:
-    """Return lift and horizontal force by each of k profiles, N, shape (k, 2), in the poses where those by `best` are largest.
+    """Return lift and horizontal force by each of k profiles, N, (k, 2), in the poses where those by `best` are largest.
 
     `stack`: the k profiles. The poses are chosen once, so that forces are linear in alpha. The horizontal force of a
     mesh is taken along its direction by `best`.
@@ -491,10 +491,10 @@ def plan(
 
 
 def _errors_of_target(target: Target, medium_map: Map) -> tuple[FloatArray, FloatArray]:
-    """Return errors of alpha, (k, 2, n), whose products add up to its covariance, and the errors of the target by them, (k, t).
+    """Return errors of alpha, (k, 2, n), and the errors of the target by them, (k, t).
 
-    Where the target is not linear in alpha, they are along the largest axes of the error of alpha, and those of the
-    target half its change when alpha moves either way.
+    The products of the errors of alpha add up to its covariance. Where the target is not linear in alpha, they are
+    along the largest axes of the error of alpha, and those of the target half its change when alpha moves either way.
     """
     errors = medium_map.factor
     if target.linear:
@@ -546,9 +546,10 @@ _PARTS = 16
 
 
 def _largest_axes(factor: FloatArray) -> FloatArray:
-    """Return the `_PARTS` largest principal axes of a covariance, (`_PARTS`, 2, n), from errors whose products add up to it.
+    """Return the `_PARTS` largest principal axes of a covariance of alpha, (`_PARTS`, 2, n).
 
-    `factor`: these errors, (k, 2, n), hundreds of them: a target that is not linear would be calculated for each.
+    `factor`: errors, (k, 2, n), whose products add up to it; hundreds of them, for each of which a target that is not
+    linear would have to be calculated.
     """
     flat = factor.reshape(len(factor), -1)
     _, sizes, axes = np.linalg.svd(flat, full_matrices=False)

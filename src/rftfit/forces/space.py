@@ -93,7 +93,7 @@ def compiled_mesh_forces(
     law: str = "measured",
     friction: float | None = None,
 ) -> FloatArray:
-    """Return the sums over the faces in each pose by one profile, shape (p, 19), with the columns of the head of this module.
+    """Return the sums over the faces in each pose by one profile, (p, 19), with the columns of the head of this module.
 
     `law`, `friction`: as in `rftfit.predict`; friction None: as the law states it.
     """

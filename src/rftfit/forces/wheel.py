@@ -425,7 +425,7 @@ def has_number(table: Profile, mesh: Mesh, friction: float | None) -> bool:
 
 
 class _Wheel:
-    """A wheel in a medium: means over a turn (`_average_turn`) at a slip and a sinkage, by the medium itself and by its draws.
+    """A wheel in a medium: means over a turn (`_average_turn`) at a slip and a sinkage, by the medium and by its draws.
 
     `roll`: function of sinkage (cm), slip and number of poses that makes the motion of a turn. `friction`: None: off.
     `rim_cm`: radius. `draws`: some draws of alpha as a stack, or None where its errors are not known. `alpha`:
@@ -674,7 +674,7 @@ def _list_limits(
     rim: Rim,
     radius_cm: float,
 ) -> list[str]:
-    """List sentences on where a wheel leaves the depths of measured alpha, or the rigs on which the model's error was found.
+    """List sentences on where a wheel leaves the depths of measured alpha, or the rigs that showed the model's error.
 
     `answer`: table of the answer, as `WheelAnswer.table`. `radius_cm`: of the farthest point of the mesh.
     """

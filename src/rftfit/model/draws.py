@@ -198,7 +198,7 @@ def interval_of_sum(
 
 
 def interval(draws: FloatArray, confidence: float) -> tuple[FloatArray, FloatArray]:
-    """Return lower and upper end of the percentile interval of draws (draws, ...), each of shape (...); NaN where one is NaN.
+    """Return lower and upper end of the percentile interval of draws (draws, ...), each (...); NaN where one is NaN.
 
     The quantiles are those of `numpy.quantile`, linear between two draws. This is several times faster, because the
     draws of one number are sorted where they lie side by side in memory.
@@ -252,7 +252,7 @@ model_end_names = partial(end_names, of="model_")
 
 
 def beside_name(quantity: str) -> str:
-    """Return the column of a force by table or map of the same medium, beside nine terms: of ``force_z_N`` ``force_z_beside_N``."""
+    """Return the column of a force by table or map, beside that by nine terms: of ``force_z_N`` ``force_z_beside_N``."""
     what, unit = quantity.rsplit("_N", maxsplit=1)
     return f"{what}_beside_N{unit}"
 

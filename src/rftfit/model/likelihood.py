@@ -265,11 +265,12 @@ class Likelihood:
 def weigh(
     likelihoods: list[Likelihood], departures: FloatArray, log_prior: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return sizes (k,), N/cm^3, evenly spaced in their logarithm, and the posterior weights of w, lambda and size, (w, lambda, k).
+    """Return sizes (k,), N/cm^3, evenly spaced in their logarithm, and posterior weights of w, lambda and size.
 
-    `likelihoods`: one for each w. `departures`: lambda. `log_prior`: of w and lambda, shape (w, lambda, 1). The weights
-    sum to 1. The prior of the logarithm of the size is flat, but falls for sizes that the errors would hide: pushes in
-    directions where media have hardly any force would otherwise fit the weakest medium best.
+    The weights have shape (w, lambda, k). `likelihoods`: one for each w. `departures`: lambda. `log_prior`: of w and
+    lambda, shape (w, lambda, 1). The weights sum to 1. The prior of the logarithm of the size is flat, but falls for
+    sizes that the errors would hide: pushes in directions where media have hardly any force would otherwise fit the
+    weakest medium best.
     """
     first = likelihoods[0]
     low, high = np.log(first.first_size) + np.log(_CHOSEN.widest) * np.array([-1, 1])

@@ -454,7 +454,7 @@ def estimate(
     name: str = "",
     contacts: Sequence[Observation] = (),
 ) -> Map:
-    """Return the map that `estimate_map` returns, for pushes with known errors, without `bed_spread` and `window` of a table.
+    """Return the map that `estimate_map` returns, for pushes with known errors, but without a table's spread and window.
 
     `nodes`: nodes of the map, all on lines of a grid; default: `map_nodes`. `contacts`: measured forces on bodies.
     Other arguments as in `estimate_map`.

@@ -202,7 +202,7 @@ class _BodyForces(NamedTuple):
         )
 
     def whiten(self, size: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return weights (q, 2 n), offset (q,) and forces (q,), transformed so that the errors of forces are independent and 1.
+        """Return weights (q, 2 n), offset (q,) and forces (q,), transformed so that errors are independent and 1.
 
         `size`: of the medium, N/cm^3, to which the errors of the force model are in proportion.
         """

@@ -219,10 +219,11 @@ def root(covariance: FloatArray) -> FloatArray:
 
 
 def triangular_root(covariance: FloatArray) -> FloatArray:
-    """Return triangular rows R, (n, n), with R.T @ R equal to a covariance; columns of numbers without variance are exactly 0.
+    """Return triangular rows R, (n, n), with R.T @ R equal to a covariance.
 
-    The first numbers then depend on the first normal numbers alone. Overwrites `covariance`: its diagonal is raised a
-    little, so that the decomposition succeeds, and a large one is used up as memory.
+    Columns of numbers without variance are exactly 0. The first numbers then depend on the first normal numbers alone.
+    Overwrites `covariance`: its diagonal is raised a little, so that the decomposition succeeds, and a large one is
+    used up as memory.
     """
     variance = np.diag(covariance).copy()
     covariance[np.diag_indices(variance.size)] += ZERO_VARIANCE * variance.max()

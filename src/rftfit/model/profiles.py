@@ -482,10 +482,10 @@ class TableProfile(Profile):
         name: str = "",
         reason: str = "",
     ) -> TableProfile:
-        """Make a table of alpha, z and x, each (..., n), in n directions (rad) that with their mirror images are a whole grid.
+        """Make a table of alpha, z and x, each (..., n), in n directions (rad).
 
-        As in a profile file. No angle is moved or interpolated: raises ValueError if the grid has holes or does not
-        begin at beta = -90 and gamma = -180 degrees.
+        With their mirror images they are a whole grid, as in a profile file. No angle is moved or interpolated: raises
+        ValueError if the grid has holes or does not begin at beta = -90 and gamma = -180 degrees.
         """
         grid = find_exact_grid(torus(beta, gamma))
         offset = np.inf if grid is None else max(grid.beta[0] + np.pi / 2, grid.gamma[0] + np.pi)
@@ -558,7 +558,7 @@ class TableProfile(Profile):
         return self.alpha_z.reshape(shape), self.alpha_x.reshape(shape)
 
     def _packed(self) -> Pack:
-        # the four corners of each cell, low and high in beta, then in gamma, of z and then of x
+        """Pack alpha at the four corners of each cell: low and high in beta, then in gamma, of z and then of x."""
         ends = (slice(None, -1), slice(1, None))
         alphas = (self.alpha_z, self.alpha_x)
         corners = [alpha[row, column] for alpha in alphas for row in ends for column in ends]
@@ -785,6 +785,7 @@ class FourierProfile(Profile):
         return self.coefficients[..., :split], self.coefficients[..., split:]
 
     def _packed(self) -> Pack:
+        """Pack the nine coefficients."""
         return pack_values(FOURIER, self.coefficients)
 
     def basis(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -797,7 +798,10 @@ class FourierProfile(Profile):
 
 
 def _check_size(values: npt.ArrayLike, size: int, shape_text: str) -> FloatArray:
-    """Return values as an array; raise ValueError if its last axis has not this size; `shape_text`: words on it, for the message."""
+    """Return values as an array; raise ValueError if its last axis has not this size.
+
+    `shape_text`: words on the size, for the message.
+    """
     array = np.asarray(values, dtype=float)
     if array.ndim == 0 or array.shape[-1] != size:
         raise ValueError(f"{shape_text} wanted, found an array of shape {array.shape}")
@@ -907,10 +911,11 @@ class DepthOnlyProfile(Profile):
         return self.values[..., :2], self.values[..., 2:]
 
     def _packed(self) -> Pack:
+        """Pack the three values."""
         return pack_values(DEPTH_ONLY, self.values)
 
     def basis(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the projected area of a plate for each value, (..., 2) and (..., 1), with the sign that opposes the motion.
+        """Return the projected area of a plate for each value, (..., 2) and (..., 1), signed to oppose the motion.
 
         A velocity component below `STILL` of the speed counts as 0, so that rounding does not choose its sign.
         """

@@ -84,7 +84,7 @@ def usual_error(
 
 
 def sorted_pushes(pushes: Columns) -> Pushes:
-    """Return the pushes of a table for `estimate_map`, sorted by angles and alpha, so that the order of its rows has no effect.
+    """Return the pushes of a table for `estimate_map`, sorted, so that the order of its rows has no effect.
 
     `pushes`: columns as in `estimate_map`, with any names that ``rftfit scale --pushes`` accepts.
     """
