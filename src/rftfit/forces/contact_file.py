@@ -1,4 +1,4 @@
-"""Tables of measured forces on a leg or a body by pose: one contact or several.
+"""Files of measured forces on a leg or body by pose: their columns, their poses, errors that a file does not state.
 
 A contact is one turn or one path of a body with the forces measured along it. Forces are those of the medium on the
 body, N, up and toward +x positive.

@@ -1,6 +1,6 @@
-"""Measured forces on bodies: a turning leg, a rolling wheel, a foot that presses.
+"""Contacts: measured forces on a leg, wheel or foot, checked; observations of a map, or errors of the model on a body.
 
-The forces are observations of a map (`rftfit.model.observations` has their rows in its linear system), or show the
+They are observations of a map (`rftfit.model.observations` has their rows in its linear system), or show the
 errors of the model on a body. These are smooth over the states of the body: a state that comes again has the same
 error.
 

@@ -1,4 +1,4 @@
-"""Triangle meshes of bodies in space, checked before use, and their poses.
+"""Triangle meshes: files, ready shapes (wheel, sphere, sheet), checks; motions in space: press, roll, any path.
 
 x, y level, z up, in cm; a mesh has its own axes, and the axes of the world have z = 0 at the free surface. A mesh of n
 vertices and m triangles is `vertices_cm` (n, 3) and `faces` (m, 3), the indices of the corners of each triangle,

@@ -1,4 +1,4 @@
-"""Poses of an outline: a leg that turns about its axle, a body moved along any path.
+"""Motions of an outline: a leg that turns about its axle, a body moved along any path, files of paths.
 
 A pose is a row of six numbers: x, z of the reference point (cm, z = 0 at the free surface), angle (rad, from z toward
 x), and the rates of these three (cm/s, rad/s). The angle is beta of a plate along x, theta of a leg.

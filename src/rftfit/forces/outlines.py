@@ -1,4 +1,4 @@
-"""Thin outlines in the plane: arcs, the model legs, polylines, and outlines from a file.
+"""Outlines in the plane: arcs, the model legs, polylines, files of points and what is wrong with them.
 
 x is forward, z up, in cm. An outline is a row of straight elements: their centre, tangent and half-length.
 """

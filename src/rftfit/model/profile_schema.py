@@ -1,4 +1,4 @@
-"""Content of a ``profile.json``: the one definition from which its checks, its schema and its page are made."""
+"""Keys of a ``profile.json``: the one definition from which its checks, its schema and its page are made."""
 
 from __future__ import annotations
 
