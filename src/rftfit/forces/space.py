@@ -392,19 +392,19 @@ def _sign_of_largest(values: FloatArray) -> int:
     return -1 if sizes.size and values[sizes.argmax()] < 0 else 1
 
 
-def _load_of(draws: FloatArray) -> errors.Load:
+def _load_of(sums: FloatArray) -> errors.Load:
     """Read the load without cancellation, and its centre, from sums over faces, shape (draws, p, 19)."""
     # sizes of vertical parts, of horizontal parts, of whole forces; then whole sizes times the arm x, y, z
-    sizes = np.nan_to_num(draws[..., 7:13])
+    sizes = np.nan_to_num(sums[..., 7:13])
     total_load = sizes[..., 2]
     centre = sizes[..., 3:] / np.where(total_load > 0, total_load, 1.0)[..., None]
     loaded = (total_load > 0).any(axis=0).astype(float)
     size = errors.size_of(np.hypot(sizes[..., 0], sizes[..., 1])) * loaded
-    return errors.Load(np.arange(draws.shape[1]), size, centre, loaded)
+    return errors.Load(np.arange(sums.shape[1]), size, centre, loaded)
 
 
-def _loads_by_direction(draws: FloatArray) -> FloatArray:
-    """Read the sum of f f^T / |f| over forces f of faces, (draws, p, 3, 3), N, from sums (draws, p, 19)."""
-    xx, yy, zz, xy, xz, yz = np.moveaxis(np.nan_to_num(draws[..., 13:]), -1, 0)
+def _loads_by_direction(sums: FloatArray) -> FloatArray:
+    """Read the sum of f f^T / |f| over forces f of faces, (draws, p, 3, 3), N, from sums over faces, (draws, p, 19)."""
+    xx, yy, zz, xy, xz, yz = np.moveaxis(np.nan_to_num(sums[..., 13:]), -1, 0)
     rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
     return np.moveaxis(np.array(rows), (0, 1), (-2, -1))

@@ -133,13 +133,15 @@ def pressure_sinkage(
     k = _PA_PER_N_CM2 * power_stress / (_M_PER_CM * end_cm) ** exponent
     width = _M_PER_CM * np.array([width_cm_of_run[run_id] for run_id in pushes["run_id"]])
     widths_differ = width.max() > _SAME_WIDTH * width.min()
-    terms = np.stack([np.ones(k.size), 1 / width])[: 1 + widths_differ]  # of k_phi, and of k_c
+    # of k_phi, and of k_c: plates of one width cannot tell these, and have the first term alone
+    terms = np.stack([np.ones(k.size), 1 / width])[: 1 + widths_differ]
     parameters = np.linalg.lstsq(terms.T, k, rcond=None)[0]
     dof = k.size - len(terms)
     errors = np.full(2, math.nan)
     if dof > 0:
         variance = float(((k - parameters @ terms) ** 2).sum()) / dof
         errors[: len(terms)] = np.sqrt(variance * np.diag(np.linalg.inv(terms @ terms.T)))
+    # k_c is 0 where it has no term
     k_phi, k_c = (*parameters, 0.0)[:2]
     depths = pushes[["depth_from_cm", "depth_to_cm"]].to_numpy(float)
     return PressureSinkage(

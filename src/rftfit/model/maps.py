@@ -468,6 +468,7 @@ def estimate(
     node_order = np.argsort(~on_grid, kind="stable")
     sorted_nodes = nodes.beta[node_order], nodes.gamma[node_order]
     coarse = int(on_grid.sum())
+    # one prior of the pushes, the nodes on the published grid and the other nodes, block after block, each z then x
     block_order = order_by_blocks([pushes.beta.size, coarse, nodes.beta.size - coarse])
     prior = shapes.prior(
         np.concatenate([pushes.beta, sorted_nodes[0]]),
@@ -488,6 +489,7 @@ def estimate(
     measurements = push_numbers
     if contacts:
         measurements = _add_contacts(push_numbers, contacts, sorted_nodes, node_indices)
+    # the posterior, and media drawn from it
     posterior = Posterior(measurements, shapes.variation)
     pushed_nodes = PushedNodes.of(sorted_nodes, pushes, used)
     draws, not_passive = posterior.draw_media(sorted_nodes, coarse, pushed_nodes, shapes.tilt)

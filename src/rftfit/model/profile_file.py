@@ -191,7 +191,7 @@ def _list_directions(table: TableProfile, pushed: FloatArray) -> dict[str, Any]:
     }
     with_alpha = rows[:, np.isfinite(rows[2:]).any(axis=0)]
     if with_alpha.shape != pushed[:4].shape or not np.allclose(
-        with_alpha, pushed[:4], 1e-9, 1e-12, True
+        with_alpha, pushed[:4], rtol=1e-9, atol=1e-12, equal_nan=True
     ):
         sections["pushes"] = _list_columns(_PUSH_COLUMNS, pushed)
     if isinstance(table.spread, TableProfile):
@@ -265,8 +265,8 @@ def _misread_alpha(profile: Profile, beta_deg: float, gamma_deg: float) -> Float
 def _choose_golden(table: TableProfile) -> dict[str, float | None]:
     """Return angles and alpha, by their keys in the file, of the golden direction.
 
-    It is that of some directions between the lines in which the wrong convention that changes alpha least changes it
-    most. Raises InputError where alpha is known in none of them.
+    Of some directions between the lines it is that in which the least change of alpha by a wrong convention is
+    greatest. Raises InputError where alpha is known in none of them.
     """
     tried = []
     for beta in (10, 20, 40, 50, -10, -20, -40, -50):

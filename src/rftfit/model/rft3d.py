@@ -79,6 +79,7 @@ def turn_and_cap(
     tangential = stress - normal_part[..., None] * normal
     tangential_size = np.maximum(np.sqrt(_dot(tangential, tangential)), _NEGLIGIBLE)
     factor = np.minimum(1, friction * np.abs(normal_part) / tangential_size)
+    # a tangential part along the motion would drive the face
     drives = _dot(tangential, velocity) > _NEGLIGIBLE
     factor = np.where(drives, -factor, factor)
     return factor[..., None] * tangential - np.abs(normal_part)[..., None] * normal
