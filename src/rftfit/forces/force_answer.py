@@ -174,7 +174,11 @@ class ForceAnswer:
 
     @property
     def interval_of_bed(self) -> str:
-        """Name of the interval of the next bed; empty where there is none."""
+        """Name of the interval of the next bed; empty where there is none.
+
+        There is one where an interval with the model's own error is known, or one of alpha by a profile whose model
+        error could be known: a measured force has both errors.
+        """
         alpha_is_enough = self.interval_of_alpha and has_model_error(self.profile)
         if not (self.eps or self.body_error or alpha_is_enough):
             return ""
@@ -219,7 +223,10 @@ class ForceAnswer:
 
     @property
     def _deepest(self) -> str:
-        """Say how deep the lowest point of a mesh gets along a path; empty of any other motion."""
+        """Say how deep the lowest point of a mesh gets along a path, to show a wrong height at once.
+
+        Empty of any other motion: only a path has `Motion3D.rates_of_steps`.
+        """
         if not isinstance(self.body, Mesh) or not isinstance(self.motion, Motion3D):
             return ""
         if self.motion.rates_of_steps is None:
@@ -463,7 +470,7 @@ class ForceAnswer:
         return f"{peaks}\n\n" + ".\n".join(sentences) + "."
 
     def _list_missing_intervals(self) -> list[str]:
-        """List sentences that say which intervals are missing, and why."""
+        """List sentences that say which intervals are missing, and why: of nine terms, of steep peaks."""
         lines = []
         if not has_model_error(self.profile):
             lines.append(
@@ -487,7 +494,10 @@ class ForceAnswer:
         return lines
 
     def list_doubts(self, cure: str = "") -> list[str]:
-        """List sentences on poses without a number or an interval; `cure`: words on how to get numbers there."""
+        """List sentences on poses without a number or an interval, as warnings of the command.
+
+        `cure`: words on how to get numbers there, behind the reason.
+        """
         poses = len(self.forces)
         doubts = []
         if self.poses_unknown:

@@ -53,7 +53,10 @@ class MediumAnswer:
         return self.facts
 
     def columns_for_file(self) -> dict[str, Any]:
-        """Round the columns of alpha by direction for a file: angles to 0.01 degrees, numbers to 1e-6 N/cm^3."""
+        """Return the columns of alpha by direction for a file: angles to 0.01 degrees, numbers to 1e-6 N/cm^3.
+
+        Angles are the first two columns; a column of words is left as it is.
+        """
         beta_deg, gamma_deg, *others = self.columns
         columns: dict[str, Any] = {
             name: [f"{angle:.2f}" for angle in self.columns[name]] for name in (beta_deg, gamma_deg)

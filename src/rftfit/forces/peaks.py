@@ -204,6 +204,7 @@ class DrawStatistics:
     def __init__(
         self, quantities: Sequence[str], targets: Iterable[PeakTarget], confidence: float
     ) -> None:
+        """Begin without a draw; `confidence`: level of the intervals."""
         self.confidence = confidence
         self._targets = [target for target in targets if target.quantity in quantities]
         self._intervals: dict[str, list[FloatArray]] = {name: [] for name in quantities}

@@ -349,7 +349,10 @@ class Plan:
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """Return target and pushes as plain numbers, words and lists; a row without a direction has NaN for angles."""
+        """Return target and pushes as plain numbers, words and lists, as ``rftfit plan --json`` prints them.
+
+        A row without a direction has NaN for angles.
+        """
         return {
             "target": self.target,
             "parts": list(self.parts),

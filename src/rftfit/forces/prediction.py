@@ -280,6 +280,7 @@ class _Prediction:
     def __init__(
         self, moving: BodyInMotion, profile: Profile, error: _ErrorOfModel, confidence: float
     ) -> None:
+        """Integrate the forces of a body in motion, with the error of the model, and find their intervals."""
         self.moving, self.profile, self.error, self.confidence = moving, profile, error, confidence
         self.best = moving.best(profile)
         if error.body_error is not None:

@@ -133,7 +133,7 @@ def _sum_compiled(
 def mesh_draws(
     draws: Profile, mesh: Mesh, motion: Motion3D, law: str, friction: float | None
 ) -> FloatArray:
-    """Return `compiled_mesh_forces` for each of a stack of draws, shape (draws, p, 19)."""
+    """Return `compiled_mesh_forces` for each of a stack of draws, shape (draws, p, 19), with the columns of this module."""
     stack = as_table(draws)
     faces, ranges = _wet_faces(mesh, motion)
     shape = (-1, *stack.alpha_z.shape[-2:])
@@ -243,7 +243,7 @@ class MeshInMotion(BodyInMotion):
     def model_errors(self, drawn: DrawnForces, paths: FloatArray, eps: float) -> ForcesByName:
         """Calculate errors of the force model by draw; `paths`: errors over eps and the load, shape (draws, 3, p)."""
         assert drawn.load is not None
-        # a sheet errs as an outline does, on which the error was found
+        # a sheet errs as an outline does, on which the error was found; of a solid the error depends on the direction
         if self.mesh.sheet:
             return _by_name(errors.space_errors(drawn.load, paths, eps))
         assert drawn.by_direction is not None

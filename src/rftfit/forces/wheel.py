@@ -477,7 +477,10 @@ def _join(motions: Sequence[Motion3D]) -> Motion3D:
 
 
 def _some_draws(profile: Profile) -> TableProfile | None:
-    """Return a stack of at most `draws` (chosen.toml) of a profile's draws, evenly chosen; None where it has none."""
+    """Return a stack of at most `draws` (chosen.toml) of a profile's draws, evenly chosen; None where it has none.
+
+    A profile by nine terms is read into a table first, as the law in space needs it.
+    """
     if not isinstance(profile.spread, Profile):
         return None
     stack = as_table(profile.spread)

@@ -69,7 +69,10 @@ class _EigenPart(NamedTuple):
 
     @classmethod
     def of(cls, indices: npt.NDArray[np.intp], rest: FloatArray, whiten: FloatArray) -> _EigenPart:
-        """Decompose `rest`, S of the numbers at `indices`; `whiten`: `whitening` of all numbers."""
+        """Decompose `rest`, S of the k numbers at `indices`, (k, k); `whiten`: `whitening` of all numbers, (n,) or (n, n).
+
+        Numbers with independent errors are whitened each by its own factor.
+        """
         if whiten.ndim == 1:
             factors = whiten[indices]
             values, vectors = np.linalg.eigh(factors[:, None] * rest * factors)
@@ -94,6 +97,7 @@ class Likelihood:
     """
 
     def __init__(self, measurements: Measurements, rough_share: float) -> None:
+        """Decompose the covariance of the numbers once, for all sizes and departures."""
         prior = measurements.prior.select(measurements.prior_index)
         covariance = measurements.covariance
         self.mean, self.y = prior.mean, measurements.y

@@ -220,7 +220,7 @@ class Map(KnownMedium):
 
     @property
     def profile(self) -> TableProfile:
-        """Profile of the map, with its draws for intervals."""
+        """Profile of the map, a table over its nodes, with its draws for intervals and its pushes as measured directions."""
         of = f" of {self.name}" if self.name else ""
         name = f"map{of} from {self.measurements} and the shape of {self.known_media}"
         profile = TableProfile(self.alpha[0], self.alpha[1], self.beta, self.gamma, name)

@@ -110,6 +110,7 @@ class Posterior:
     """
 
     def __init__(self, measurements: Measurements, variation: Variation) -> None:
+        """Weigh every w, lambda and s that is tried by the measured numbers."""
         measurements = measurements.with_rounding()
         self._prior, self._prior_index, self._y, covariance = measurements
         self._first_node = int(self._prior_index.max()) + 1

@@ -129,7 +129,7 @@ class Blocks(NamedTuple):
     squares: tuple[FloatArray, ...]
 
     def select(self, indices: npt.NDArray[np.intp]) -> Blocks:
-        """Return the matrix of some rows and the same columns, in the order of `indices`."""
+        """Return the matrix of some rows and the same columns, in the order of `indices`; a block without a row goes."""
         new_indices, squares = [], []
         for block_indices, square in zip(*self, strict=True):
             selected = np.flatnonzero(np.isin(indices, block_indices))

@@ -160,7 +160,10 @@ def write_profile(
 
 
 def _describe_origin(profile: Map | TableProfile) -> dict[str, Any]:
-    """Return the keys of `ProfileOrigin` that say whether alpha was measured or estimated, and from how many pushes."""
+    """Return the keys of `ProfileOrigin` that say whether alpha was measured or estimated, and from how many pushes.
+
+    ``kind``: ``table`` or ``map``; of a map also ``pushes``, ``known_media`` and ``belongs``, None for a single push.
+    """
     if isinstance(profile, TableProfile):
         return {"kind": "table"}
     belongs = None if math.isnan(profile.belongs) else profile.belongs
@@ -447,7 +450,7 @@ def _check_lengths(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
 
 
 def _check_directions(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
-    """Note a direction that is listed twice, or else directions that are no whole grid."""
+    """Note a direction that is listed twice, itself or as its mirror image, or else directions that are no whole grid."""
     beta, gamma = np.radians(_array(content.directions, ("beta_deg", "gamma_deg")))
     listed, _ = list_once(beta, gamma)
     repeated = np.setdiff1d(np.arange(beta.size), listed)

@@ -131,7 +131,7 @@ class RunGaussian:
 
     @cached_property
     def _inner(self) -> FloatArray:
-        """Matrix I + P Z' D^-1 Z, shape (2 m, 2 m)."""
+        """Matrix I + P Z' D^-1 Z, shape (2 m, 2 m), by which Woodbury's formula inverts V."""
         count = len(self.shared) // 2
         precision_sums = np.zeros((2, count, 2, count))  # Z' D^-1 Z
         directions = np.arange(count)
@@ -149,7 +149,10 @@ class RunGaussian:
         return sums.reshape(-1, by_run.shape[2])
 
     def solve(self, columns: FloatArray) -> FloatArray:
-        """Return V^-1 times columns of shape (2 n,) or (2 n, k), in the same shape."""
+        """Return V^-1 times columns of shape (2 n,) or (2 n, k), in the same shape.
+
+        V^-1 = D^-1 - D^-1 Z (I + P Z' D^-1 Z)^-1 P Z' D^-1 (Woodbury).
+        """
         by_run = columns.reshape(2, self.direction.size, -1)
         weighted = np.einsum("nij,jnk->ink", self.precision, by_run)
         by_direction = np.linalg.solve(self._inner, self.shared @ self.sum_by_direction(weighted))

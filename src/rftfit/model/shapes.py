@@ -188,7 +188,7 @@ class Shapes:
         return mean[:, 0], np.moveaxis(np.copysign(size, above + below), 1, -1)
 
     def prior(self, beta: FloatArray, gamma: FloatArray) -> Prior:
-        """Return the prior of alpha of a further medium of size 1 in n directions, rad."""
+        """Return the prior of alpha of a further medium of size 1 in n directions, rad, with C, K and R."""
         courses = course_between_lines(beta, gamma)
         media_shapes = self._with_course(beta, gamma, courses.mean(axis=0))
         mean, count, variation = media_shapes.mean(axis=0), len(media_shapes), self.variation
@@ -300,7 +300,7 @@ def course_between_lines(beta: FloatArray, gamma: FloatArray) -> FloatArray:
 
 
 def _law_less_its_lines(friction: float, beta: FloatArray, gamma: FloatArray) -> FloatArray:
-    """Return `course_between_lines` for one friction, shape (2 n,)."""
+    """Return `course_between_lines` for one friction, shape (2 n,): z, then x."""
     image_beta, image_gamma = mirror(beta, gamma)
     # a plate at 90 degrees is the one at -90
     z, x = alpha_3drft(wrap_beta(beta), gamma, friction)
