@@ -37,7 +37,8 @@ size was chosen, and o."""
 def pose_states(points_cm: FloatArray, poses: FloatArray) -> FloatArray:
     """Return the states of an outline in its poses, shape (p, 6): f is cos and sin of its angle, height, x, z, turning.
 
-    `points_cm`: points that span the body, (n, 2). `poses`: x, z (cm), angle (rad) and their rates (per s), shape (p, 6).
+    `points_cm`: points that span the body, (n, 2). `poses`: x, z (cm), angle (rad) and their rates (per s), shape (p,
+    6).
     """
     angle = poses[:, 2]
     turn = np.stack([np.cos(angle), np.sin(angle)], axis=1)
@@ -64,9 +65,9 @@ def _states(
 ) -> FloatArray:
     """Return turn, height and direction of motion in each pose, each over its correlation length, side by side: (p, f).
 
-    The distance of two such states is their distance in the Gaussian process of the error. `turn`: shape (p, k), numbers
-    whose distance is the angle between two poses, rad, where it is small. `height`: cm, (p,). `velocity`: cm/s, (p, 2 or
-    3). `rate`: of turning, rad/s, (p, 1 or 3).
+    The distance of two such states is their distance in the Gaussian process of the error. `turn`: shape (p, k),
+    numbers whose distance is the angle between two poses, rad, where it is small. `height`: cm, (p,). `velocity`: cm/s,
+    (p, 2 or 3). `rate`: of turning, rad/s, (p, 1 or 3). `points_cm`: span the body, by which its length is known.
     """
     length = longest(points_cm)
     # turning moves the ends of a body, which lie half its length from the middle
@@ -138,8 +139,9 @@ class BodyError:
         """Return mean and covariance of the error over the load in some states (p, f), by component of the force.
 
         Shapes (components, p) and (components, p, p). The mean is that of c, given its measured errors (the formulas of
-        regression by a Gaussian process); the covariance is what remains unknown of c, and o of a further medium. Without
-        a measurement of the body the mean is 0, and there are three equal components, as many as any body needs.
+        regression by a Gaussian process); the covariance is what remains unknown of c, and o of a further medium.
+        Without a measurement of the body the mean is 0, and there are three equal components, as many as any body
+        needs.
         """
         correlations = correlation(states, states)
         of_medium = self.per_medium**2 * correlations
@@ -193,11 +195,11 @@ class BodyError:
 
 @dataclass(frozen=True)
 class ErrorCurve:
-    """Measured errors of the model over the load, of one body in one medium along one motion: what a body error is learned from.
+    """Measured errors of the model over the load, of one body along one motion in one medium, from which one learns.
 
-    `label`: name of the medium. `states`: of the body, shape (m, f). `residuals`: measured less predicted force over the
-    load, shape (components, m); NaN where none was measured. `noise`: covariance of `residuals` by errors of measurement
-    and of alpha, which are no errors of the model, (components, m, m).
+    `label`: name of the medium. `states`: of the body, shape (m, f). `residuals`: measured less predicted force over
+    the load, shape (components, m); NaN where none was measured. `noise`: covariance of `residuals` by errors of
+    measurement and of alpha, which are no errors of the model, (components, m, m).
     """
 
     label: str
@@ -233,8 +235,8 @@ class _Component(NamedTuple):
 def learn_from_curves(curves: Sequence[ErrorCurve]) -> BodyError:
     """Learn what the model gets wrong on a body from its errors in some media, as `rftfit.learn_body_error` returns it.
 
-    The size of c is chosen (`common` of chosen.toml), that of o is the most likely one; from a single curve it cannot be
-    told from c, and is the chosen one. Raises ValueError without a curve.
+    The size of c is chosen (`common` of chosen.toml), that of o is the most likely one; from a single curve it cannot
+    be told from c, and is the chosen one. Raises ValueError without a curve.
     """
     from scipy.linalg import block_diag
 
@@ -272,7 +274,11 @@ def learn_from_curves(curves: Sequence[ErrorCurve]) -> BodyError:
 
 
 def _most_likely(components: Sequence[_Component], common: float) -> float:
-    """Return the standard deviation of o with the greatest likelihood, among sizes in equal ratios; `common`: that of c."""
+    """Return the standard deviation of o with the greatest likelihood.
+
+    It is one of `tried_count` sizes in equal ratios between those of `tried` (chosen.toml). `components`: err
+    independently, so that their likelihoods multiply. `common`: standard deviation of c.
+    """
 
     def loss(per_medium: float) -> float:
         """Return twice the negative logarithm of the Gaussian likelihood, but for a constant: log det + chi squared."""

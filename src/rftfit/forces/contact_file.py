@@ -1,7 +1,7 @@
-"""Tables of measured forces on a leg or a body by pose: one contact or several.
+"""Files of measured forces on a leg or body by pose: their columns, their poses, errors that a file does not state.
 
-A contact is one turn or one path of a body with the forces measured along it. Forces are those of the medium on the body,
-N, up and toward +x positive.
+A contact is one turn or one path of a body with the forces measured along it. Forces are those of the medium on the
+body, N, up and toward +x positive.
 """
 
 from __future__ import annotations
@@ -159,8 +159,8 @@ def _motion_of_contact(
 ) -> Motion | Motion3D:
     """Make the motion of a contact from its columns, one row a pose; raises ValueError where theta turns back.
 
-    `pose_columns`: `_TURN`, `_PATH` or `_SPACE`. `hip_cm`: height of the axle where the file has none; None: that of the
-    paper. All poses of a leg get one direction of turning: that of a leg that turns back would be wrong.
+    `pose_columns`: `_TURN`, `_PATH` or `_SPACE`. `hip_cm`: height of the axle where the file has none; None: that of
+    the paper. All poses of a leg get one direction of turning: that of a leg that turns back would be wrong.
     """
     if pose_columns == _SPACE:
         return Motion3D.path(columns["t_s"], columns[[*_SPACE[1:4]]], columns[[*_SPACE[4:]]])

@@ -1,12 +1,12 @@
-"""Measured forces on bodies: a turning leg, a rolling wheel, a foot that presses.
+"""Contacts: measured forces on a leg, wheel or foot, checked; observations of a map, or errors of the model on a body.
 
-The forces are observations of a map (`rftfit.model.observations` has their rows in its linear system), or show the
+They are observations of a map (`rftfit.model.observations` has their rows in its linear system), or show the
 errors of the model on a body. These are smooth over the states of the body: a state that comes again has the same
 error.
 
-Arrays of forces have shape (components, p): z and x of an outline, x, y, z of a mesh, in p poses; N, of the medium on the
-body, up and toward +x positive. Relative errors are over the load: the sum of the sizes of the forces on all parts of the
-body, N, which does not cancel.
+Arrays of forces have shape (components, p): z and x of an outline, x, y, z of a mesh, in p poses; N, of the medium on
+the body, up and toward +x positive. Relative errors are over the load: the sum of the sizes of the forces on all parts
+of the body, N, which does not cancel.
 """
 
 from __future__ import annotations
@@ -87,6 +87,7 @@ class Contact:
     name: str = ""
 
     def __post_init__(self) -> None:
+        """Refuse forces from which nothing of a medium can be learned, with ValueError."""
         label = self.label
         motion = self.frames
         if not np.isfinite(motion).all():
@@ -147,7 +148,8 @@ class Contact:
     ) -> FloatArray:
         """Return forces or errors by component and pose, shape (components, p); NaN where none is given.
 
-        `given`: by the column of the force; one number stands for all poses. `what`: name of the argument, for messages.
+        `given`: by the column of the force; one number stands for all poses. `what`: name of the argument, for
+        messages.
         """
         rows = np.full((len(self.components), len(self.frames)), np.nan)
         for component, name in enumerate(self.components):
@@ -185,8 +187,8 @@ class Contact:
     def weights(self, beta: FloatArray, gamma: FloatArray) -> FloatArray:
         """Return the weights of alpha at the n nodes of a map in each force, alpha_z then alpha_x: (components, p, 2 n).
 
-        `beta`, `gamma`: directions of the nodes, rad, (n,). Eq. 2 is linear in alpha: the weight of a node, cm^3, is the
-        force where alpha is 1 there and 0 at all others.
+        `beta`, `gamma`: directions of the nodes, rad, (n,). Eq. 2 is linear in alpha: the weight of a node, cm^3, is
+        the force where alpha is 1 there and 0 at all others.
         """
         unit = np.eye(beta.size)
         nothing = np.zeros_like(unit)
@@ -230,10 +232,11 @@ def learn_body_error(measurements: Sequence[tuple[Contact, KnownMedium | str | P
 
 
 def error_curve(contact: Contact, profile: Profile) -> ErrorCurve:
-    """Return measured less predicted forces over the load, in at most `most_states` poses (chosen.toml), and their covariance.
+    """Return measured less predicted forces over the load, and their covariance.
 
-    Poses in the air and without a measured force are left out, since their load is 0. The covariance holds the errors of
-    the readings and of alpha, which are no errors of the model. Raises ValueError where a pose has no number.
+    At most `most_states` poses (chosen.toml), evenly spread, are taken: neighbours say the same. Poses in the air and
+    without a measured force are left out, since their load is 0. The covariance holds the errors of the readings and of
+    alpha, which are no errors of the model. Raises ValueError where a pose has no number.
     """
     poses = np.flatnonzero(contact.touches & np.isfinite(contact.measured).any(axis=0))
     poses = poses[choose_evenly(poses.size, chosen("forces", "body_error").most_states)]

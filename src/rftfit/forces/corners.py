@@ -1,12 +1,14 @@
 """Velocities that the poses of a path do not tell: at its corners, and where its steps are too coarse.
 
 A pose moves as the mean of the steps before and after it. At a corner the direction of motion changes by an angle that
-does not shrink with the step, and the force may be far from that in either step. On a smooth path the mean is right, and
-either step alone is half a step early or late; there a smooth curve through the poses tells whether they are close enough.
+does not shrink with the step, and the force may be far from that in either step. On a smooth path the mean is right,
+and either step alone is half a step early or late; there a smooth curve through the poses tells whether they are close
+enough.
 
-Rates are arrays (p, k) over the p poses of a path: of x, z (cm/s) and the angle (rad/s) of an outline, k = 3; velocity (3)
-and rate of turning (3) of a mesh, k = 6. `steps` are the rates over the step before each pose and over the step after it,
-shape (2, p, k). Largest forces are those of the targets of `moving.peak_targets`: greatest of a sign, or of either.
+Rates are arrays (p, k) over the p poses of a path: of x, z (cm/s) and the angle (rad/s) of an outline, k = 3; velocity
+(3) and rate of turning (3) of a mesh, k = 6. `steps` are the rates over the step before each pose and over the step
+after it, shape (2, p, k). Largest forces are those of the targets of `moving.peak_targets`: greatest of a sign, or of
+either.
 """
 
 from __future__ import annotations
@@ -81,8 +83,8 @@ def describe_corners(
 def _find_corners(moving: BodyInMotion, steps: FloatArray) -> npt.NDArray[np.bool_]:
     """Tell which poses of a path are corners, shape (p,); `steps`: `rates_of_steps`, shape (2, p, k).
 
-    A corner stays as sharp when every second pose is left out, a bend of a smooth path does not: the change between single
-    steps is compared with that between steps twice as long.
+    A corner stays as sharp when every second pose is left out, a bend of a smooth path does not: the change between
+    single steps is compared with that between steps twice as long. `moving`: the body on its path.
     """
     # the first column of a path is its time
     duration_s = np.diff(moving.positions)[:, None]
@@ -101,8 +103,9 @@ def _smooth_rates(
 ) -> FloatArray:
     """Return the rates of cubic curves through the poses between corners, shape (p, k).
 
-    The motion's own rates are kept at corners, between corners with fewer than four poses from one to the other, and where
-    a curve is far from them (`MOST_CHANGE`).
+    The motion's own rates are kept at corners, between corners with fewer than four poses from one to the other, and
+    where a curve is far from them (`MOST_CHANGE`). `steps`: rates over the steps beside each pose. `is_corner`: shape
+    (p,).
     """
     from scipy.interpolate import CubicSpline
 
@@ -125,8 +128,8 @@ def _relative_change(
 ) -> FloatArray:
     """Return the change of the velocities of a body between rates (p, k), over the larger velocity, shape (p,); 0 at rest.
 
-    Velocities are root mean squares over the corners of the box around the body, so that no choice of the reference point
-    matters, and turning and travel count in one unit.
+    Velocities are root mean squares over the corners of the box around the body, so that no choice of the reference
+    point matters, and turning and travel count in one unit. `rates`, `other_rates`: in the same poses.
     """
     points_cm = moving.points_cm
     change, size, other_size = np.zeros((3, len(rates)))
@@ -191,6 +194,9 @@ def _largest_of_kind(target: PeakTarget, forces: ForcesByName) -> float:
 
 
 def _largest(target: PeakTarget, forces: ForcesByName) -> tuple[float, int]:
-    """Return the size of the largest force of the peak's sign, 0 where no pose has this sign, and the index of its pose."""
+    """Return the size of the largest force of the peak's sign, and the index of its pose.
+
+    The size is 0 where no pose has this sign. `forces`: shape (p,) by column; poses without a number do not count.
+    """
     sizes: FloatArray = np.nan_to_num(target.sign * forces[target.quantity])
     return float(sizes.max(initial=0.0)), int(sizes.argmax())

@@ -52,8 +52,8 @@ def _find(angle: float, nodes: FloatArray, bins: IntArray) -> tuple[int, float]:
 def _read(pack: Pack, row: int, u: float, gamma: float) -> tuple[float, float]:
     """Interpolate alpha_z and alpha_x, N/cm^3, bilinearly between the nodes of the map; `row`, `u`: from `_find`, for beta.
 
-    `gamma`: rad. `pack.cells`: alpha_z at the four corners of each cell, (beta, gamma) low low, low high, high low, high
-    high, then alpha_x at these: shape (rows, columns, 8).
+    `gamma`: rad. `pack.cells`: alpha_z at the four corners of each cell, (beta, gamma) low low, low high, high low,
+    high high, then alpha_x at these: shape (rows, columns, 8).
     """
     column, v = _find(gamma, pack.gamma, pack.gamma_bins)
     corner = pack.cells[row, column]
@@ -167,13 +167,13 @@ def face_forces(
 ) -> None:
     """Sum the forces on bodies, each the faces of one range in one frame, and write them to `sums` (p, 7 or 19).
 
-    `pack`: `TableProfile.pack`. `across`: alpha_x(0, 0) of it. `coefficients`: shape (3, 20), times xi, for 3D-RFT; shape
-    (0, 0) for the measured law. `friction`: most stress along a face over that across it; below 0: no limit. `faces`:
-    rows of `space.face_rows`, (m, 17): corners (9), centroid (3), unit normal (3), area, 1 for a sheet, in the axes of the
-    mesh. `ranges`: first face and the one behind the last, (p, 2). `frames`: `Motion3D.frames`, (p, 18): position,
-    velocity, rate of turning, rotation matrix. `rolling`: `rftfit.forces.rolling.rolling_rows`, (p, 4); zeros: no wheel.
-    `elastic`: time since the last call (s), delta (cm), tau (s), and `shifts` the displacements u (m, 3), cm, changed
-    in place; delta 0: the plain law.
+    `pack`: `TableProfile.pack`. `across`: alpha_x(0, 0) of it. `coefficients`: shape (3, 20), times xi, for 3D-RFT;
+    shape (0, 0) for the measured law. `friction`: most stress along a face over that across it; below 0: no limit.
+    `faces`: rows of `space.face_rows`, (m, 17): corners (9), centroid (3), unit normal (3), area, 1 for a sheet, in the
+    axes of the mesh. `ranges`: first face and the one behind the last, (p, 2). `frames`: `Motion3D.frames`, (p, 18):
+    position, velocity, rate of turning, rotation matrix. `rolling`: `rftfit.forces.rolling.rolling_rows`, (p, 4);
+    zeros: no wheel. `elastic`: time since the last call (s), delta (cm), tau (s), and `shifts` the displacements u (m,
+    3), cm, changed in place; delta 0: the plain law.
 
     `sums`: force x, y, z (N), moment x, y, z about the reference point (N cm), and
     depth times area of the leading faces that leave their plane (cm^3). Where it has 19 columns, also what faces bear

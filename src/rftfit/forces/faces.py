@@ -56,10 +56,10 @@ def face_alpha(
 ) -> FloatArray:
     """Return the stress over depth on faces, x, y, z in N/cm^3, shape (..., 3), with leading draws of a stack.
 
-    `normal`: outward, `velocity`: shape (..., 3), of any length above 0. `law`: one of `LAWS`. `friction`: where given, a
-    normal part that pulls and a part along the face that drives it change their signs, and the part along the face is at
-    most this times the normal one; None: the stress as the law gives it. `normal_of_map`: normal by which the measured
-    map is read, where it is another one, shape (..., 3): so it is seen how steep the map is.
+    `normal`: outward, `velocity`: shape (..., 3), of any length above 0. `law`: one of `LAWS`. `friction`: where given,
+    a normal part that pulls and a part along the face that drives it change their signs, and the part along the face is
+    at most this times the normal one; None: the stress as the law gives it. `normal_of_map`: normal by which the
+    measured map is read, where it is another one, shape (..., 3): so it is seen how steep the map is.
     """
     normal, velocity = (_unit(vectors) for vectors in np.broadcast_arrays(normal, velocity))
     if law == "measured":
@@ -76,7 +76,8 @@ def _measured_stress(profile: Profile, normal: FloatArray, velocity: FloatArray)
     """Stress over depth by the measured law, with e and r as in the head of this module; unit vectors (..., 3).
 
     `by_normal` is the reading in the plane of e, `by_motion` that in the plane of r. Turned vectors are turned by 90
-    degrees from x toward y.
+    degrees from x toward y. `normal`, `velocity`: unit vectors. Returns x, y, z, (..., 3), with leading draws of a
+    stack.
     """
     # tilt: sine of the angle between the face and the level; speed: level part of the unit velocity
     tilt, e = _split_horizontal(normal)
@@ -137,7 +138,7 @@ def share_read_near_pushes(
 
 
 def turn_normals(normals: FloatArray, degrees: float) -> FloatArray:
-    """Return normals (..., 3) turned about the axis x and about the axis y, shape (2, ..., 3)."""
+    """Return normals (..., 3) turned by some degrees about the axis x and about the axis y, shape (2, ..., 3)."""
     cos, sin = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     x, y, z = np.moveaxis(normals, -1, 0)
     about_x = np.stack([x, cos * y - sin * z, cos * z + sin * y], axis=-1)
@@ -179,8 +180,8 @@ def _dot(vectors: FloatArray, others: FloatArray) -> FloatArray:
 def submerged_parts(triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the share of the area of triangles below the surface z = 0, shape (...), and the centroid of that part (..., 3).
 
-    `triangles`: corners by rows, shape (..., 3, 3), cm. A triangle that the surface cuts counts with its wet part, so that
-    forces are continuous in height; that part is a triangle, or the whole triangle less one.
+    `triangles`: corners by rows, shape (..., 3, 3), cm. A triangle that the surface cuts counts with its wet part, so
+    that forces are continuous in height; that part is a triangle, or the whole triangle less one.
     """
     below = triangles[..., 2] < 0
     count = below.sum(axis=-1)
@@ -205,9 +206,9 @@ def submerged_parts(triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
 class LoadedFaces(NamedTuple):
     """Faces of a mesh that bear a load in a pose, n of them, in the axes of the world.
 
-    `numbers`: their rows in `Mesh.faces`, (n,). `load_cm3`: depth times wet area that leads, (n,). `area_vectors`: outward
-    normal times area, cm^2, (n, 3); of a sheet on the side that leads. `velocity`: of the centre of the wet part, cm/s,
-    (n, 3). `arm_cm`: from the reference point to this centre, (n, 3).
+    `numbers`: their rows in `Mesh.faces`, (n,). `load_cm3`: depth times wet area that leads, (n,). `area_vectors`:
+    outward normal times area, cm^2, (n, 3); of a sheet on the side that leads. `velocity`: of the centre of the wet
+    part, cm/s, (n, 3). `arm_cm`: from the reference point to this centre, (n, 3).
     """
 
     numbers: IntArray
@@ -220,9 +221,9 @@ class LoadedFaces(NamedTuple):
 def moving_faces(mesh: Mesh, frame: FloatArray, rolling: FloatArray = NO_WHEEL) -> LoadedFaces:
     """Return the faces that bear a load in a pose: below the surface, in motion, and not behind another part of the body.
 
-    `frame`: a row of `Motion3D.frames`, (18,): position (cm), velocity (cm/s) and rate of turning (rad/s) of the reference
-    point, and rotation matrix. `rolling`: a row of `rftfit.forces.rolling.rolling_rows`, (4,), by which some faces of a
-    rolling wheel do not count; default: no wheel.
+    `frame`: a row of `Motion3D.frames`, (18,): position (cm), velocity (cm/s) and rate of turning (rad/s) of the
+    reference point, and rotation matrix. `rolling`: a row of `rftfit.forces.rolling.rolling_rows`, (4,), by which some
+    faces of a rolling wheel do not count; default: no wheel.
     """
     position, velocity, rate = frame[:9].reshape(3, 3)
     corners = mesh.triangles @ frame[9:].reshape(3, 3).T

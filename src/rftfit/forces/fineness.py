@@ -1,9 +1,9 @@
 """Fineness of a body: the longest edge that its elements or triangles may have for its motion, and the cut to it.
 
-The force on a part of a body (an element or a triangle) is that of its middle, and acts there. Where the body turns, the
-velocity differs along a long part, and the force is wrong: on a box of 12 triangles by a factor. Where it does not turn
-the force is exact, but it acts below the middle, since stress grows with depth: of a slanted sole of two triangles the
-moment is wrong by a factor. An outline has many elements, so its moment is right without a cut.
+The force on a part of a body (an element or a triangle) is that of its middle, and acts there. Where the body turns,
+the velocity differs along a long part, and the force is wrong: on a box of 12 triangles by a factor. Where it does not
+turn the force is exact, but it acts below the middle, since stress grows with depth: of a slanted sole of two triangles
+the moment is wrong by a factor. An outline has many elements, so its moment is right without a cut.
 
 The cut depends on the body, and on whether it turns: a pose has the same forces whatever the other poses are.
 """

@@ -1,4 +1,9 @@
-"""Answers of ``rftfit predict``: forces on a body, what they are from, peaks, intervals and doubts, in words and facts."""
+"""Answers of ``rftfit predict``: forces on a body, their sources, peaks, intervals, doubts, in words and facts.
+
+A quantity is a force (N) or a moment (N cm) by its column, such as ``force_z_N``. Each has up to three intervals: of
+alpha and with the force model's own error, both of the mean over many beds that are prepared alike, and of the next
+bed, one more of these.
+"""
 
 from __future__ import annotations
 
@@ -65,8 +70,8 @@ class ForceAnswer:
 
     It is calculated when it is first asked for. `confidence`, `friction`, `model_error`, `body_error`: arguments of
     `rftfit.predict`; None: as the law, the profile, or nothing learned of this body, states it. `origin`: name of the
-    profile and its folder, as it is printed; empty: the name alone. `left_out`: words on errors that the intervals of this
-    form of alpha leave out; empty: none.
+    profile and its folder, as it is printed; empty: the name alone. `left_out`: words on errors that the intervals of
+    this form of alpha leave out; empty: none.
     """
 
     profile: Profile
@@ -96,9 +101,9 @@ class ForceAnswer:
     def forces(self) -> pd.DataFrame:
         """Table of `rftfit.predict`, one row a pose.
 
-        Columns of the motion (``theta_deg`` or ``t_s`` first), of each force (N) and moment (N cm) such as ``force_z_N`` with
-        the ends of its intervals (of alpha ``force_z_lo_N``, with the model's error ``force_z_model_lo_N``, of the next bed
-        ``force_z_next_lo_N``), and ``reason`` why there is no number.
+        Columns of the motion (``theta_deg`` or ``t_s`` first), of each force (N) and moment (N cm) such as
+        ``force_z_N`` with the ends of its intervals (of alpha ``force_z_lo_N``, with the model's error
+        ``force_z_model_lo_N``, of the next bed ``force_z_next_lo_N``), and ``reason`` why there is no number.
         """
         return self._table_and_peaks[0]
 
@@ -169,7 +174,11 @@ class ForceAnswer:
 
     @property
     def interval_of_bed(self) -> str:
-        """Name of the interval of the next bed; empty where there is none."""
+        """Name of the interval of the next bed; empty where there is none.
+
+        There is one where an interval with the model's own error is known, or one of alpha by a profile whose model
+        error could be known: a measured force has both errors.
+        """
         alpha_is_enough = self.interval_of_alpha and has_model_error(self.profile)
         if not (self.eps or self.body_error or alpha_is_enough):
             return ""
@@ -186,8 +195,8 @@ class ForceAnswer:
     def sources(self) -> dict[str, str]:
         """Body, motion, profile and options of the prediction, each as words for people.
 
-        Keys: ``mesh`` or ``outline``, ``motion``, ``profile``, and where they apply ``beside`` (profile to compare with),
-        ``rim``, ``rule`` and ``friction`` (of a wheel or mesh) and ``body`` (error learned of this body).
+        Keys: ``mesh`` or ``outline``, ``motion``, ``profile``, and where they apply ``beside`` (profile to compare
+        with), ``rim``, ``rule`` and ``friction`` (of a wheel or mesh) and ``body`` (error learned of this body).
         """
         body = self.body
         if isinstance(body, Mesh):
@@ -214,7 +223,10 @@ class ForceAnswer:
 
     @property
     def _deepest(self) -> str:
-        """Say how deep the lowest point of a mesh gets along a path; empty of any other motion."""
+        """Say how deep the lowest point of a mesh gets along a path, to show a wrong height at once.
+
+        Empty of any other motion: only a path has `Motion3D.rates_of_steps`.
+        """
         if not isinstance(self.body, Mesh) or not isinstance(self.motion, Motion3D):
             return ""
         if self.motion.rates_of_steps is None:
@@ -276,8 +288,8 @@ class ForceAnswer:
     def as_dict(self) -> dict[str, Any]:
         """Return everything but the curves, as ``rftfit predict --json`` prints it; None for a peak that is missing.
 
-        ``peaks``: by name (a key of `PEAK_TITLES` or of `PEAK_TITLES_IN_SPACE`) the fields of a `Peak`, with the value under
-        the column of its quantity and the position under that of the motion. ``rows``: poses.
+        ``peaks``: by name (a key of `PEAK_TITLES` or of `PEAK_TITLES_IN_SPACE`) the fields of a `Peak`, with the value
+        under the column of its quantity and the position under that of the motion. ``rows``: poses.
         """
         peaks: dict[str, dict[str, float | str] | None] = dict.fromkeys(
             PEAK_TITLES_IN_SPACE if self.in_space else PEAK_TITLES
@@ -363,7 +375,10 @@ class ForceAnswer:
         return farthest
 
     def _columns_of_widest(self, quantity: str) -> list[str]:
-        """Both columns of the widest interval of a force that the table has; empty where it has none."""
+        """Both columns of the widest interval of a quantity that `forces` has; empty where it has none.
+
+        That of the next bed is wider than that with the model's error, and this one wider than that of alpha.
+        """
         widest_first = (names(quantity) for names in (next_end_names, model_end_names, end_names))
         return next((list(ends) for ends in widest_first if ends[0] in self.forces), [])
 
@@ -455,7 +470,7 @@ class ForceAnswer:
         return f"{peaks}\n\n" + ".\n".join(sentences) + "."
 
     def _list_missing_intervals(self) -> list[str]:
-        """List sentences that say which intervals are missing, and why."""
+        """List sentences that say which intervals are missing, and why: of nine terms, of steep peaks."""
         lines = []
         if not has_model_error(self.profile):
             lines.append(
@@ -479,7 +494,10 @@ class ForceAnswer:
         return lines
 
     def list_doubts(self, cure: str = "") -> list[str]:
-        """List sentences on poses without a number or an interval; `cure`: words on how to get numbers there."""
+        """List sentences on poses without a number or an interval, as warnings of the command.
+
+        `cure`: words on how to get numbers there, behind the reason.
+        """
         poses = len(self.forces)
         doubts = []
         if self.poses_unknown:

@@ -21,9 +21,9 @@ ALONG_ITSELF = 1e-4
 def share_of_face(outward: FloatArray, speed: FloatArray) -> FloatArray:
     """Return the share of the load of a plate that a face of a solid body bears: 1 in front, 0 behind, 0 at rest.
 
-    Where the speed along the normal is at most `ALONG_ITSELF` of the whole speed, the share grows linearly from 0 (inward)
-    over a half (along itself) to 1 (outward): a jump would let rounding decide. `outward`: speed of the face along its
-    outward normal, negative inward. `speed`: its whole speed, in the same unit.
+    Where the speed along the normal is at most `ALONG_ITSELF` of the whole speed, the share grows linearly from 0
+    (inward) over a half (along itself) to 1 (outward): a jump would let rounding decide. `outward`: speed of the face
+    along its outward normal, negative inward. `speed`: its whole speed, in the same unit.
     """
     moves = speed > 0
     relative = np.divide(outward, 2 * ALONG_ITSELF * speed, where=moves, out=np.zeros_like(speed))

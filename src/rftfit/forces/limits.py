@@ -1,7 +1,7 @@
 """Warnings where a prediction leaves what was measured or what the force model is for: depth, speed, walls, size.
 
-The measured force on a part of a body (an element of an outline, a face of a mesh) is alpha times its depth times its area.
-Shares are of depth times area, summed over all parts and poses: nearly shares of the force.
+The measured force on a part of a body (an element of an outline, a face of a mesh) is alpha times its depth times its
+area. Shares are of depth times area, summed over all parts and poses: nearly shares of the force.
 """
 
 from __future__ import annotations
@@ -64,17 +64,17 @@ def depth_measured(profile: Profile) -> tuple[float, str]:
 
 
 def describe_depth(deepest_cm: float, clause: str) -> str:
-    """Say that a body goes deeper than alpha was measured; `clause`: from `depth_measured`."""
+    """Say that a body goes deeper than alpha was measured, down to `deepest_cm`; `clause`: from `depth_measured`."""
     return f"deeper than measured: down to {deepest_cm:.1f} cm, {clause}"
 
 
 def describe_speed(fastest_cm_per_s: float) -> str:
-    """Say that a body moves faster than the model is for."""
+    """Say that a body moves faster than the model is for: the forces of a slow motion do not depend on its speed."""
     return f"faster than quasi-static: up to {fastest_cm_per_s:.3g} cm/s"
 
 
 def _reach(wet: WetParts, measured_to_cm: float) -> Reach:
-    """Compare the depths of all parts of a body with the depth to which alpha was measured."""
+    """Compare the depths of the parts of a body, `wet`, with the depth to which alpha was measured; one part bears a load."""
     share_below = _share(wet, wet.depth_cm > measured_to_cm)
     return Reach(float(wet.depth_cm[wet.load_cm3 > 0].max()), measured_to_cm, share_below)
 

@@ -33,8 +33,8 @@ class MediumAnswer:
 
     `text`: for people. `facts`: for scripts, printed as JSON. `columns`: alpha by direction, each (n,): ``beta_deg``,
     ``gamma_deg``, then ``alpha_z_N_per_cm3``, its ends, the same of x, and others. `description`: from what alpha was
-    estimated. `level`: of the intervals, in words. `where`: in which directions alpha is known. `doubt`: sentence on why
-    the medium may not be like the known ones; empty where nothing speaks against it.
+    estimated. `level`: of the intervals, in words. `where`: in which directions alpha is known. `doubt`: sentence on
+    why the medium may not be like the known ones; empty where nothing speaks against it.
     """
 
     text: str
@@ -54,7 +54,10 @@ class MediumAnswer:
         return self.facts
 
     def columns_for_file(self) -> dict[str, Any]:
-        """Round the columns of alpha by direction for a file: angles to 0.01 degrees, numbers to 1e-6 N/cm^3."""
+        """Return the columns of alpha by direction for a file: angles to 0.01 degrees, numbers to 1e-6 N/cm^3.
+
+        Angles are the first two columns; a column of words is left as it is.
+        """
         beta_deg, gamma_deg, *others = self.columns
         columns: dict[str, Any] = {
             name: [f"{angle:.2f}" for angle in self.columns[name]] for name in (beta_deg, gamma_deg)
@@ -178,7 +181,7 @@ def answer_of_contacts(
 
 
 def vertical_alpha(medium_map: Map) -> tuple[float, float, float]:
-    """Return alpha_z(0, 90 deg) of a map and the ends of its interval, N/cm^3."""
+    """Return alpha_z(0, 90 deg) of a map, and the lower and upper end of its interval, N/cm^3."""
     profile = medium_map.profile
     assert isinstance(profile.spread, Profile)
     value = float(profile.alpha(0.0, math.pi / 2)[0])
@@ -192,7 +195,7 @@ def _value_and_ends(medium: ScaledMedium, name: str) -> tuple[float, ...]:
 
 
 def _name_ends(numbers: Iterable[float]) -> dict[str, float]:
-    """Name a number and the ends of its interval ``value``, ``lo`` and ``hi``, for scripts."""
+    """Return a number and the ends of its interval under the names ``value``, ``lo`` and ``hi``, for scripts."""
     return dict(zip(("value", "lo", "hi"), map(float, numbers), strict=True))
 
 
@@ -225,7 +228,8 @@ def _describe_doubt(medium_map: Map) -> str:
 def _format_map(medium_map: Map, routine: ScaledMedium | None, description: str, level: str) -> str:
     """Format a map for people: tables of alpha at some angles, zeta, and its agreement with the known media.
 
-    `routine`: zeta by the paper's routine, None without a push straight down. `description`, `level`: as in `MediumAnswer`.
+    `routine`: zeta by the paper's routine, None without a push straight down. `description`, `level`: as in
+    `MediumAnswer`.
     """
     columns = medium_map.columns()
     beta_deg, gamma_deg = columns["beta_deg"], columns["gamma_deg"]

@@ -1,4 +1,4 @@
-"""Triangle meshes of bodies in space, checked before use, and their poses.
+"""Triangle meshes: files, ready shapes (wheel, sphere, sheet), checks; motions in space: press, roll, any path.
 
 x, y level, z up, in cm; a mesh has its own axes, and the axes of the world have z = 0 at the free surface. A mesh of n
 vertices and m triangles is `vertices_cm` (n, 3) and `faces` (m, 3), the indices of the corners of each triangle,
@@ -457,15 +457,15 @@ def _edge_lengths(triangles: FloatArray) -> FloatArray:
 
 
 def describe_triangles(count: int, given: int) -> str:
-    """Say how many triangles a mesh has, and from how many, `given`, they were made by refining."""
+    """Say that a mesh has `count` triangles, and from how many, `given`, they were made by refining."""
     return f"{count} triangles" + (f", made of {given}" if count > given else "")
 
 
 def _revolve(profile: FloatArray, longitudes: int) -> tuple[FloatArray, IntArray]:
     """Return vertices (n, 3) and faces (m, 3) of the solid that a line describes when it turns about the z axis.
 
-    `profile`: points r, z of the line, shape (k, 2), from the lower end of the axis to the upper one. `longitudes`: number
-    of points around the axis.
+    `profile`: points r, z of the line, shape (k, 2), from the lower end of the axis to the upper one. `longitudes`:
+    number of points around the axis.
     """
     angle = 2 * np.pi * np.arange(longitudes) / longitudes
     r, z = profile.T[..., None]
@@ -514,7 +514,8 @@ _OPEN = (
 def _check_closed(vertices: FloatArray, faces: IntArray) -> None:
     """Raise ValueError unless each edge belongs to two faces that run through it in opposite directions.
 
-    Only such a mesh has an inside and an outside, and so a side of each face that the medium touches.
+    Only such a mesh has an inside and an outside, and so a side of each face that the medium touches. `vertices` (n,
+    3), cm, say where the first wrong edge is.
     """
     # the three sides of every face, each from a corner to the next one, (3 m, 2)
     sides = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
@@ -539,7 +540,10 @@ def _check_closed(vertices: FloatArray, faces: IntArray) -> None:
 
 
 def _number_parts(n_vertices: int, faces: IntArray) -> IntArray:
-    """Return the number of the part of each face, from 0, shape (m,): parts of a mesh have no vertex in common."""
+    """Return the number of the part of each of the faces (m, 3), from 0, shape (m,): parts have no vertex in common.
+
+    `n_vertices`: of the whole mesh.
+    """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 

@@ -12,8 +12,8 @@ its forces times the arm of the centre.
 A solid body in space has three directions, and faces bear little aside: there the error is eps R g with a matrix R, and
 R R = S S + (0.2 of the largest G)^2, where S is the sum of f f^T / |f| over the forces f of faces.
 
-Studies and tests of these choices: docs/theory/forces.md. Shapes: draws of alpha, p poses of a motion, n elements. A stack
-of draws is a profile whose parameters have a leading axis. Angles of directions are in rad.
+Studies and tests of these choices: docs/theory/forces.md. Shapes: draws of alpha, p poses of a motion, n elements. A
+stack of draws is a profile whose parameters have a leading axis. Angles of directions are in rad.
 """
 
 from __future__ import annotations
@@ -65,8 +65,8 @@ def eps_of(
     """Return eps, the relative error of the model over the load: `model_error`, or where that is None that of the profile.
 
     The errors of a solid body in space differ by direction: there the error of the profile counts `SPACE_OVER_PLANE`
-    times. A profile on which no error was measured, as of nine terms, has 0, and ValueError is raised where another one is
-    asked for: the error of nine terms is one of alpha, and no share of the load contains it (docs/theory/forces.md).
+    times. A profile on which no error was measured, as of nine terms, has 0, and ValueError is raised where another one
+    is asked for: the error of nine terms is one of alpha, and no share of the load contains it (docs/theory/forces.md).
     """
     check_model_error(model_error)
     if has_model_error(profile):
@@ -108,10 +108,10 @@ def larger_model_error(of_legs: float) -> float:
 class Load:
     """Load without cancellation and its centre, by draw, in some poses of a motion or in all.
 
-    `poses`: indices of these poses, shape (k,). `size`: H of the head of this module, N, shape (draws, k). `centre`: where
-    the load acts, from the reference point, cm, shape (draws, k, axes): x, z or x, y, z, and (draws, k, 0) where no moment
-    is wanted. `loaded`: 1 for each of all p poses that has any load, else 0, shape (p,): interpolated between the k poses,
-    H would not be 0 where the body is in the air.
+    `poses`: indices of these poses, shape (k,). `size`: H of the head of this module, N, shape (draws, k). `centre`:
+    where the load acts, from the reference point, cm, shape (draws, k, axes): x, z or x, y, z, and (draws, k, 0) where
+    no moment is wanted. `loaded`: 1 for each of all p poses that has any load, else 0, shape (p,): interpolated between
+    the k poses, H would not be 0 where the body is in the air.
     """
 
     poses: npt.NDArray[np.intp]
@@ -140,7 +140,7 @@ class Load:
         return Load(all_poses, size, interpolate(self.centre), self.loaded[start:stop])
 
     def at(self, chosen: slice) -> Load:
-        """Return the load in some of the poses, where it was calculated in all of them: nothing is interpolated."""
+        """Return the load in the `chosen` poses, where it was calculated in all of them: nothing is interpolated."""
         return Load(
             self.poses[chosen], self.size[:, chosen], self.centre[:, chosen], self.loaded[chosen]
         )
@@ -157,8 +157,9 @@ def outline_load(
 ) -> Load:
     """Calculate the load on an outline, in at most `load_poses` (chosen.toml) of its p poses (p, 6), evenly spread.
 
-    The load changes slowly along a motion and its draws are slow to calculate, so that `Load.interpolate` fills the other
-    poses. `profile`: a single one, or a stack of draws. `with_centre`: False saves time where no moment is wanted.
+    The load changes slowly along a motion and its draws are slow to calculate, so that `Load.interpolate` fills the
+    other poses. `profile`: a single one, or a stack of draws. `with_centre`: False saves time where no moment is
+    wanted.
     """
     count, elements = len(poses), max(len(outline.body), 1)
     draws = len(profile.parameters[0]) if profile.parameters[0].ndim > 1 else 1
@@ -192,7 +193,8 @@ def _load_and_centre(
 ) -> tuple[FloatArray, FloatArray]:
     """Return G, N, (draws, p), and the centre of the load from the reference point, x and z, cm, (draws, p, 2).
 
-    The centre weights each element with the size of its force. Without it, its shape is (draws, p, 0).
+    The centre weights each element with the size of its force. Where `with_centre` is False, its shape is (draws, p,
+    0).
     """
     wet = WetElements.of(outline, poses)
     wet = wet._replace(load=np.nan_to_num(wet.load))
@@ -364,7 +366,8 @@ def _draw_next(
 def plane_errors(load: Load, paths: FloatArray, eps: float) -> tuple[FloatArray, ...]:
     """Return errors of force z, force x (N) and, where the load has a centre, the moment (N cm), of shape (draws, p).
 
-    `paths`: draws of g for force z and force x, shape (draws, 2, p). A load without a centre gives no error of the moment.
+    The error of a force is eps H g, that of the moment the moment of these errors at the centre of the load. `paths`:
+    draws of g for force z and force x, shape (draws, 2, p). A load without a centre gives no error of the moment.
     """
     size = eps * load.size
     error_z, error_x = size * paths[:, 0], size * paths[:, 1]
@@ -377,8 +380,8 @@ def plane_errors(load: Load, paths: FloatArray, eps: float) -> tuple[FloatArray,
 def space_errors(load: Load, paths: FloatArray, eps: float) -> FloatArray:
     """Return errors of force x, y, z (N) and moment x, y, z (N cm) of a body in space, shape (draws, p, 6).
 
-    They are equally large in all directions, as for a sheet. `paths`: draws of g for the three forces, shape
-    (draws, 3, p).
+    The error of a force is eps H g, equally large in all directions, as for a sheet; that of the moment acts at the
+    centre of the load. `paths`: draws of g for the three forces, shape (draws, 3, p).
     """
     force = eps * load.size[..., None] * paths.transpose(0, 2, 1)
     return np.concatenate([force, np.cross(load.centre, force)], axis=-1)
@@ -389,8 +392,8 @@ def directed_errors(
 ) -> FloatArray:
     """Return errors of a solid body, as `space_errors`, but in each direction as large as what the faces bear in it.
 
-    `by_direction`: S (draws, p, 3, 3), the sum of f f^T / |f| over the forces f of faces. The errors are eps R g with
-    R R = S S + (0.2 of the largest G)^2: they turn with the body.
+    `by_direction`: S (draws, p, 3, 3), N, the sum of f f^T / |f| over the forces f of faces. The errors are eps R g
+    with R R = S S + (0.2 of the largest G)^2: they turn with the body. `load`, `paths`: as in `space_errors`.
     """
     # R is a function of S, so that both have the same axes (eigenvectors, in columns), along which R is diagonal
     loads, axes = np.linalg.eigh(by_direction)
@@ -416,8 +419,8 @@ def is_tested(size: float, least: float, most: float) -> bool:
 def beyond_tested(length_cm: float, fastest_cm_per_s: float, eps: float) -> list[str]:
     """Say where a body leaves the sizes and speeds on which `eps`, the relative error of the model, was chosen and tested.
 
-    `length_cm`: largest distance between two points of the body. `fastest_cm_per_s`: greatest speed of a point below the
-    surface.
+    `length_cm`: largest distance between two points of the body. `fastest_cm_per_s`: greatest speed of a point below
+    the surface.
     """
     low, high = _CHOSEN.tested_length_cm
     limits = []

@@ -1,7 +1,7 @@
-"""Poses of an outline: a leg that turns about its axle, a body moved along any path.
+"""Motions of an outline: a leg that turns about its axle, a body moved along any path, files of paths.
 
-A pose is a row of six numbers: x, z of the reference point (cm, z = 0 at the free surface), angle (rad, from z toward x),
-and the rates of these three (cm/s, rad/s). The angle is beta of a plate along x, theta of a leg.
+A pose is a row of six numbers: x, z of the reference point (cm, z = 0 at the free surface), angle (rad, from z toward
+x), and the rates of these three (cm/s, rad/s). The angle is beta of a plate along x, theta of a leg.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def rotation_poses(
     hip_height_cm: float = HIP_HEIGHT_CM,
     rate_rad_per_s: float = RATE_RAD_PER_S,
 ) -> FloatArray:
-    """Return the poses (p, 6) of `Motion` for a leg on a fixed axle at x = 0; `theta` as in `rotation`, but in rad."""
+    """Return the poses (p, 6) of `Motion` for a leg on a fixed axle at x = 0; arguments as in `rotation`, `theta` in rad."""
     theta = np.asarray(theta, dtype=float)
     poses = np.zeros((theta.size, 6))
     poses[:, 1], poses[:, 2], poses[:, 5] = hip_height_cm, theta, rate_rad_per_s
@@ -171,8 +171,8 @@ def path(
 def rates_of_steps(coordinates: FloatArray, time_s: FloatArray) -> FloatArray:
     """Return the rates of a path over the step before each pose and over the step after it, shape (2, p, k).
 
-    `coordinates`: positions (cm) and angles (rad), shape (p, k). `time_s`: shape (p,). Index 0 is the step before, 1 the
-    step after; the first and the last pose have one step alone, which counts as both.
+    `coordinates`: positions (cm) and angles (rad), shape (p, k). `time_s`: shape (p,). Index 0 is the step before, 1
+    the step after; the first and the last pose have one step alone, which counts as both.
     """
     rates = np.diff(coordinates, axis=0) / np.diff(time_s)[:, None]
     before = np.concatenate([rates[:1], rates])
@@ -199,8 +199,8 @@ def read_path(file: Path) -> Motion:
 def read_path_columns(file: Path, schema: Schema) -> FloatArray:
     """Read the columns of `schema` from a table of at least two rows, in their order and units: shape (columns, rows).
 
-    The first of them is ``t_s``, which must increase. Raises CampaignError with every cell that is wrong, and every time
-    that does not increase.
+    The first of them is ``t_s``, which must increase. Raises CampaignError with every cell that is wrong, and every
+    time that does not increase.
     """
     rows, problems = read_rows(file, schema)
     if not problems and len(rows) < 2:

@@ -1,11 +1,11 @@
 """Bodies that move through a medium: the methods that a prediction needs, in the plane and in space alike.
 
-`rftfit.forces.plane` has them for outlines, `rftfit.forces.space` for meshes. Forces are those of the medium on the body.
-They are calculated by one profile (alpha of a medium, as a function of two angles), or by a stack of draws: a profile
-whose parameters have a leading axis, alpha drawn many times within its errors. A motion has p poses. A part of a body is
-a straight element of an outline or a triangle (face) of a mesh. The load of a part is its depth times its area, cm^3, which
-alpha (N/cm^3) turns into a force; the load of a body (`Load`) is the sum of the sizes of the forces on its parts, N,
-nothing cancelled: the force model errs in proportion to it.
+`rftfit.forces.plane` has them for outlines, `rftfit.forces.space` for meshes. Forces are those of the medium on the
+body. They are calculated by one profile (alpha of a medium, as a function of two angles), or by a stack of draws: a
+profile whose parameters have a leading axis, alpha drawn many times within its errors. A motion has p poses. A part of
+a body is a straight element of an outline or a triangle (face) of a mesh. The load of a part is its depth times its
+area, cm^3, which alpha (N/cm^3) turns into a force; the load of a body (`Load`) is the sum of the sizes of the forces
+on its parts, N, nothing cancelled: the force model errs in proportion to it.
 """
 
 from __future__ import annotations
@@ -52,9 +52,9 @@ class BestForces(NamedTuple):
 class DrawnForces(NamedTuple):
     """Forces on a body by draw, in k poses of its motion from index `start` on.
 
-    `forces`: shape (draws, k). `load`: in these poses, or None where no error of the model is asked for. `by_direction`:
-    sum of f f^T / |f| over the forces f of faces, shape (draws, k, 3, 3), N: how much of the load acts in each direction;
-    of a solid mesh alone.
+    `forces`: shape (draws, k). `load`: in these poses, or None where no error of the model is asked for.
+    `by_direction`: sum of f f^T / |f| over the forces f of faces, shape (draws, k, 3, 3), N: how much of the load acts
+    in each direction; of a solid mesh alone.
     """
 
     start: int
@@ -95,10 +95,10 @@ class WetParts(NamedTuple):
 class BodyInMotion(ABC):
     """A body and its motion of p poses.
 
-    `with_interval`: columns of the forces and moments that get an interval. `force_names`: columns of the forces alone, on
-    each of which the force model errs independently. `poses`: shape (p, 6): x, z (cm), angle (rad) and their rates (per s);
-    of a mesh (p, 18): position (3, cm), velocity (3, cm/s), rate of turning (3, rad/s) and rotation matrix (9).
-    `columns`: columns of the table of a prediction that tell the poses apart, such as ``theta_deg``, shape (p,).
+    `with_interval`: columns of the forces and moments that get an interval. `force_names`: columns of the forces alone,
+    on each of which the force model errs independently. `poses`: shape (p, 6): x, z (cm), angle (rad) and their rates
+    (per s); of a mesh (p, 18): position (3, cm), velocity (3, cm/s), rate of turning (3, rad/s) and rotation matrix
+    (9). `columns`: columns of the table of a prediction that tell the poses apart, such as ``theta_deg``, shape (p,).
     """
 
     with_interval: tuple[str, ...]
@@ -121,7 +121,10 @@ class BodyInMotion(ABC):
 
     @abstractmethod
     def draw(self, stack: Profile, *, with_load: bool) -> Iterator[DrawnForces]:
-        """Integrate the forces by each of a stack of draws, over `poses_at_once` poses at a time, in their order."""
+        """Integrate the forces by each of a stack of draws, over `poses_at_once` poses at a time, in their order.
+
+        `with_load`: False saves time where no error of the model is wanted.
+        """
 
     @abstractmethod
     def poses_at_once(self, draws: int) -> int:
@@ -175,21 +178,27 @@ class BodyInMotion(ABC):
         profile: Profile,  # noqa: ARG002 (of a mesh)
         best: BestForces,  # noqa: ARG002 (of a mesh)
     ) -> dict[str, FloatArray]:
-        """Return the columns of the table of a prediction, each of shape (p,), completed by those that only a mesh has."""
+        """Return the columns of the table of a prediction, each of shape (p,), completed by those that only a mesh has.
+
+        `best`: the forces by the profile itself, from `best`.
+        """
         return columns
 
     @abstractmethod
     def finish_peak(
         self, peak: Peak, profile: Profile, best: ForcesByName, columns: Mapping[str, FloatArray]
     ) -> Peak:
-        """Return a peak as it is stated for this form of body; `columns`: those of the table of the prediction."""
+        """Return a peak as it is stated for this form of body: withheld where it is steep, without rounding of a mesh.
+
+        `best`: the best curves, (p,), by quantity. `columns`: those of the table of the prediction, (p,).
+        """
 
     @abstractmethod
     def turned_forces(self, profile: TableProfile, quantity: str, pose: int) -> FloatArray:
         """Integrate a force in one pose (its index) with all parts turned by -`STEEP_DEG` and by `STEEP_DEG`, N.
 
-        Depth, area and motion of each part stay as they are: the change of the force shows how steeply alpha changes with
-        the attack angle. Shape (axes, 2): one row for each level axis about which the parts are turned, one of an
+        Depth, area and motion of each part stay as they are: the change of the force shows how steeply alpha changes
+        with the attack angle. Shape (axes, 2): one row for each level axis about which the parts are turned, one of an
         outline, two of a mesh.
         """
 
@@ -238,7 +247,10 @@ class BodyInMotion(ABC):
         return np.concatenate(blocks, axis=-1)
 
     def load_size(self, stack: Profile) -> FloatArray:
-        """Calculate the load without cancellation by draw, H of `rftfit.forces.model_error`, N, shape (draws, p)."""
+        """Calculate the load without cancellation by each draw of a stack, H of `rftfit.forces.model_error`, N, (draws, p).
+
+        A single profile counts as one draw.
+        """
         loads = [drawn.load for drawn in self.draw(stack, with_load=True)]
         return np.concatenate([load.size for load in loads if load is not None], axis=-1)
 
@@ -256,5 +268,5 @@ def rates_of(poses: FloatArray) -> FloatArray:
 
 
 def has_forces(forces: ForcesByName) -> npt.NDArray[np.bool_]:
-    """Tell in which poses every force has a number, shape (p,)."""
+    """Tell in which poses every force and moment has a number, shape (p,); `forces`: by one profile."""
     return np.asarray(np.isfinite(np.stack(list(forces.values()))).all(axis=0))

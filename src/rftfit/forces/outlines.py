@@ -1,4 +1,4 @@
-"""Thin outlines in the plane: arcs, the model legs, polylines, and outlines from a file.
+"""Outlines in the plane: arcs, the model legs, polylines, files of points and what is wrong with them.
 
 x is forward, z up, in cm. An outline is a row of straight elements: their centre, tangent and half-length.
 """
@@ -75,6 +75,7 @@ class Outline:
     solid: bool = False
 
     def __post_init__(self) -> None:
+        """Check elements and width, and make the elements one block of numbers, as the compiled kernel needs them."""
         body = np.ascontiguousarray(self.body, dtype=float)
         if body.ndim != 2 or body.shape[1] != 5 or not np.isfinite(body).all():
             raise ValueError(f"finite elements of shape (n, 5) wanted, found {body.shape}")
@@ -231,7 +232,8 @@ def leg_outline(
 ) -> Outline:
     """Make the outline of a leg of the campaign's configuration.
 
-    `arc_deg`: angle that its arc spans instead, with the same maximal length; without effect on a straight leg.
+    `arc_deg`: angle that its arc spans instead, with the same maximal length, to see what an error of it does; without
+    effect on a straight leg. `name`: of the outline.
     """
     phi = float(np.arcsin(leg.curvature_times_R))
     if arc_deg is not None:
@@ -327,8 +329,8 @@ def read_outline(path: Path, width_cm: float, elements: int = ELEMENTS) -> Outli
 def _find_problems(points: FloatArray, rows: list[int], file: str) -> list[Problem]:
     """List problems of the shape, each with its place in the file: too few or many points, repeated points, crossing lines.
 
-    `points`: x, z, cm, shape (m, 2). `rows`: row of the file of each point, (m,). `file`: its name for messages. The first
-    sort of problem that is there hides the later ones, which may follow from it.
+    `points`: x, z, cm, shape (m, 2). `rows`: row of the file of each point, (m,). `file`: its name for messages. The
+    first sort of problem that is there hides the later ones, which may follow from it.
     """
     count = len(points)
     if count < 2:

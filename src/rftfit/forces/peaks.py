@@ -3,7 +3,8 @@
 A body moves through p poses. Its quantities are named as their columns: forces (``force_z_N``, N) and moments
 (``moment_N_cm``, N cm) that the medium exerts on the body. The best curve of a quantity, shape (p,), is that by the
 profile itself; a draw is the same curve by alpha drawn within its errors. Each quantity has up to three intervals: of
-alpha (`lo`, `hi`), with the force model's own error (`model_lo`, `model_hi`), and of the next bed (`next_lo`, `next_hi`).
+alpha (`lo`, `hi`) and with the force model's own error (`model_lo`, `model_hi`), both of the mean over many beds that
+are prepared alike, and of the next bed, one more of these, which is looser or denser as a whole (`next_lo`, `next_hi`).
 
 The value of a peak is everywhere the top of the best curve. A draw has noise in every pose, so that its largest value
 lies above the top of the best curve on average. The interval is that of the peaks of the draws, moved by this
@@ -161,13 +162,18 @@ def set_beside(
 def keep_true_intervals(ends: Ends, beside: Mapping[str, FloatArray]) -> Ends:
     """Return intervals of alpha by nine terms, NaN in poses where they miss the force by the table or map of the same medium.
 
-    `beside`: that force, shape (p,), by quantity. Where it is missed, nine terms err by more than alpha does.
+    `ends`: the intervals. `beside`: that force, shape (p,), by quantity. Where it is missed, nine terms err by more
+    than alpha does.
     """
     kept = {}
     for name, (lo, hi) in ends.items():
         holds = (lo <= beside[name]) & (beside[name] <= hi)
         kept[name] = np.where(holds, lo, np.nan), np.where(holds, hi, np.nan)
     return kept
+
+
+SAME_SHARE = USUAL_BED_SPREAD
+"""Relative difference up to which two peaks are nearly the same: one bed differs from the next by as much."""
 
 
 def describe_beside(peak: Peak, form: str, form_beside: str) -> str:
@@ -187,21 +193,18 @@ def describe_beside(peak: Peak, form: str, form_beside: str) -> str:
     return f"{numbers}, nearly the same" if near else f"{numbers}: no error of alpha explains this"
 
 
-SAME_SHARE = USUAL_BED_SPREAD
-"""Relative difference up to which two peaks are nearly the same: one bed differs from the next by as much."""
-
-
 class DrawStatistics:
     """Intervals by pose, and the peaks of every draw, collected over the poses of a motion, some poses at a time.
 
-    Draws of a whole motion may be too large for memory: `add` takes those of some poses and keeps the intervals of these
-    poses and the peak of each draw so far. `quantities`: names of those that get an interval. `targets`: peaks that are
-    collected, where their quantity is one of these.
+    Draws of a whole motion may be too large for memory: `add` takes those of some poses and keeps the intervals of
+    these poses and the peak of each draw so far. `quantities`: names of those that get an interval. `targets`: peaks
+    that are collected, where their quantity is one of these.
     """
 
     def __init__(
         self, quantities: Sequence[str], targets: Iterable[PeakTarget], confidence: float
     ) -> None:
+        """Begin without a draw; `confidence`: level of the intervals."""
         self.confidence = confidence
         self._targets = [target for target in targets if target.quantity in quantities]
         self._intervals: dict[str, list[FloatArray]] = {name: [] for name in quantities}
@@ -233,7 +236,7 @@ class DrawStatistics:
         return ends
 
     def peak_ends(self, target: PeakTarget, value: float) -> tuple[float, float] | None:
-        """Return the interval of a peak whose best value is `value`.
+        """Return the interval of the peak of a target whose best value is `value`.
 
         None where the quantity has no draws, or a draw has no number in some pose.
         """
@@ -274,11 +277,11 @@ def pick_peaks(
 ) -> list[Peak]:
     """Find the peaks of the best curves, with their intervals; a target whose sign no pose has gives no peak.
 
-    `best`: shape (p,), by quantity. `positions`: theta or time of each pose, shape (p,). `bounds`: needed where some poses
-    have no number: where a bound there exceeds the peak, the peak may be there and none is stated. `alpha_draws`,
+    `best`: shape (p,), by quantity. `positions`: theta or time of each pose, shape (p,). `bounds`: needed where some
+    poses have no number: where a bound there exceeds the peak, the peak may be there and none is stated. `alpha_draws`,
     `model_draws`: draws of alpha, and of alpha with the model's error; None where there are none. `alpha_ends`,
-    `model_ends`: intervals by pose, for peaks without draws. `bed_half_width`: half width of the interval of a bed, over
-    the force; NaN where the next bed has none.
+    `model_ends`: intervals by pose, for peaks without draws. `bed_half_width`: half width of the interval of a bed,
+    over the force; NaN where the next bed has none.
     """
     peaks = []
     # forces and moments have different units, but one limit for rounding is enough

@@ -1,8 +1,9 @@
 """Forces of a profile on an outline in the plane; one profile, or a stack of draws.
 
 Poses are arrays (p, 6): x, z of the reference point (cm, z = 0 at the surface), angle (rad, from z toward x) and their
-rates (per s). A stack of draws is a profile whose parameters have a leading axis: alpha drawn within its errors. Elements
-are the short straight pieces of an outline; the load of an element is depth times wet area, cm^3, 0 above the surface.
+rates (per s). A stack of draws is a profile whose parameters have a leading axis: alpha drawn within its errors.
+Elements are the short straight pieces of an outline; the load of an element is depth times wet area, cm^3, 0 above the
+surface.
 """
 
 from __future__ import annotations
@@ -23,6 +24,9 @@ from rftfit.forces.peaks import STEEP_DEG, BoundsByName, Peak, PeakTarget
 from rftfit.forces.reference_kernel import WetElements
 from rftfit.model.compiling import is_worth_compiling
 from rftfit.model.profiles import Profile, TableProfile, weighted_sum
+
+QUANTITIES = ("force_z_N", "force_x_N", "moment_N_cm")
+"""Columns of the forces and the moment on an outline."""
 
 
 @dataclass(frozen=True)
@@ -69,8 +73,8 @@ def force_draws(
     """Integrate the forces over an outline in each pose (p, 6), by each of a stack of draws of alpha.
 
     `with_moment`: False saves time, and the moment is NaN. Every profile is linear in its parameters (the alpha of its
-    nodes, or its coefficients): the geometry gives the weight of each parameter in each pose once, all draws are then one
-    matrix product. Returns arrays of shape (draws, p).
+    nodes, or its coefficients): the geometry gives the weight of each parameter in each pose once, all draws are then
+    one matrix product. Returns arrays of shape (draws, p).
     """
     poses = _check_poses(poses)
     values_z, values_x = profile.parameters
@@ -101,8 +105,8 @@ def _weights(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the weights of the parameters of alpha_z and of alpha_x in three sums, each of shape (3, p, parameters).
 
-    The sums are over elements: of the force, of the force times the arm x, and of the force times the arm z. Weights are
-    in cm^3 and cm^4: a sum of parameters (N/cm^3) with them is in N and N cm.
+    The sums are over elements: of the force, of the force times the arm x, and of the force times the arm z. Weights
+    are in cm^3 and cm^4: a sum of parameters (N/cm^3) with them is in N and N cm.
     """
     wet = WetElements.of(outline, poses)
     arm_x, arm_z = np.moveaxis(wet.arm, -1, 0)
@@ -123,9 +127,6 @@ def _describe_gap(profile: Profile) -> str:
     """Say why a force has no number."""
     return profile.reason or "a position, angle or velocity is missing"
 
-
-QUANTITIES = ("force_z_N", "force_x_N", "moment_N_cm")
-"""Columns of the forces and the moment on an outline."""
 
 PEAKS = (
     PeakTarget("lift", "force_z_N", 1),
@@ -218,7 +219,7 @@ class OutlineInMotion(BodyInMotion):
         return self.model_errors(drawn, paths, 1.0)
 
     def peak_targets(self, best: ForcesByName) -> list[PeakTarget]:
-        """List the peaks to find: the same for every outline."""
+        """List the peaks to find: the same for every outline, whatever its best curves are."""
         return [*PEAKS]
 
     def bounds(self, profile: Profile) -> BoundsByName:
@@ -246,7 +247,7 @@ class OutlineInMotion(BodyInMotion):
     def finish_peak(
         self, peak: Peak, profile: Profile, best: ForcesByName, columns: Mapping[str, FloatArray]
     ) -> Peak:
-        """Withhold the interval of alpha of a steep peak."""
+        """Return a peak, without its interval of alpha where it is steep."""
         return self.withhold_if_steep(peak, profile, best)
 
     def turned_forces(self, profile: TableProfile, quantity: str, pose: int) -> FloatArray:

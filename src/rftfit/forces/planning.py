@@ -41,7 +41,7 @@ from rftfit.model.shapes import Shapes, published_shapes
 from rftfit.store.text import table as format_table
 
 Numbers = Callable[[FloatArray, Map], FloatArray]
-"""Function that returns the t numbers of a target, shape (..., t), from alpha (..., 2, n) at the nodes of a map and this map.
+"""Function of alpha (..., 2, n) at the nodes of a map and of this map that returns the t numbers of a target, (..., t).
 
 It is also called with errors of alpha: of a linear target it returns the errors of the numbers.
 """
@@ -51,8 +51,8 @@ It is also called with errors of alpha: of a linear target it returns the errors
 class Target:
     """The t numbers that are to be known well, which follow from alpha at the nodes of a map.
 
-    `parts`: names of the numbers. `numbers`: function that returns them for some alpha and a map. `divisor`: function that
-    takes the numbers by the map's own alpha, (t,), and returns what the half width of each is divided by, (t,);
+    `parts`: names of the numbers. `numbers`: function that returns them for some alpha and a map. `divisor`: function
+    that takes the numbers by the map's own alpha, (t,), and returns what the half width of each is divided by, (t,);
     `divisor_name` says it. `linear`: True where the numbers are linear in alpha. `of_model`: True where the numbers are
     those of the force model, whose own error no push makes smaller.
     """
@@ -199,7 +199,7 @@ def peaks(
 
 
 def _profile_at_nodes(alpha: FloatArray, medium_map: Map) -> TableProfile:
-    """Return the profile, or the stack of profiles, with alpha (2, n) or (k, 2, n) at the nodes of a map."""
+    """Return the profile with alpha (2, n), or the stack of k profiles with alpha (k, 2, n), at the nodes of a map."""
     return TableProfile(alpha[..., 0, :], alpha[..., 1, :], medium_map.beta, medium_map.gamma)
 
 
@@ -210,10 +210,10 @@ def _peak_forces(
     stack: TableProfile,
     best: TableProfile,
 ) -> FloatArray:
-    """Return lift and horizontal force by each of k profiles, N, shape (k, 2), in the poses where those by `best` are largest.
+    """Return lift and horizontal force by each of k profiles, N, (k, 2), in the poses where those by `best` are largest.
 
-    `stack`: the k profiles. The poses are chosen once, so that forces are linear in alpha. The horizontal force of a mesh
-    is taken along its direction by `best`.
+    `stack`: the k profiles. The poses are chosen once, so that forces are linear in alpha. The horizontal force of a
+    mesh is taken along its direction by `best`.
     """
     moving = set_in_motion(body, motion, friction=friction, quantities=QUANTITIES[:2])
     forces = moving.best(best).forces
@@ -240,9 +240,10 @@ def _peak_forces(
 class Step:
     """One more push of a plan, or one turn of a body, with the `runs` that it takes.
 
-    `directions`: (beta, gamma) in degrees, one, or two where the way back is measured too; empty for a turn, and for the
-    state before the first push. `half_width`: half width of the interval of each part of the target after this step,
-    over the target's divisor; of a part of many numbers, as alpha in all directions, root mean square over them. `turn`: name of the body that is turned; empty for a push.
+    `directions`: (beta, gamma) in degrees, one, or two where the way back is measured too; empty for a turn, and for
+    the state before the first push. `half_width`: half width of the interval of each part of the target after this
+    step, over the target's divisor; of a part of many numbers, as alpha in all directions, root mean square over them.
+    `turn`: name of the body that is turned; empty for a push.
     """
 
     directions: tuple[tuple[float, float], ...]
@@ -354,7 +355,10 @@ class Plan:
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """Return target and pushes as plain numbers, words and lists; a row without a direction has NaN for angles."""
+        """Return target and pushes as plain numbers, words and lists, as ``rftfit plan --json`` prints them.
+
+        A row without a direction has NaN for angles.
+        """
         return {
             "target": self.target,
             "parts": list(self.parts),
@@ -366,8 +370,8 @@ class Plan:
 def push_rows(step: Step, depths_cm: Sequence[float]) -> list[dict[str, str]]:
     """Return the cells of the run sheet for the runs of a push, one dict a run.
 
-    Keys: ``direction``, ``beta_deg``, ``gamma_deg`` and ``depth_cm``, which only a horizontal run has: of `depths_cm` the
-    first ones, or empty where they are too few. A run with gamma below 0 is filed as an extraction.
+    Keys: ``direction``, ``beta_deg``, ``gamma_deg`` and ``depth_cm``, which only a horizontal run has: of `depths_cm`
+    the first ones, or empty where they are too few. A run with gamma below 0 is filed as an extraction.
     """
     beta, gamma = step.directions[0]
     ways = [("intrusion", "")] if gamma > 0 else [("extraction", "")]
@@ -378,6 +382,28 @@ def push_rows(step: Step, depths_cm: Sequence[float]) -> list[dict[str, str]]:
         ways = [("intrusion", ""), ("extraction", "")]
     angles = {"beta_deg": f"{beta:g}", "gamma_deg": f"{gamma:.6g}"}
     return [{"direction": way, **angles, "depth_cm": depth} for way, depth in ways]
+
+
+_EXACT = 1e-10
+"""Least variance of a push, over the largest variance of alpha in the map."""
+
+_NONE = 1e-30
+"""A positive number that stands for 0, where one is divided by."""
+
+
+class _Candidate(NamedTuple):
+    """A measurement that may come next: a push, with its way back where that is measured too, or one turn of a body.
+
+    `observe`: function of the covariance of alpha at the nodes and of the target, (2 n + t, 2 n + t), that returns the
+    covariance of these with the k numbers that are measured, (2 n + t, k), and that of the measured numbers, (k, k),
+    with the errors of their readings. `runs`: that it takes. `directions`: of a push, (beta, gamma), degrees; empty for
+    a turn. `turn`: name of the body; empty for a push.
+    """
+
+    observe: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+    runs: int
+    directions: tuple[tuple[float, float], ...] = ()
+    turn: str = ""
 
 
 def plan(
@@ -479,10 +505,10 @@ def plan(
 
 
 def _errors_of_target(target: Target, medium_map: Map) -> tuple[FloatArray, FloatArray]:
-    """Return errors of alpha, (k, 2, n), whose products add up to its covariance, and the errors of the target by them, (k, t).
+    """Return errors of alpha, (k, 2, n), and the errors of the target by them, (k, t).
 
-    Where the target is not linear in alpha, they are along the largest axes of the error of alpha, and those of the target
-    half its change when alpha moves either way.
+    The products of the errors of alpha add up to its covariance. Where the target is not linear in alpha, they are
+    along the largest axes of the error of alpha, and those of the target half its change when alpha moves either way.
     """
     errors = medium_map.factor
     if target.linear:
@@ -497,33 +523,18 @@ def _errors_of_target(target: Target, medium_map: Map) -> tuple[FloatArray, Floa
 def _log_gain(across: FloatArray, measured: FloatArray, variance: float) -> float:
     """Return the logarithm of the factor by which a measurement of k numbers narrows the variance of the target.
 
-    `across`: covariance of the target's t numbers with them, (t, k). `measured`: their covariance, (k, k). `variance`: of
-    the target before, summed over its numbers.
+    `across`: covariance of the target's t numbers with them, (t, k). `measured`: their covariance, (k, k). `variance`:
+    of the target before, summed over its numbers.
     """
     less = float(np.sum(across * np.linalg.solve(measured, across.T).T))
     return -math.log(max(1 - less / max(variance, _NONE), 1e-12))
 
 
-class _Candidate(NamedTuple):
-    """A measurement that may come next: a push, with its way back where that is measured too, or one turn of a body.
-
-    `observe`: function of the covariance of alpha at the nodes and of the target, (2 n + t, 2 n + t), that returns the
-    covariance of these with the k numbers that are measured, (2 n + t, k), and that of the measured numbers, (k, k), with
-    the errors of their readings. `runs`: that it takes. `directions`: of a push, (beta, gamma), degrees; empty for a turn.
-    `turn`: name of the body; empty for a push.
-    """
-
-    observe: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
-    runs: int
-    directions: tuple[tuple[float, float], ...] = ()
-    turn: str = ""
-
-
 def _make_turn(medium_map: Map, body: Outline, motion: Motion) -> _Candidate:
     """Make the candidate of one turn of a body along a motion, for one run.
 
-    The forces that will be measured are taken to be those by the map. Hundreds of them are combined to k numbers, weighted
-    sums of alpha, that say as much of alpha.
+    The forces that will be measured are taken to be those by the map. Hundreds of them are combined to k numbers,
+    weighted sums of alpha, that say as much of alpha.
     """
     best = medium_map.alpha
     nodes = medium_map.beta, medium_map.gamma
@@ -544,20 +555,15 @@ def _make_turn(medium_map: Map, body: Outline, motion: Motion) -> _Candidate:
     return _Candidate(observe, 1, turn=body.name)
 
 
-_EXACT = 1e-10
-"""Least variance of a push, over the largest variance of alpha in the map."""
-
-_NONE = 1e-30
-"""A positive number that stands for 0, where one is divided by."""
-
 _PARTS = 16
 """Number of principal axes of the error of alpha along which a target that is not linear is tried."""
 
 
 def _largest_axes(factor: FloatArray) -> FloatArray:
-    """Return the `_PARTS` largest principal axes of a covariance, (`_PARTS`, 2, n), from errors whose products add up to it.
+    """Return the `_PARTS` largest principal axes of a covariance of alpha, (`_PARTS`, 2, n).
 
-    `factor`: these errors, (k, 2, n), hundreds of them: a target that is not linear would be calculated for each.
+    `factor`: errors, (k, 2, n), whose products add up to it; hundreds of them, for each of which a target that is not
+    linear would have to be calculated.
     """
     flat = factor.reshape(len(factor), -1)
     _, sizes, axes = np.linalg.svd(flat, full_matrices=False)
@@ -619,7 +625,10 @@ def _list_pushes(medium_map: Map, rig: Rig, noise: FloatArray) -> list[_Candidat
 def _observe_nodes(
     nodes: list[int], noise: FloatArray, covariance: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return what `_Candidate.observe` does for pushes that measure alpha itself at some nodes, by their indices."""
+    """Return what `_Candidate.observe` returns, for pushes that measure alpha itself at some nodes, by their indices.
+
+    `noise`: variance of a measured alpha at each node, (2 n,). `covariance`: of alpha at the nodes and of the target.
+    """
     measured = covariance[np.ix_(nodes, nodes)] + np.diag(noise[nodes])
     return covariance[:, nodes], measured
 

@@ -1,10 +1,11 @@
 """Predictions of forces on bodies, `predict` and `find_peaks`: errors of alpha and of the model become intervals.
 
-A profile gives alpha (N/cm^3) as a function of two angles; its `spread` is what is known of the errors of alpha: a stack of
-draws, a `ScaledMedium` (one penetration test, scaled from reference media), or None. The model's own error is how far
-measured forces lie from the integral with alpha known exactly. A motion has p poses. Forces (N) and moments (N cm) by the
-name of their column are `ForcesByName`: shape (p,) of one profile, (draws, p) of a stack. `Ends` are the two ends of an
-interval by the same names, each of shape (p,).
+A profile gives alpha (N/cm^3) as a function of two angles; its `spread` is what is known of the errors of alpha: a
+stack of draws, a `ScaledMedium` (one penetration test, scaled from reference media), or None. The model's own error is
+how far measured forces lie from the integral with alpha known exactly. A motion has p poses. Forces (N) and moments (N
+cm) by the name of their column are `ForcesByName`: shape (p,) of one profile, (draws, p) of a stack. `Ends` are the two
+ends of an interval by the same names, each of shape (p,). Both intervals are of the mean over many beds that are
+prepared alike; the interval of the next bed, one more of these, contains the spread from bed to bed, too.
 """
 
 from __future__ import annotations
@@ -141,7 +142,11 @@ def predict_with_peaks(
     model_error: float | None = None,
     body_error: BodyError | None = None,
 ) -> tuple[pd.DataFrame, list[Peak]]:
-    """Return the table of `predict` and the peaks of `find_peaks`, from one pass through all draws; it warns of no limit."""
+    """Return the table of `predict` and the peaks of `find_peaks`, from one pass through all draws.
+
+    Arguments as in `predict`; it warns of no limit. Raises ValueError where both `model_error` and `body_error` are
+    given.
+    """
     if body_error is not None and model_error is not None:
         raise ValueError("found model_error and body_error; allowed: one of them")
     moving = set_in_motion(outline, motion, law, friction, quantities)
@@ -201,9 +206,9 @@ def _warn_of_limits(
 class _ErrorOfModel:
     """Draws of what the force model gets wrong on a body that moves.
 
-    `eps`: relative error on any body, over the load of the body; 0: none is known or asked for. `body_error`: error on a
-    body that was measured before, which replaces `eps`, or None. `draws`: as many as of alpha, since each draw of alpha
-    gets one draw of the error.
+    `eps`: relative error on any body, over the load of the body; 0: none is known or asked for. `body_error`: error on
+    a body that was measured before, which replaces `eps`, or None. `draws`: as many as of alpha, since each draw of
+    alpha gets one draw of the error.
     """
 
     def __init__(
@@ -265,15 +270,17 @@ def _add_errors(forces: ForcesByName, errors_by_name: ForcesByName) -> ForcesByN
 class _Prediction:
     """Forces on a body by a profile, with intervals of alpha (`alpha_ends`) and with the model's error (`model_ends`).
 
-    Both are calculated at once, because every draw of alpha is also the base of one draw of the model's error.
-    `best`: forces by the profile itself. `has_forces`: True in poses whose best forces all have a number, shape (p,).
+    Both are calculated at once, because every draw of alpha is also the base of one draw of the model's error. `best`:
+    forces by the profile itself. `has_forces`: True in poses whose best forces all have a number, shape (p,).
     `alpha_draws`, `model_draws`: statistics of the draws of these intervals, from which peaks get theirs; None where an
-    interval is not from draws. `alpha_ends`, `model_ends`: empty where the error is not known. `targets`: peaks to find.
+    interval is not from draws. `alpha_ends`, `model_ends`: empty where the error is not known. `targets`: peaks to
+    find.
     """
 
     def __init__(
         self, moving: BodyInMotion, profile: Profile, error: _ErrorOfModel, confidence: float
     ) -> None:
+        """Integrate the forces of a body in motion, with the error of the model, and find their intervals."""
         self.moving, self.profile, self.error, self.confidence = moving, profile, error, confidence
         self.best = moving.best(profile)
         if error.body_error is not None:
@@ -329,8 +336,8 @@ class _Prediction:
     ) -> DrawStatistics | None:
         """Add draws to the statistics `alpha_draws` (changed, if not None), and return those with the model's error.
 
-        `draws`: those of some poses after those of others, block by block as the error comes. Returns None where no error
-        of the model is known or asked for.
+        `draws`: those of some poses after those of others, block by block as the error comes. Returns None where no
+        error of the model is known or asked for.
         """
         model_draws = self._statistics() if self.error.is_stated else None
         paths = self.error.paths()
@@ -373,8 +380,8 @@ class _Prediction:
     def table_and_peaks(self) -> tuple[pd.DataFrame, list[Peak]]:
         """Return the table of `predict`, with the columns that it names, and the peaks of `find_peaks`.
 
-        Nine terms are compared with the table or map of the same medium (`forces_beside`): where that lies outside of the
-        interval of alpha, this interval is left empty.
+        Nine terms are compared with the table or map of the same medium (`forces_beside`): where that lies outside of
+        the interval of alpha, this interval is left empty.
         """
         best, alpha_ends, model_ends = self.best.forces, self.alpha_ends, self.model_ends
         forces_beside: ForcesByName | None = None

@@ -1,10 +1,10 @@
 """Elements of an outline in its poses and forces on them, in numpy; `rftfit.model.kernel` is the compiled twin.
 
-Tests compare both. Draws and pictures use this module, where speed does not matter. Elements are arrays (..., 8): centre
-x, z (cm), unit tangent x, z, half-length (cm), area (cm^2), velocity x, z (cm/s); of p poses of an outline of n elements
-(p, n, 8). Poses are arrays (p, 6): x, z of the reference point (cm, z = 0 is the surface), angle (rad, from z toward x)
-and their rates. The load of an element is depth times wet area, cm^3; alpha (N/cm^3) times it is the force of the medium
-on the element (Eq. 2 of the paper).
+Tests compare both. Draws and pictures use this module, where speed does not matter. Elements are arrays (..., 8):
+centre x, z (cm), unit tangent x, z, half-length (cm), area (cm^2), velocity x, z (cm/s); of p poses of an outline of n
+elements (p, n, 8). Poses are arrays (p, 6): x, z of the reference point (cm, z = 0 is the surface), angle (rad, from z
+toward x) and their rates. The load of an element is depth times wet area, cm^3; alpha (N/cm^3) times it is the force of
+the medium on the element (Eq. 2 of the paper).
 """
 
 from __future__ import annotations

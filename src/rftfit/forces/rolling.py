@@ -1,7 +1,7 @@
 """Rules for rolling wheels: no force from the wheel's own track, and facets that stand for a round rim.
 
-A rolling wheel leaves a rut. Behind the axle what faces back would push into that rut, not into the bed at its depth: on
-a wheel that is not convex such faces do not count (`TRACK_RULE`; the rear contact angle 0 of Wong and Reece 1967,
+A rolling wheel leaves a rut. Behind the axle what faces back would push into that rut, not into the bed at its depth:
+on a wheel that is not convex such faces do not count (`TRACK_RULE`; the rear contact angle 0 of Wong and Reece 1967,
 doi:10.1016/0022-4898(67)90105-X). On a convex wheel no point of the surface behind the axle pushes back.
 
 Rotation alone moves one half of a flat facet outward, but no part of the round rim that the facet stands for. Where the
@@ -54,7 +54,8 @@ LEVEL = 1e-9
 def measure_radius(vertices_cm: FloatArray) -> float:
     """Return the radius of a wheel whose axle lies along y through (0, 0, 0), to its farthest point, cm.
 
-    `vertices_cm`: x, y, z, shape (n, 3). Raises ValueError where the extents in x and z show that its axle lies elsewhere.
+    `vertices_cm`: x, y, z, shape (n, 3). Raises ValueError where the extents in x and z show that its axle lies
+    elsewhere.
     """
     # a wheel reaches as far forward as backward, up and down
     x, _, z = vertices_cm.T
@@ -66,6 +67,13 @@ def measure_radius(vertices_cm: FloatArray) -> float:
             f"{x.min():.4g} to {x.max():.4g} and z from {z.min():.4g} to {z.max():.4g} cm: turn or move it"
         )
     return radius
+
+
+RIM_SOURCES = {
+    "given": "as given",
+    "farthest-point": "to the farthest point of the mesh, over any lugs: no rim was given",
+}
+"""Sources of the radius of a rim in words, by `Rim.taken_from`."""
 
 
 class Rim(NamedTuple):
@@ -138,18 +146,12 @@ def lowest_radius(corners_cm: FloatArray) -> float:
     return float(farthest.min())
 
 
-RIM_SOURCES = {
-    "given": "as given",
-    "farthest-point": "to the farthest point of the mesh, over any lugs: no rim was given",
-}
-"""Sources of the radius of a rim in words, by `Rim.taken_from`."""
-
-
 def find_rim(vertices_cm: FloatArray, rim_cm: float | None, lowest_cm: float) -> Rim:
     """Return the rim that is given, or a rim through the farthest point of the wheel where none is given.
 
-    `vertices_cm`: shape (n, 3). `rim_cm`: radius, or None. `lowest_cm`: `lowest_radius` of the wheel, from which is seen
-    whether a rim should have been given. Raises ValueError where the wheel has no such rim, or its axle lies elsewhere.
+    `vertices_cm`: shape (n, 3). `rim_cm`: radius, or None. `lowest_cm`: `lowest_radius` of the wheel, from which is
+    seen whether a rim should have been given. Raises ValueError where the wheel has no such rim, or its axle lies
+    elsewhere.
     """
     radius = measure_radius(vertices_cm)
     if rim_cm is None:
@@ -184,6 +186,7 @@ def rolling_rows(
     falls short of `least_travel` of the rim speed (cm/s); and the share to which the track's rule holds, `track`: 1 or
     0, between them for a wheel that has just begun to move. `begun`: from 0 to 1 for such a wheel, whose direction of
     travel is not yet certain; 1: moving. `velocity` (cm/s), `rate` of turning (rad/s): x, y, z, shape (p, 3).
+    `radius_cm`: to the farthest point of the wheel, which moves at the rim speed.
     """
     travel = np.linalg.norm(velocity[:, :2], axis=1)
     heading = np.stack([rate[:, 1], -rate[:, 0]], axis=1)
@@ -212,8 +215,8 @@ def lies_in_track(
 ) -> npt.NDArray[np.bool_]:
     """Tell which faces push into the wheel's own track: they lie behind the axle and face back.
 
-    `normal`, of any length, and `arm` from the axle: (m, 3). `rolling`: a row of `rolling_rows`; False where its rule does
-    not hold in full.
+    `normal`, of any length, and `arm` from the axle: (m, 3). `rolling`: a row of `rolling_rows`; False where its rule
+    does not hold in full.
     """
     ahead = normal[:, :2] @ rolling[:2]
     faces_back = ahead < -LEVEL * np.linalg.norm(normal, axis=-1)

@@ -1,11 +1,11 @@
 """Forces on a mesh in space, and the error of the law in space, which no measurement in the plane contains.
 
 The faces of a mesh are its triangles, m of them. Frames are the poses of a motion, shape (p, 18): position (3, cm),
-velocity (3, cm/s), rate of turning (3, rad/s), rotation matrix (9, row by row). The compiled kernel returns 19 sums over
-the faces for each pose: columns 0 to 5 force and moment (`MESH_QUANTITIES`), 6 depth times area (cm^3) of the faces that
-move out of the plane of their normal and the vertical, 7 to 9 the sizes of vertical parts, horizontal parts and whole
-forces (N), 10 to 12 whole sizes times the arm (N cm), 13 to 18 the sum of f f^T / |f| over forces f (xx, yy, zz, xy, xz,
-yz, N). A stack of draws is a profile whose parameters have a leading axis: alpha drawn within its errors.
+velocity (3, cm/s), rate of turning (3, rad/s), rotation matrix (9, row by row). The compiled kernel returns 19 sums
+over the faces for each pose: columns 0 to 5 force and moment (`MESH_QUANTITIES`), 6 depth times area (cm^3) of the
+faces that move out of the plane of their normal and the vertical, 7 to 9 the sizes of vertical parts, horizontal parts
+and whole forces (N), 10 to 12 whole sizes times the arm (N cm), 13 to 18 the sum of f f^T / |f| over forces f (xx, yy,
+zz, xy, xz, yz, N). A stack of draws is a profile whose parameters have a leading axis: alpha drawn within its errors.
 """
 
 from __future__ import annotations
@@ -62,7 +62,8 @@ NO_ELASTICITY = (0.0, 0.0, 0.0)
 def face_rows(mesh: Mesh) -> FloatArray:
     """Describe the faces to the compiled kernel, in the axes of the mesh, shape (m, 17).
 
-    Columns: three corners (9, cm), centroid (3, cm), outward unit normal (3), area (cm^2), 1 for a sheet or 0 for a solid.
+    Columns: three corners (9, cm), centroid (3, cm), outward unit normal (3), area (cm^2), 1 for a sheet or 0 for a
+    solid.
     """
     triangles = mesh.triangles
     normals = area_vectors(triangles)
@@ -92,7 +93,7 @@ def compiled_mesh_forces(
     law: str = "measured",
     friction: float | None = None,
 ) -> FloatArray:
-    """Return the sums over the faces in each pose by one profile, shape (p, 19), with the columns of the head of this module.
+    """Return the sums over the faces in each pose by one profile, (p, 19), with the columns of the head of this module.
 
     `law`, `friction`: as in `rftfit.predict`; friction None: as the law states it.
     """
@@ -114,7 +115,8 @@ def _sum_compiled(
 ) -> FloatArray:
     """Call the compiled kernel for the poses of a motion, and return its sums, shape (p, 19).
 
-    `law`: from `law_of`. `faces`: rows of `face_rows`. `ranges`: first row of each pose and the row behind its last, (p, 2).
+    `law`: from `law_of`. `faces`: rows of `face_rows`. `ranges`: first row of each pose and the row behind its last,
+    (p, 2).
     """
     from rftfit.forces.face_kernel import face_forces
 
@@ -131,7 +133,7 @@ def _sum_compiled(
 def mesh_draws(
     draws: Profile, mesh: Mesh, motion: Motion3D, law: str, friction: float | None
 ) -> FloatArray:
-    """Return `compiled_mesh_forces` for each of a stack of draws, shape (draws, p, 19)."""
+    """Return `compiled_mesh_forces` for each of a stack of draws, shape (draws, p, 19), with the columns of this module."""
     stack = as_table(draws)
     faces, ranges = _wet_faces(mesh, motion)
     shape = (-1, *stack.alpha_z.shape[-2:])
@@ -146,8 +148,9 @@ def mesh_draws(
 def _wet_faces(mesh: Mesh, motion: Motion3D) -> tuple[FloatArray, IntArray]:
     """Return `face_rows` of the faces that reach below the surface, pose after pose, and the range of each pose, (p, 2).
 
-    Most of a rolling wheel is dry, and need not be tested again for each draw. A face that is wet in several poses has a
-    row for each. Where the rows would be too many for memory, or a frame lacks a number, all faces of all poses are summed.
+    Most of a rolling wheel is dry, and need not be tested again for each draw. A face that is wet in several poses has
+    a row for each. Where the rows would be too many for memory, or a frame lacks a number, all faces of all poses are
+    summed.
     """
     faces, frames = face_rows(mesh), motion.frames
     if len(faces) * len(frames) > errors.MOST_AT_ONCE or not np.isfinite(frames).all():
@@ -240,7 +243,7 @@ class MeshInMotion(BodyInMotion):
     def model_errors(self, drawn: DrawnForces, paths: FloatArray, eps: float) -> ForcesByName:
         """Calculate errors of the force model by draw; `paths`: errors over eps and the load, shape (draws, 3, p)."""
         assert drawn.load is not None
-        # a sheet errs as an outline does, on which the error was found
+        # a sheet errs as an outline does, on which the error was found; of a solid the error depends on the direction
         if self.mesh.sheet:
             return _by_name(errors.space_errors(drawn.load, paths, eps))
         assert drawn.by_direction is not None
@@ -280,8 +283,8 @@ class MeshInMotion(BodyInMotion):
     ) -> dict[str, FloatArray]:
         """Return the columns of a prediction, each (p,), with rounding set to 0 and with ``closure_N``.
 
-        Forces that symmetry cancels are not exactly 0 as sums over faces. ``closure_N``: error of a force if the measured
-        law errs alike on all faces that leave the plane of their normal and the vertical; NaN by 3D-RFT.
+        Forces that symmetry cancels are not exactly 0 as sums over faces. ``closure_N``: error of a force if the
+        measured law errs alike on all faces that leave the plane of their normal and the vertical; NaN by 3D-RFT.
         """
         finished = {
             name: np.where(np.abs(values) < self._least_size(name, best.forces), 0.0, values)
@@ -298,17 +301,16 @@ class MeshInMotion(BodyInMotion):
     ) -> Peak:
         """Return a peak without numbers that are rounding of the sum over faces, and withheld where it is steep.
 
-        Rounding becomes 0. An end of an interval that is 0, or is cut off there because a peak has one sign, is moved to
-        the farthest end of this interval in any pose: the largest force of a mesh may have either sign.
+        Rounding becomes 0. An end of an interval that is 0, or is cut off there because a peak has one sign, is moved
+        to the farthest end of this interval in any pose: the largest force of a mesh may have either sign.
         """
         quantity = peak.quantity
         least = self._least_size(quantity, best)
         # column of the table for each end, by the field of `Peak`: lo, hi, model_lo, model_hi, next_lo, next_hi
-        columns_of_ends = {
-            kind + end: column
-            for kind in ("", "model_", "next_")
-            for end, column in zip(("lo", "hi"), end_names(quantity, kind), strict=True)
-        }
+        columns_of_ends: dict[str, str] = {}
+        for kind in ("", "model_", "next_"):
+            lo_column, hi_column = end_names(quantity, kind)
+            columns_of_ends |= {f"{kind}lo": lo_column, f"{kind}hi": hi_column}
         changes: dict[str, Any] = {
             field: 0.0 for field in ("value", *columns_of_ends) if abs(getattr(peak, field)) < least
         }
@@ -380,7 +382,7 @@ def _largest_alpha(profile: Profile) -> float:
 
 
 def _by_name(forces: FloatArray) -> dict[str, FloatArray]:
-    """Name the first six columns of sums over faces, shape (..., 19), by `MESH_QUANTITIES`."""
+    """Return the first six columns of sums over faces, or of errors, (..., 6 or 19), by their names, `MESH_QUANTITIES`."""
     return {name: forces[..., k] for k, name in enumerate(MESH_QUANTITIES)}
 
 
@@ -390,19 +392,19 @@ def _sign_of_largest(values: FloatArray) -> int:
     return -1 if sizes.size and values[sizes.argmax()] < 0 else 1
 
 
-def _load_of(draws: FloatArray) -> errors.Load:
+def _load_of(sums: FloatArray) -> errors.Load:
     """Read the load without cancellation, and its centre, from sums over faces, shape (draws, p, 19)."""
     # sizes of vertical parts, of horizontal parts, of whole forces; then whole sizes times the arm x, y, z
-    sizes = np.nan_to_num(draws[..., 7:13])
+    sizes = np.nan_to_num(sums[..., 7:13])
     total_load = sizes[..., 2]
     centre = sizes[..., 3:] / np.where(total_load > 0, total_load, 1.0)[..., None]
     loaded = (total_load > 0).any(axis=0).astype(float)
     size = errors.size_of(np.hypot(sizes[..., 0], sizes[..., 1])) * loaded
-    return errors.Load(np.arange(draws.shape[1]), size, centre, loaded)
+    return errors.Load(np.arange(sums.shape[1]), size, centre, loaded)
 
 
-def _loads_by_direction(draws: FloatArray) -> FloatArray:
-    """Read the sum of f f^T / |f| over forces f of faces, (draws, p, 3, 3), N, from sums (draws, p, 19)."""
-    xx, yy, zz, xy, xz, yz = np.moveaxis(np.nan_to_num(draws[..., 13:]), -1, 0)
+def _loads_by_direction(sums: FloatArray) -> FloatArray:
+    """Read the sum of f f^T / |f| over forces f of faces, (draws, p, 3, 3), N, from sums over faces, (draws, p, 19)."""
+    xx, yy, zz, xy, xz, yz = np.moveaxis(np.nan_to_num(sums[..., 13:]), -1, 0)
     rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
     return np.moveaxis(np.array(rows), (0, 1), (-2, -1))

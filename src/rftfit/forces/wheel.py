@@ -1,10 +1,10 @@
 """A rolling wheel at a given load or sinkage: drawbar, torque, sinkage and their intervals, from one function.
 
-A wheel rolls toward +x about an axle along y. Slip: 1 less travel over rim speed where it drives, 0 to 1; negative where
-it brakes. Drawbar is the force of the medium toward +x (N), load that upward (N), torque that of the drive (N cm), all
-means over one turn; sinkage is the depth of the lowest point of the rim (cm). The rim is the radius to which slip and
-sinkage belong, between lugs or over them. Slip sinkage: a wheel that slips digs, as if alpha were larger or smaller by a
-factor, whose range was found on measured rigs (wheels.toml of the room reference).
+A wheel rolls toward +x about an axle along y. Slip: 1 less travel over rim speed where it drives, 0 to 1; negative
+where it brakes. Drawbar is the force of the medium toward +x (N), load that upward (N), torque that of the drive (N
+cm), all means over one turn; sinkage is the depth of the lowest point of the rim (cm). The rim is the radius to which
+slip and sinkage belong, between lugs or over them. Slip sinkage: a wheel that slips digs, as if alpha were larger or
+smaller by a factor, whose range was found on measured rigs (wheels.toml of the room reference).
 """
 
 from __future__ import annotations
@@ -73,8 +73,9 @@ _FACTS = (
 def wheel_numbers() -> Mapping[str, Any]:
     """Read the model's errors on wheels, and the range of slip sinkage, found on measured rigs (``wheels.toml``).
 
-    ``rig``: a list of rigs, each with ``laboratory``, ``shape`` (smooth or lugged), ``runs``, ``radius_cm``, ``load_N`` and
-    the errors of ``drawbar`` and ``torque`` below ``plain`` and ``friction``. ``slip_sinkage``: ``least`` and ``most``.
+    ``rig``: a list of rigs, each with ``laboratory``, ``shape`` (smooth or lugged), ``runs``, ``radius_cm``, ``load_N``
+    and the errors of ``drawbar`` and ``torque`` below ``plain`` and ``friction``. ``slip_sinkage``: ``least`` and
+    ``most``.
     """
     return read_toml("reference", "wheels.toml")
 
@@ -82,8 +83,8 @@ def wheel_numbers() -> Mapping[str, Any]:
 def _average_turn(forces: FloatArray) -> FloatArray:
     """Return drawbar (N), load (N) and torque of the drive (N cm), the means over a turn, shape (3, ...).
 
-    `forces`: from `compiled_mesh_forces` in the p poses of the turn, shape (..., p, 19); columns 0 and 2 are force x and
-    z, column 4 is the moment about y.
+    `forces`: from `compiled_mesh_forces` in the p poses of the turn, shape (..., p, 19); columns 0 and 2 are force x
+    and z, column 4 is the moment about y.
     """
     mean = forces.mean(axis=-2)
     # the medium turns the wheel back: the drive gives the opposite moment
@@ -426,7 +427,7 @@ def has_number(table: Profile, mesh: Mesh, friction: float | None) -> bool:
 
 
 class _Wheel:
-    """A wheel in a medium: means over a turn (`_average_turn`) at a slip and a sinkage, by the medium itself and by its draws.
+    """A wheel in a medium: means over a turn (`_average_turn`) at a slip and a sinkage, by the medium and by its draws.
 
     `roll`: function of sinkage (cm), slip and number of poses that makes the motion of a turn. `friction`: None: off.
     `rim_cm`: radius. `draws`: some draws of alpha as a stack, or None where its errors are not known. `alpha`:
@@ -442,14 +443,14 @@ class _Wheel:
         self.alpha = float(profile.alpha(0.0, np.pi / 2)[0])
 
     def turn(self, slip: float, sinkage_cm: float) -> FloatArray:
-        """Return drawbar, load and torque by the medium itself, shape (3,)."""
+        """Return drawbar, load and torque at a slip and a sinkage by the medium itself, shape (3,)."""
         return _average_turn(self._forces(self.roll(sinkage_cm, slip, _CHOSEN.poses)))
 
     def turns_of_draws(self, slip: float, sinkages_cm: Sequence[float]) -> FloatArray:
         """Return drawbar, load and torque by each draw at each sinkage, shape (3, draws, sinkages).
 
-        A medium without draws counts as one draw. The difference of a draw from the medium itself is calculated in a few
-        poses, and added to the mean over all poses: hundreds of draws in all poses would take minutes.
+        A medium without draws counts as one draw. The difference of a draw from the medium itself is calculated in a
+        few poses, and added to the mean over all poses: hundreds of draws in all poses would take minutes.
         """
         turns = [self.turn(slip, sinkage) for sinkage in sinkages_cm]
         in_all_poses = np.stack(turns, axis=-1)[:, None]
@@ -478,7 +479,10 @@ def _join(motions: Sequence[Motion3D]) -> Motion3D:
 
 
 def _some_draws(profile: Profile) -> TableProfile | None:
-    """Return a stack of at most `draws` (chosen.toml) of a profile's draws, evenly chosen; None where it has none."""
+    """Return a stack of at most `draws` (chosen.toml) of a profile's draws, evenly chosen; None where it has none.
+
+    A profile by nine terms is read into a table first, as the law in space needs it.
+    """
     if not isinstance(profile.spread, Profile):
         return None
     stack = as_table(profile.spread)
@@ -509,7 +513,10 @@ def _name_columns(turn: FloatArray, sinkage_cm: float) -> dict[str, Any]:
 
 
 def _predict_at_sinkage(rolling: _Wheel, case: _Case, sinkage_cm: float) -> _Solved:
-    """Predict the forces at a sinkage; with a load, in a medium as strong as it must be to carry the load there."""
+    """Predict the forces at a given sinkage; with a load, in a medium as strong as it must be to carry the load there.
+
+    `case`: slip, and load or None. `sinkage_cm`: that of the case, which is given.
+    """
     turn = rolling.turn(case.slip, sinkage_cm)
     load_N, factor = case.load_N, 1.0
     if load_N is not None:
@@ -538,7 +545,7 @@ def _predict_at_sinkage(rolling: _Wheel, case: _Case, sinkage_cm: float) -> _Sol
 def _not_carried(load_N: float, sinkage_cm: float, reason: str) -> _Solved:
     """Return the numbers of a slip at which the wheel does not carry its load: drawbar and torque are NaN, with a reason.
 
-    `sinkage_cm`: as given, or NaN.
+    `load_N`: as given. `sinkage_cm`: as given, or NaN where none carries the load.
     """
     best = {"load_N": load_N, "sinkage_cm": sinkage_cm}
     best |= dict.fromkeys(("drawbar_N", "torque_N_cm"), np.nan)
@@ -548,15 +555,16 @@ def _not_carried(load_N: float, sinkage_cm: float, reason: str) -> _Solved:
 def _solve_sinkage(rolling: _Wheel, case: _Case) -> _Solved:
     """Find the sinkage at which the wheel carries its load, with the spread of the medium and of slip sinkage.
 
-    The load grows with depth, so that the sinkage is bisected, between nearly 0 and the axle. For the draws the forces are
-    calculated at a few sinkages around it, and interpolated by `_carry_load`.
+    `case`: a slip and a load, without a sinkage. The load grows with depth, so that the sinkage is bisected, between
+    nearly 0 and the axle. For the draws the forces are calculated at a few sinkages around it, and interpolated by
+    `_carry_load`.
     """
     slip, load_N = case.slip, case.load_N
     assert load_N is not None
     shallowest, deepest = float(_CHOSEN.shallowest) * rolling.rim_cm, rolling.rim_cm
 
     def load_at(depth_cm: float) -> float:
-        """Return the load that the wheel carries at a depth."""
+        """Return the load that the wheel carries at a sinkage, N, by the medium itself."""
         return float(rolling.turn(slip, depth_cm)[1])
 
     def depth_that_carries(factor: float, error: float) -> float:
@@ -603,8 +611,8 @@ def _carry_load(turns: FloatArray, depths: FloatArray, load_N: float) -> dict[st
     """Return sinkage, drawbar and torque of each draw under a load, by column, (draws,), each with another slip sinkage.
 
     `turns`: drawbar, load and torque of each draw at each of `depths` (cm), shape (3, draws, depths). The logarithms of
-    the factors of slip sinkage are spread evenly over their range and assigned at random. A draw that does not carry the
-    load has the deepest of `depths`.
+    the factors of slip sinkage are spread evenly over their range and assigned at random. A draw that does not carry
+    the load has the deepest of `depths`.
     """
     # a medium without draws is repeated, so that the factors are spread all the same
     drawbar_at_depths, load_at_depths, torque_at_depths = turns
@@ -671,7 +679,7 @@ def _list_limits(
     rim: Rim,
     radius_cm: float,
 ) -> list[str]:
-    """List sentences on where a wheel leaves the depths of measured alpha, or the rigs on which the model's error was found.
+    """List sentences on where a wheel leaves the depths of measured alpha, or the rigs that showed the model's error.
 
     `answer`: table of the answer, as `WheelAnswer.table`. `radius_cm`: of the farthest point of the mesh.
     """
@@ -734,7 +742,7 @@ def _make_row(
 ) -> dict[str, Any]:
     """Return one row of the answer's table, as `WheelAnswer.table` has it; `radius_cm`: of the farthest point of the mesh.
 
-    The interval with the model's own error is that of alpha, widened in squares.
+    `solved`: numbers at this slip. The interval with the model's own error is that of alpha, widened in squares.
     """
     row: dict[str, Any] = {"slip": slip}
     load = solved.best["load_N"]
@@ -834,8 +842,8 @@ _MEASURED = Schema(
 def read_measured_runs(file: Path) -> pd.DataFrame:
     """Read measured runs of a wheel: ``slip`` and any of ``drawbar_N``, ``torque_N_cm``, ``sinkage_cm``, ``load_N``.
 
-    One row a run; a column that is empty in all rows is left out. Raises CampaignError with every cell that is wrong, or
-    where there is no other column than the slip.
+    One row a run; a column that is empty in all rows is left out. Raises CampaignError with every cell that is wrong,
+    or where there is no other column than the slip.
     """
     rows, problems = read_rows(file, _MEASURED)
     columns = [column.name for column in _MEASURED.columns]

@@ -1,6 +1,7 @@
 """Bekker's pressure-sinkage law from pushes straight down: p = (k_c / b + k_phi) z^n, for terramechanics (SCM).
 
-Bekker (1969), Introduction to Terrain-Vehicle Systems. A line of stress over depth is n = 1, and alpha_z(0, 90 deg) then is k.
+Bekker (1969), Introduction to Terrain-Vehicle Systems: p is the pressure under a level plate of width b at the depth z.
+A line of stress over depth is n = 1, and alpha_z(0, 90 deg) then is k = k_c / b + k_phi.
 """
 
 from __future__ import annotations
@@ -20,10 +21,13 @@ from rftfit.errors import InputError
 from rftfit.measure.slopes import normal_quantile, student_quantile
 
 _PA_PER_N_CM2, _M_PER_CM = 1e4, 0.01
+"""Pascals of one N/cm^2, and metres of one centimetre."""
+
 _SAME_WIDTH = 1.1
 """Largest ratio of plate widths that count as one: a smaller difference of p is lost in the scatter of the beds."""
 
 _CONFIDENCE = 0.95
+"""Level of the interval of n."""
 
 
 @dataclass(frozen=True)
@@ -115,25 +119,29 @@ def pressure_sinkage(
             "no push of a level plate straight down whose stress follows a power of depth; allowed: one or "
             "more, with 5 samples at different depths"
         )
+    # one exponent for all pushes: their mean
     exponents = pushes["exponent_z"].to_numpy(float)
     exponent = float(exponents.mean())
     half = _half_width_of_mean(exponents, pushes["exponent_z_se"])
     end_cm = pushes["depth_to_cm"].to_numpy(float)
     intercept, slope, free_percent = pushes[free_line].to_numpy(float).T
     power_percent = pushes["power_stress_z_percent"].to_numpy(float)
+    # stresses at the end of the window, N/cm^2, by the line with a free intercept and by the power law
     free_stress = intercept + slope * end_cm
     power_stress = free_stress * (1 + power_percent / 100) / (1 + free_percent / 100)
     # each push gives one k = k_c / b + k_phi, by its power law at the end of its window and the mean exponent
     k = _PA_PER_N_CM2 * power_stress / (_M_PER_CM * end_cm) ** exponent
     width = _M_PER_CM * np.array([width_cm_of_run[run_id] for run_id in pushes["run_id"]])
     widths_differ = width.max() > _SAME_WIDTH * width.min()
-    terms = np.stack([np.ones(k.size), 1 / width])[: 1 + widths_differ]  # of k_phi, and of k_c
+    # of k_phi, and of k_c: plates of one width cannot tell these, and have the first term alone
+    terms = np.stack([np.ones(k.size), 1 / width])[: 1 + widths_differ]
     parameters = np.linalg.lstsq(terms.T, k, rcond=None)[0]
     dof = k.size - len(terms)
     errors = np.full(2, math.nan)
     if dof > 0:
         variance = float(((k - parameters @ terms) ** 2).sum()) / dof
         errors[: len(terms)] = np.sqrt(variance * np.diag(np.linalg.inv(terms @ terms.T)))
+    # k_c is 0 where it has no term
     k_phi, k_c = (*parameters, 0.0)[:2]
     depths = pushes[["depth_from_cm", "depth_to_cm"]].to_numpy(float)
     return PressureSinkage(
@@ -160,7 +168,11 @@ def width_of_plate(plate: Plate | Disc | FlatOutline | Leg) -> float:
 
 
 def _half_width_of_mean(exponents: FloatArray, errors: pd.Series) -> float:
-    """Return half of the 95 % interval of the mean exponent, by Student's t; of a single push by its error."""
+    """Return half of the 95 % interval of the mean exponent, by Student's t; of a single push by its standard error.
+
+    `errors`: standard errors of the exponents, of which only a single push uses its own: the scatter of several
+    contains them.
+    """
     if exponents.size == 1:
         return normal_quantile(_CONFIDENCE) * float(errors.iloc[0])
     spread = float(exponents.std(ddof=1)) / math.sqrt(exponents.size)

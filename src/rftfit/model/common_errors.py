@@ -1,4 +1,9 @@
-"""Errors that cells of an alpha table share (session, turn, rod, tare), and the covariance of all errors."""
+"""Errors that cells of an alpha table share (session, turn, rod, tare), and the covariance of all errors.
+
+An alpha table has n rows, one for each cell: angles ``beta_deg``, ``gamma_deg``, and for z and x alpha with its
+standard error ``alpha_z_se_...`` and a part of it for each source, such as ``alpha_z_rod_...``; ``tare_runs``, the
+rod-only runs behind a cell. Errors with a common cause move many cells together and do not average out over cells.
+"""
 
 from __future__ import annotations
 
@@ -30,9 +35,10 @@ class CommonError:
     joint: bool
 
     def draw(self, draws: int, random: np.random.Generator) -> dict[str, FloatArray]:
-        """Draw the error of each component in each cell, shape (draws, n), N/cm^3."""
+        """Draw the error of each component, ``z`` and ``x``, in each cell, shape (draws, n), N/cm^3."""
 
         def draw_share() -> FloatArray:
+            """Draw the causes, and sum their shares in each cell, (draws, n)."""
             return random.standard_normal((draws, len(self.share))) @ self.share
 
         share_z = draw_share()
@@ -41,7 +47,11 @@ class CommonError:
 
 
 def common_errors(table: pd.DataFrame) -> dict[str, CommonError]:
-    """Return the errors that cells of a table share, by source: three with one cause for all runs, and tares."""
+    """Return the errors that cells of a table share, by source: three with one cause for all runs, and tares.
+
+    ``rod``, ``session`` and ``turn`` are always there, if with size 0; ``tare`` where the table names the tares of its
+    cells: cells with the same rod-only run share its error.
+    """
     one_cause_for_all = np.ones((1, len(table)))
     shared = {
         source: CommonError(error_sizes(table, source), one_cause_for_all, joint=True)
@@ -62,7 +72,10 @@ def common_errors(table: pd.DataFrame) -> dict[str, CommonError]:
 
 
 def error_sizes(table: pd.DataFrame, source: str) -> dict[str, FloatArray]:
-    """Return the error from one source, by component, in each cell, N/cm^3; 0 where the table has none."""
+    """Return the standard error from one source, by component, in each cell (n,), N/cm^3; 0 where the table has none.
+
+    It has the sign in which a common cause moves the cell.
+    """
     names = {c: column(c, f"_{source}") for c in COMPONENTS}
     return {
         c: np.asarray(np.nan_to_num(table[name].to_numpy(float)))
@@ -73,7 +86,10 @@ def error_sizes(table: pd.DataFrame, source: str) -> dict[str, FloatArray]:
 
 
 def equivalent_rows(table: pd.DataFrame) -> npt.NDArray[np.intp]:
-    """Return for each row the last row of the same direction: beta = -90 and 90 degrees are one plate."""
+    """Return for each row the index of the last row of the same direction, (n,): beta = -90 and 90 degrees are one plate.
+
+    Last by beta, so that both rows of a plate have the error that is drawn for the row at 90 degrees.
+    """
     keys = list(zip((table["beta_deg"] % 180).round(3), table["gamma_deg"].round(3), strict=True))
     order = np.argsort(table["beta_deg"].to_numpy(float), kind="stable")
     last = {keys[row]: int(row) for row in order}
@@ -94,10 +110,11 @@ def covariance_of(table: pd.DataFrame) -> pd.DataFrame:
     total, common_variance = np.zeros((2 * n, 2 * n)), np.zeros(2 * n)
     for error in common_errors(table).values():
         by_component = [error.share * error.size[c] for c in COMPONENTS]
-        # change of each number of the table by each cause
+        # change of each number of the table, z then x, by each cause: shape (causes, 2 n)
         changes = np.hstack(by_component) if error.joint else block_diag(*by_component)
         total += changes.T @ changes
         common_variance += np.square(changes).sum(axis=0)
+    # what remains of each error belongs to the plate alone
     alone = np.sqrt(np.maximum(se**2 - common_variance, 0.0))
     plate = np.concatenate([row_of_plate, row_of_plate + n])
     total += np.outer(alone, alone) * (plate[:, None] == plate)
@@ -115,7 +132,11 @@ def covariance_of(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def covariance_table(table: pd.DataFrame) -> pd.DataFrame:
-    """Return `covariance_of` an alpha table as the table of a file, with one column for each row, in the same order."""
+    """Return `covariance_of` an alpha table as the table of a file.
+
+    Columns: ``medium``, those of `COVARIANCE_INDEX`, and one for each row, in the same order, such as
+    ``covariance_z_0_90_N2_per_cm6``.
+    """
     square = covariance_of(table)
     names = [f"covariance_{c}_{beta:g}_{gamma:g}_N2_per_cm6" for beta, gamma, c in square.index]
     rows = square.set_axis(names, axis=1).reset_index()

@@ -7,7 +7,7 @@ ELEMENTS_AT_ONCE = 500_000
 
 
 def is_worth_compiling(elements: int) -> bool:
-    """Return True if a calculation of this many elements is left to the compiled kernel.
+    """Return True if a calculation of this many elements, over all poses, is left to the compiled kernel.
 
     The answer depends on this call alone, not on whether the kernel is already imported: kernel and numpy differ in the
     last bit, and earlier calls of a process must not change a number.

@@ -1,4 +1,9 @@
-"""Random draws of an alpha table within its errors, and the intervals that are calculated from draws."""
+"""Random draws of an alpha table within its errors, intervals from draws, and names of the columns of intervals.
+
+An alpha table has a row for each cell: ``beta_deg``, ``gamma_deg`` and for each component z and x the columns
+``alpha_z_N_per_cm3``, its ends ``alpha_z_lo_...`` and ``alpha_z_hi_...``, its standard error ``alpha_z_se_...`` and a
+part of that error for each source of `SOURCES`. Arrays of draws have the draws on their first axis.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +29,8 @@ if TYPE_CHECKING:
     from rftfit.campaign.config import Config
 
 DRAWS = 1000
-"""Draws behind an interval if the config states no number."""
+"""Draws behind an interval of a map, and of a prediction of a profile without draws; a campaign's own tables have
+`fourier.draws` of the config."""
 
 SEED_OF_MAPS, SEED_OF_MODEL_ERRORS, SEED_OF_SLIP_SINKAGE = 2013, 28, 73
 """Seeds of draws that a config states none for: `fourier.seed` is that of a campaign's own tables alone.
@@ -42,8 +48,9 @@ def alpha_draws(
     (`common_errors`). The rows beta = -90 and +90 degrees are one plate and have the same error. The same
     medium and seed give the same draws, so that stages agree which draw separately.
 
-    `only`: name of one error of `SOURCES`, which alone is drawn; default: all errors. Returns alpha_z and alpha_x
-    in the n cells of the table, each of shape (draws, n), N/cm^3; NaN in cells without a run.
+    `confidence`: level of the intervals of the table. `only`: name of one error of `SOURCES`, which alone is drawn;
+    empty: all errors. Returns alpha_z and alpha_x in the n cells of the table, each of shape (draws, n), N/cm^3; NaN in
+    cells without a run or an error.
     """
     medium = str(table["medium"].iloc[0])
     random = np.random.default_rng([seed, zlib.crc32(medium.encode())])
@@ -62,10 +69,12 @@ def alpha_draws(
         # Student's over the normal quantile: draws become as wide as the interval, which has few degrees of freedom
         normal_half = half / normal_quantile(confidence)
         student_factor = np.divide(normal_half, se, where=se > 0, out=0 * se)
+        # what remains of the variance of a cell without the errors that it shares
         variance_alone = se**2
         for error in shared.values():
             variance_alone = variance_alone - error.size[component] ** 2
         if only:
+            # a shared source is drawn below, with the others that are shared
             size = 0 * se if only in shared else error_sizes(table, only)[component]
             variance_alone = size**2
         noise = np.empty((draws, centre.size))
@@ -85,8 +94,9 @@ def errors_behind(
 ) -> dict[str, FloatArray]:
     """Return the standard deviation of quantities linear in alpha that each source of error causes, by its name.
 
-    `quantity`: function that takes what `alpha_draws` returns and returns quantities of shape (..., draws). The
-    standard deviations have shape (...). Sources that the table does not have are left out.
+    So a report can say which error makes an interval wide. `quantity`: function that takes what `alpha_draws` returns
+    and returns quantities of shape (..., draws). The standard deviations have shape (...). Sources of `SOURCES` that
+    the table does not have are left out.
     """
     seed, level = config.fourier.seed, config.fit.confidence
     # enough for the share of a variance to some percent
@@ -99,7 +109,7 @@ def errors_behind(
 
 
 def draw_as_configured(table: pd.DataFrame, config: Config) -> tuple[FloatArray, FloatArray]:
-    """Call `alpha_draws` with the number of draws, the seed and the confidence of a campaign."""
+    """Return `alpha_draws` of a table with the number of draws, the seed and the confidence of a campaign."""
     settings = config.fourier
     return alpha_draws(table, settings.draws, settings.seed, config.fit.confidence)
 
@@ -107,13 +117,17 @@ def draw_as_configured(table: pd.DataFrame, config: Config) -> tuple[FloatArray,
 def measured_profile(
     table: pd.DataFrame, config: Config, name: str = "measured table", *, draws: bool = True
 ) -> TableProfile:
-    """Interpolate an alpha table; its `spread` is draws within its errors, NaN where alpha has no error."""
+    """Make the profile of an alpha table; its `spread` is draws within its errors, NaN where alpha has no error.
+
+    `draws`: False leaves the spread out, which saves time. The spread is None, too, where no alpha has an error.
+    """
     profile = TableProfile.from_table(table, name)
     errors = table[[column(c, "_hi") for c in COMPONENTS]].notna().to_numpy()
     # scattered directions are triangulated: if some had no draws, the triangles of draws and alpha would differ
     triangles_differ = profile.scattered and not errors_known(table)
     if not draws or not errors.any() or triangles_differ:
         return profile
+    # shape (2, draws, n)
     alpha = np.stack(draw_as_configured(table, config))
     lacks_draws = np.isnan(alpha).any(axis=(0, 1)) & table[column("z")].notna().to_numpy()
     # the profile has the mean of a direction and its mirror image, whose error is known only if both have one
@@ -132,9 +146,10 @@ def errors_known(table: pd.DataFrame) -> bool:
 
 
 def typical_dof(table: pd.DataFrame, confidence: float) -> float:
-    """Return the median degrees of freedom behind the intervals of an alpha table, at most 1e6.
+    """Return the median degrees of freedom behind the intervals of an alpha table, at most 1e6; NaN without intervals.
 
-    They follow from half an interval over its standard error, which is a quantile of Student's t.
+    They follow from half an interval over its standard error, which is a quantile of Student's t. `confidence`: level
+    of the intervals.
     """
     from scipy.special import stdtridf
 
@@ -156,17 +171,20 @@ def typical_dof(table: pd.DataFrame, confidence: float) -> float:
 def interval_of_sum(
     terms: Sequence[FloatArray], dofs: Sequence[float], confidence: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the percentile interval of a sum of independent terms, each of shape (draws, ...).
+    """Return lower and upper end of the percentile interval of a sum of independent terms, each of shape (draws, ...).
 
-    The draws of a term are as wide as the Student interval of its few degrees of freedom, in `dofs`
-    (`typical_dof`). The sum has more degrees of freedom (Welch and Satterthwaite), so its interval is narrowed.
+    The draws of a term are as wide as the Student interval of its few degrees of freedom, in `dofs`, one for each term
+    (`typical_dof`). The sum has more degrees of freedom, (sum v)^2 / sum(v^2 / dof) of the variances v of its terms
+    (Welch and Satterthwaite), so its interval is narrowed about its middle.
     """
     normal = normal_quantile(confidence)
     lo, hi = interval(sum(terms[1:]) + terms[0], confidence)
     dof = np.array(dofs)
     student_factors = student_quantile(confidence, dof) / normal
     variance_drawn = np.stack([term.var(axis=0) for term in terms])
+    # numbers of the terms stand along the first axis
     shape = (-1, *[1] * (variance_drawn.ndim - 1))
+    # variances of the terms themselves, without Student's factor
     variance = variance_drawn / student_factors.reshape(shape) ** 2
     total = variance.sum(axis=0)
     safe_total = np.where(total > 0, total, 1.0)
@@ -180,7 +198,7 @@ def interval_of_sum(
 
 
 def interval(draws: FloatArray, confidence: float) -> tuple[FloatArray, FloatArray]:
-    """Return lower and upper end of the percentile interval along the first axis; NaN where a draw is NaN.
+    """Return lower and upper end of the percentile interval of draws (draws, ...), each (...); NaN where one is NaN.
 
     The quantiles are those of `numpy.quantile`, linear between two draws. This is several times faster, because the
     draws of one number are sorted where they lie side by side in memory.
@@ -195,7 +213,7 @@ def interval(draws: FloatArray, confidence: float) -> tuple[FloatArray, FloatArr
 
 
 def _quantile(ordered: FloatArray, share: float) -> FloatArray:
-    """Return the quantile at a share of 0 to 1 of draws in ascending order along the last axis."""
+    """Return the quantile at a share of 0 to 1 of draws (..., draws) in ascending order along the last axis, (...)."""
     last = ordered.shape[-1] - 1
     below = math.floor(share * last)
     low, high = ordered[..., below], ordered[..., min(below + 1, last)]
@@ -208,7 +226,8 @@ def _quantile(ordered: FloatArray, share: float) -> FloatArray:
 def widen(best: Any, ends: tuple[Any, Any], half: Any) -> tuple[Any, Any]:
     """Return the ends of an interval about a best number or array, widened by an independent error.
 
-    `half`: half width of that error, or the distances of both its ends from `best`. Distances add in squares.
+    Independent errors add in squares, to either side of `best`. `ends`: lower and upper end. `half`: half width of that
+    error, or the distances of both its ends from `best`, (2, ...). NaN if one is NaN.
     """
     below, above = np.hypot(np.subtract(ends, best), half)
     return best - below, best + above
@@ -217,8 +236,10 @@ def widen(best: Any, ends: tuple[Any, Any], half: Any) -> tuple[Any, Any]:
 def end_names(quantity: str, of: str = "") -> tuple[str, str]:
     """Return the columns of the ends of an interval: of ``force_z_N`` ``force_z_lo_N`` and ``force_z_hi_N``.
 
-    `of`: what the interval contains, before the ends: ``next_`` or ``model_``.
+    `of`: what the interval contains, before the ends: empty for alpha, ``next_`` for the next bed, ``model_`` for the
+    model's own error.
     """
+    # the unit begins with the last _N of the name, as in moment_N_cm, or with _cm
     what, newton_or_cm, unit = quantity.rpartition("_N" if "_N" in quantity else "_cm")
     return f"{what}_{of}lo{newton_or_cm}{unit}", f"{what}_{of}hi{newton_or_cm}{unit}"
 
@@ -231,7 +252,7 @@ model_end_names = partial(end_names, of="model_")
 
 
 def beside_name(quantity: str) -> str:
-    """Return the column of a force by table or map of the same medium: of ``force_z_N`` ``force_z_beside_N``."""
+    """Return the column of a force by table or map, beside that by nine terms: of ``force_z_N`` ``force_z_beside_N``."""
     what, unit = quantity.rsplit("_N", maxsplit=1)
     return f"{what}_beside_N{unit}"
 

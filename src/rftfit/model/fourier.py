@@ -1,4 +1,8 @@
-"""The nine-term Fourier model of alpha(beta, gamma), and the two ways of fitting it."""
+"""The nine-term Fourier model of alpha(beta, gamma), and the two ways of fitting it.
+
+alpha_z = A00 + A10 cos 2b + B11 sin(2b + g) + B01 sin g + Bm1 sin(g - 2b) and alpha_x = C11 cos(2b + g) + C01 cos g +
+Cm1 cos(g - 2b) + D10 sin 2b, with b = beta, g = gamma in rad (Table S2 of Li, Zhang and Goldman 2013).
+"""
 
 from __future__ import annotations
 
@@ -11,7 +15,11 @@ from rftfit.conventions import FloatArray
 from rftfit.model.symmetry import WIDEST_DEG, DirectionGrid, find_grid, torus
 
 TERMS_Z = ("A00", "A10", "B11", "B01", "Bm1")
+"""Coefficients of alpha_z."""
+
 TERMS_X = ("C11", "C01", "Cm1", "D10")
+"""Coefficients of alpha_x."""
+
 TERMS = TERMS_Z + TERMS_X
 """Order of the coefficients in every array and table (Table S2). The compiled kernel (`rftfit.model.kernel`), the page
 (``kernel.js``) and the formulas of the workbook write out the same terms."""
@@ -57,9 +65,10 @@ def fit_lsq(
     Cells at beta = -90 and 90 degrees are one direction, with the mean of their alpha. A measured mirror image counts
     as a separate direction; none is added by symmetry, which would count the same measurement twice.
 
-    `beta`, `gamma`: shape (n,), rad, any directions. `alpha_z`, `alpha_x`: shape (..., n), N/cm^3; a cell that is
-    NaN in one leading index (draw) is left out of all. `keep`: shape (9,), True for each term to fit; the other
-    coefficients are 0. Returns coefficients in the order of `TERMS`, shape (..., 9).
+    `beta`, `gamma`: shape (n,), rad, any directions. `alpha_z`, `alpha_x`: shape (..., n), N/cm^3; a cell that is NaN
+    in one leading index (draw) is left out of all. `keep`: shape (9,), True for each term to fit; the other
+    coefficients are 0; None: all. Returns coefficients in the order of `TERMS`, N/cm^3, shape (..., 9). Raises
+    ValueError where the measured directions do not determine the terms.
     """
     keep = np.ones(len(TERMS), dtype=bool) if keep is None else keep
     nodes = torus(beta, gamma, images=False)
@@ -68,6 +77,7 @@ def fit_lsq(
     for first_term, alpha, terms in zip(
         (0, len(TERMS_Z)), alphas, basis(nodes.beta, nodes.gamma), strict=True
     ):
+        # terms of this component to fit, and directions that have alpha in all draws
         used = np.flatnonzero(keep[first_term : first_term + len(terms)])
         has_alpha = np.isfinite(alpha).reshape(-1, alpha.shape[-1]).all(axis=0)
         measured = int(has_alpha.sum())
@@ -96,7 +106,8 @@ def fit_dft_index(
     rows and columns kept. The recipe is inferred: it gives all non-zero entries of Table S2 within 0.0013 N/cm^3, and
     Table S3; least squares does not.
 
-    Shapes as in `fit_lsq`; the transform needs every cell, so NaN in any cell gives NaN.
+    Shapes as in `fit_lsq`; the transform needs every cell, so NaN in any cell gives NaN. Raises ValueError where the
+    directions are no such grid.
     """
     grid = find_grid(beta, gamma)
     if grid is None or not _transformable(grid):
@@ -118,7 +129,10 @@ def fit_dft_index(
 
 
 def _transformable(grid: DirectionGrid) -> bool:
-    """Return True if a completed grid is full, symmetric, with lines at 0, 90 and 180 degrees, without wide steps."""
+    """Return True if a completed grid is full, symmetric, with lines at 0, 90 and 180 degrees, without wide steps.
+
+    Only then an index of a line stands for the same angle as in the paper's table.
+    """
     beta, gamma = np.degrees(grid.beta), np.degrees(grid.gamma)
     symmetric = np.allclose(beta[1:], -beta[:0:-1]) and np.allclose(gamma[1:], -gamma[:0:-1])
     lines = all(np.isclose(beta, angle).any() for angle in (-90, 0))
@@ -128,7 +142,10 @@ def _transformable(grid: DirectionGrid) -> bool:
 
 
 def kept_terms(coefficients: FloatArray, threshold: float) -> npt.NDArray[np.bool_]:
-    """Return True for each term that is kept: A00, and those larger than `threshold` times A00 (in the paper 0.05)."""
+    """Return True for each term that is kept, (9,): A00, and those larger than `threshold` times A00 (in the paper 0.05).
+
+    The paper drops small terms, since media then have the same terms.
+    """
     keep: npt.NDArray[np.bool_] = np.abs(coefficients) > threshold * abs(coefficients[0])
     keep[0] = True
     return keep

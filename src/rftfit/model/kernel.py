@@ -27,6 +27,7 @@ _F = TypeVar("_F", bound=Callable[..., Any])
 
 # the same numbers as in `rftfit.model.packs`: a change of that file would not compile this one again
 _FOURIER, _TABLE, _NEGLIGIBLE, _STILL = 0, 1, 1e-9, 1e-12
+"""Kinds of `Pack`, the weight of a missing corner that does not count, and the relative velocity that counts as 0."""
 
 SAMPLE_HEAD = 9
 """Columns of a sample before those of the groups: state (6), turn, moment, drive moment."""
@@ -95,7 +96,8 @@ def _place_block(
 ) -> None:
     """Turn a block by the angle of cosine `c` and sine `s`, clip it at the surface, and write it into `w`.
 
-    `z0`, `vx0`, `vz0`: height (cm) and velocity (cm/s) of the reference point; `rate`: angular velocity, rad/s.
+    Written are tangent, velocity, load and centre of the part below the surface. `w`: work array. `block`: a block at
+    rest. `z0`, `vx0`, `vz0`: height (cm) and velocity (cm/s) of the reference point; `rate`: angular velocity, rad/s.
     `solid`: only elements that move outward, to the right of their tangent, bear a load.
     """
     for i in range(LANES):
@@ -106,7 +108,7 @@ def _place_block(
         half = block[_HALF + i]
         rise = half * abs(tz)
         low = rise - z - z0  # depth of the lower end of the element
-        submerged = low - 2 * rise >= 0
+        submerged = low - 2 * rise >= 0  # the upper end, too, is below the surface
         wet_share = 1.0 if submerged else low / (2 * rise)
         load = (low - rise if submerged else 0.5 * low) * wet_share * block[_AREA + i]
         load = 0.0 if low <= 0 else load
@@ -124,7 +126,10 @@ def _place_block(
 
 @_step
 def _write_fourier_alpha(w: FloatArray, m: FloatArray) -> None:
-    """Write alpha by nine terms `m` without trigonometry: cos 2 beta = tx^2 - tz^2, cos gamma = -vx / |v|, ..."""
+    """Write alpha by nine terms `m`, in the order of `fourier.TERMS`, into the rows of alpha of `w`.
+
+    Without trigonometry, from tangents and velocities: cos 2 beta = tx^2 - tz^2, cos gamma = -vx / |v|, ...
+    """
     for i in range(LANES):
         tx, tz, vx, vz = w[_TX + i], w[_TZ + i], w[_VX + i], w[_VZ + i]
         scale = -1.0 / np.sqrt(vx * vx + vz * vz)
@@ -137,7 +142,10 @@ def _write_fourier_alpha(w: FloatArray, m: FloatArray) -> None:
 
 @_step
 def _write_depth_only_alpha(w: FloatArray, values: FloatArray) -> None:
-    """Write alpha of the depth-only model: each component opposes the velocity component in its direction."""
+    """Write alpha of the depth-only model into the rows of alpha: each component opposes the velocity in its direction.
+
+    `values`: alpha_z in motion down and up, alpha_x in motion toward -x, as in `DepthOnlyProfile`, N/cm^3.
+    """
     down, up, side = values[0], values[1], values[2]
     for i in range(LANES):
         vx, vz = w[_VX + i], w[_VZ + i]
@@ -190,10 +198,11 @@ def _sin_cos(angle: float) -> tuple[float, float]:
 
 @_step
 def _write_angles_of_lookup(w: FloatArray, pack: Pack) -> None:
-    """Turn beta and gamma, in the rows of alpha, into what the kind of profile needs.
+    """Turn beta and gamma of `alpha`, which stand in the rows of alpha of `w`, into what the kind of profile needs.
 
     A table needs angles in the range of its nodes, the other kinds the unit vectors of tangent and velocity.
     """
+    # angles far from 0 lose whole turns first, which is slow and rarely needed
     far = 0
     for i in range(LANES):
         far += (abs(w[_ALPHA_Z + i]) > _FAR_RAD) | (abs(w[_ALPHA_X + i]) > _FAR_RAD)
@@ -217,7 +226,10 @@ def _write_angles_of_lookup(w: FloatArray, pack: Pack) -> None:
 
 @_step
 def _bin_of_angle(angle: float, low: float, per_rad: float, last: float) -> float:
-    """Return the bin of an angle (see `Pack.beta_bins`), from 0 to `last`, with its fraction; 0 for NaN."""
+    """Return the bin of an angle (see `Pack.beta_bins`), from 0 to `last`, with its fraction; 0 for NaN.
+
+    `low`: first node. `per_rad`: bins per rad.
+    """
     bin_number = (angle - low) * per_rad
     bin_number = bin_number if bin_number > 0 else 0.0
     return min(bin_number, last)
@@ -227,7 +239,10 @@ def _bin_of_angle(angle: float, low: float, per_rad: float, last: float) -> floa
 def _find_interval(
     angle: float, bin_number: float, nodes: FloatArray, bins: IntArray
 ) -> tuple[np.uint64, float]:
-    """Find the node below an angle that lies in a bin, and how far the angle lies to the next node, from 0 to 1."""
+    """Return the index of the node below an angle, and how far the angle lies to the next node, from 0 to 1.
+
+    `bin_number`: of the angle, by `_bin_of_angle`. `nodes`, `bins`: of the pack, of beta or of gamma.
+    """
     node = bins[np.uint64(bin_number)]
     # one further if the angle lies in the next interval, which may begin within the bin
     node += (node + 2 < nodes.size) & (angle >= nodes[np.uint64(node + 1)])
@@ -237,7 +252,10 @@ def _find_interval(
 
 @_step
 def _write_table_alpha(w: FloatArray, block: FloatArray, angle: float, pack: Pack) -> None:
-    """Write alpha of elements that bear a load, interpolated in a table; overwrites their tangents."""
+    """Write alpha of elements that bear a load, interpolated in a table; overwrites their tangents.
+
+    `angle`: by which the block is turned, rad.
+    """
     for i in range(LANES):
         beta = block[_BETA + i] + angle
         w[_ALPHA_Z + i] = beta - math.pi * np.floor(beta / math.pi + 0.5)  # beta has the period pi
@@ -247,7 +265,10 @@ def _write_table_alpha(w: FloatArray, block: FloatArray, angle: float, pack: Pac
 
 @_step
 def _interpolate_table(w: FloatArray, pack: Pack) -> None:
-    """Replace beta and gamma, in the rows of alpha, by alpha interpolated in a table; overwrites tangents."""
+    """Replace beta and gamma, in the rows of alpha, by alpha interpolated in a table; overwrites tangents.
+
+    Elements without a load are left as they are.
+    """
     beta0, beta_end, beta_bins = pack.beta[0], pack.beta[-1], float(pack.beta_bins.size)
     gamma0, gamma_end, gamma_bins = pack.gamma[0], pack.gamma[-1], float(pack.gamma_bins.size)
     beta_per_rad, gamma_per_rad = beta_bins / (beta_end - beta0), gamma_bins / (gamma_end - gamma0)
@@ -260,6 +281,7 @@ def _interpolate_table(w: FloatArray, pack: Pack) -> None:
             continue
         row, u = _find_interval(w[_ALPHA_Z + i], w[_TX + i], pack.beta, pack.beta_bins)
         column, v = _find_interval(w[_ALPHA_X + i], w[_TZ + i], pack.gamma, pack.gamma_bins)
+        # alpha_z at the corners (beta, gamma) low low, low high, high low, high high, then alpha_x
         corner = pack.cells[row, column]
         z1, z2 = corner[0] + v * (corner[1] - corner[0]), corner[2] + v * (corner[3] - corner[2])
         x1, x2 = corner[4] + v * (corner[5] - corner[4]), corner[6] + v * (corner[7] - corner[6])
@@ -289,9 +311,10 @@ def _sum_forces(
     rate: float,
     w: FloatArray,
 ) -> tuple[float, float, float]:
-    """Return force z, force x and moment about the reference point of blocks that move as one rigid body.
+    """Return force z, force x (N) and moment about the reference point (N cm) of blocks that move as one rigid body.
 
     `angle` and its cosine `c` and sine `s`: of the body. `z0`, `vx0`, `vz0`, `rate`, `solid`: as for `_place_block`.
+    `w`: work array, overwritten.
     """
     force_z, force_x, moment = 0.0, 0.0, 0.0
     for b in range(len(blocks)):
@@ -318,7 +341,10 @@ def _sum_forces(
 
 @_step
 def _fill_blocks(blocks: FloatArray, body: FloatArray, width_cm: float) -> None:
-    """Write the elements `body` (n, 5) of `pose_forces` into blocks of zeros; spare places keep the area 0."""
+    """Write the elements `body` (n, 5) of `pose_forces` into blocks of zeros; spare places keep the area 0.
+
+    Also the box around each block, by which a block above the surface is passed over at once.
+    """
     for b in range(len(blocks)):
         block = blocks[b]
         left, right, low, high = math.inf, -math.inf, math.inf, -math.inf
@@ -343,10 +369,10 @@ def pose_forces(
 ) -> FloatArray:
     """Calculate force z, x (N) and moment about the reference point (N cm) on an outline in each pose.
 
-    `body`: shape (n, 5): elements at angle 0 about the reference point: x, z (cm), unit tangent x,
-    z, half-length (cm). `solid`: count only elements that move outward; the outline then runs
-    counterclockwise. `poses`: shape (p, 6): reference point x, z (cm), angle (rad, from z toward
-    x), and their rates (per s). Returns shape (p, 3).
+    `pack`: of the profile. `body`: shape (n, 5): elements at angle 0 about the reference point: x, z (cm), unit tangent
+    x, z, half-length (cm). `solid`: count only elements that move outward; the outline then runs counterclockwise.
+    `poses`: shape (p, 6): reference point x, z (cm), angle (rad, from z toward x), and their rates (per s). Returns
+    shape (p, 3).
     """
     blocks, w = np.zeros((-(-len(body) // LANES), _AT_REST)), np.zeros(_PLACED)
     _fill_blocks(blocks, body, width_cm)
@@ -376,8 +402,9 @@ def pose_forces(
 def alpha(pack: Pack, beta: FloatArray, gamma: FloatArray) -> FloatArray:
     """Calculate alpha_z and alpha_x at attack and intrusion angles of shape (n,), rad; NaN if an angle is not finite.
 
-    Returns shape (2, n).
+    Returns shape (2, n), N/cm^3.
     """
+    # the elements of a work array bear a load of 1, so that each gets alpha
     w, alpha_z_x = np.zeros(_PLACED), np.empty((2, len(beta)))
     for i in range(LANES):
         w[_LOAD + i] = 1.0
@@ -409,10 +436,12 @@ def _write_member_forces(
     w: FloatArray,
     member_forces: FloatArray,
 ) -> None:
-    """Write force z, x and moments about the centre of mass and about the hip of each member into `member_forces`.
+    """Write force z, x and moments about the centre of mass and about the hip of each member into `member_forces` (m, 4).
 
-    Members are legs, and bodies that do not turn relative to the robot (``hips[m, 2] == 0``). The other arguments are
-    those of `advance`.
+    Members are legs, and bodies that do not turn relative to the robot. `blocks`: of each group of members with the
+    same outline; `group`: number of the group of each member. `hips`: x, z of the hip in the robot's frame (cm), and 1
+    for a leg, which turns by `turn` (rad) at the `rate` (rad/s), or 0. `state`: of the robot, as in `advance`. `w`:
+    work array.
     """
     pitch, pitch_rate = state[2], state[5]
     cos_p, sin_p = math.cos(pitch), math.sin(pitch)
@@ -457,7 +486,8 @@ def advance(
 ) -> None:
     """Step a robot through time by semi-implicit Euler, or by the fourth-order Runge-Kutta method (`rk4`).
 
-    `bodies`, `widths_cm`, `group`, `hips`, `inertia`: of `rftfit.robot.body.Parts`. `state`: shape
+    `bodies`, `widths_cm`, `group`, `hips`, `inertia`: of `rftfit.robot.body.Parts`; `inertia` is acceleration by 1 N
+    (cm/s^2), angular acceleration by 1 N cm (rad/s^2) and gravity (cm/s^2). `state`: shape
     (6,), changed in place: x, z (cm), pitch (rad), and their rates. `turn`, `rate`: angle and angular velocity of the
     legs relative to the body (rad, rad/s). `step`: time of one step, s. `every`: steps from one sample to the next, 0
     for no samples. `samples`: shape (s, 9 + 2 groups), written: state, turn, moment about the centre of mass, moment
@@ -467,10 +497,12 @@ def advance(
     for g in range(len(bodies)):
         _fill_blocks(blocks[g], bodies[g], widths_cm[g])
     w, member_forces = np.zeros(_PLACED), np.empty((len(hips), 4))
+    # the state at a stage of a step, its rate of change, and the weighted sum of these over the stages of Runge-Kutta
     now, slope, total = np.zeros(6), np.zeros(6), np.zeros(6)
     for k in range(steps):
         turned = turn + rate * step * k
         for stage in range(4 if rk4 else 1):
+            # time of the stage behind the beginning of the step; its state follows from the slope of the stage before
             ahead = (0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)) * step
             for j in range(6):
                 now[j] = state[j] + ahead * slope[j]

@@ -1,4 +1,7 @@
-"""One function that turns a medium, in any of its forms, into the profile by which forces are predicted."""
+"""One function that turns a medium, in any of its forms, into the profile by which forces are predicted.
+
+A medium of a campaign has a measured table of alpha and a map, which estimates alpha in all directions.
+"""
 
 from __future__ import annotations
 
@@ -23,8 +26,9 @@ def profile_of(
 ) -> Profile:
     """Return the profile of a medium; a path is read as a profile file. Raises TypeError for anything else.
 
-    `is_enough`: function that returns True if a table has a number in every direction that is needed. If the table of
-    a medium of a campaign has not, the profile of its map is returned.
+    `is_enough`: function that returns True if a table has a number in every direction that is needed, as of a body in
+    its motion. If the table of a medium of a campaign has not, the profile of its map is returned. Default: a table
+    with holes is not enough.
     """
     if isinstance(medium, str | Path):
         return read_profile(medium)
@@ -38,6 +42,6 @@ def profile_of(
 
 
 def _profile_of_push(alpha: float, se: float) -> Profile:
-    """Return the profile of the map from one push straight down, alpha_z(0, 90 deg) and its standard error, N/cm^3."""
-    # an error of 0 means that the error is not known
+    """Return the profile of the map from one push straight down: `alpha` is alpha_z(0, 90 deg), `se` its error, N/cm^3."""
+    # a standard error of 0 means that it is not known
     return scale(alpha, se or None).profile

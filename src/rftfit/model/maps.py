@@ -1,4 +1,4 @@
-"""Alpha over all directions from any number of pushes, by the shape that granular media share.
+"""Maps: alpha over all directions from any number of pushes or contacts, by the shape that granular media share.
 
 Alpha over the angles has nearly the same shape in all dry granular media. The shape of known media is the prior,
 and every push corrects it:
@@ -8,7 +8,8 @@ and every push corrects it:
 Here s is the unknown size of this medium (root mean square of alpha over the published grid), m the mean shape and C
 the covariance of the known media. A smooth covariance K and a rough one R allow a further medium to differ from all
 known ones. The pushes determine s, how far the medium departs from the known shape (lambda) and how roughly (w). The
-map consists of draws from the posterior: their mean is alpha, their quantiles are its interval.
+map consists of draws from the posterior: their mean is alpha, their quantiles are its interval. Alpha at the n nodes of
+a map (directions, rad) is an array (2, n), z then x, N/cm^3; as a vector (2 n,) all z come first.
 
 `rftfit.model.pushes` reads the pushes, `shapes` has the known media, `prior`, `likelihood` and `posterior` the three
 terms of Bayes' rule, and `energy` the condition behind them.
@@ -59,10 +60,22 @@ NOT_ALIKE: float = _CHOSEN.not_alike
 """Least `Map.belongs` of a medium that counts as one of the known shape."""
 
 
+class Nodes(NamedTuple):
+    """Nodes of a map, rad, shape (n,); the first `lines` lie on lines that a rig pushes, from which a plan may choose."""
+
+    beta: FloatArray
+    gamma: FloatArray
+    lines: int
+
+
 def fit_terms_of_map(
     beta: FloatArray, gamma: FloatArray, best: FloatArray, alpha: FloatArray
 ) -> FloatArray:
-    """Fit nine coefficients (..., 9) to alpha (..., 2, n) at the n nodes of a map; the terms that its `best` alpha keeps."""
+    """Return nine coefficients (..., 9), N/cm^3, fitted to alpha (..., 2, n) at the n nodes of a map (rad).
+
+    Terms that the fit to `best`, the map's own alpha (2, n), does not keep are 0, so that all draws have the same
+    terms.
+    """
     keep = kept_terms(fit_lsq(beta, gamma, *best), PAPER_RULE)
     return fit_lsq(beta, gamma, alpha[..., 0, :], alpha[..., 1, :], keep)
 
@@ -155,7 +168,7 @@ class Map(KnownMedium):
 
     @property
     def measurements(self) -> str:
-        """Text with the numbers of pushes and contacts from which the map was estimated."""
+        """Words with the numbers of pushes and contacts from which the map was estimated, such as ``2 pushes``."""
         counts = ((self.pushes, "push", "pushes"), (self.contacts, "contact", "contacts"))
         counted = [
             f"{count} {singular if count == 1 else plural}"
@@ -166,7 +179,10 @@ class Map(KnownMedium):
 
     @property
     def pushed(self) -> FloatArray:
-        """Measured directions with alpha and errors, in the rows of `TableProfile.pushed`."""
+        """Measured directions: rows beta and gamma in degrees, alpha_z, alpha_x and their standard errors, shape (6, n).
+
+        Alpha and errors in N/cm^3, NaN if not known, as in `TableProfile.pushed`.
+        """
         if self.given is None:
             return np.zeros((6, 0))
         angles, alpha = np.degrees([self.given.beta, self.given.gamma]), self.given.alpha
@@ -204,7 +220,7 @@ class Map(KnownMedium):
 
     @property
     def profile(self) -> TableProfile:
-        """Profile of the map, with its draws for intervals."""
+        """Profile of the map, a table over its nodes, with its draws for intervals and its pushes as measured directions."""
         of = f" of {self.name}" if self.name else ""
         name = f"map{of} from {self.measurements} and the shape of {self.known_media}"
         profile = TableProfile(self.alpha[0], self.alpha[1], self.beta, self.gamma, name)
@@ -255,7 +271,10 @@ class Map(KnownMedium):
     def _with_ends(
         self, quantity: Callable[[FloatArray], FloatArray]
     ) -> tuple[float, float, float]:
-        """Return a quantity of alpha (..., 2, n) of the map, with the ends of its interval from the draws."""
+        """Return a quantity of the map's alpha, with the ends of its interval from the draws.
+
+        `quantity`: function of alpha (..., 2, n) that returns numbers (...).
+        """
         lo, hi = interval(quantity(self.draws), self.confidence)
         return float(quantity(self.alpha)), float(lo), float(hi)
 
@@ -435,9 +454,10 @@ def estimate(
     name: str = "",
     contacts: Sequence[Observation] = (),
 ) -> Map:
-    """Do what `estimate_map` does, for pushes with known errors.
+    """Return the map that `estimate_map` returns, for pushes with known errors, but without a table's spread and window.
 
-    `nodes`: nodes of the map, all on lines of a grid; default: `map_nodes`.
+    `nodes`: nodes of the map, all on lines of a grid; default: `map_nodes`. `contacts`: measured forces on bodies.
+    Other arguments as in `estimate_map`.
     """
     shapes = shapes or published_shapes()
     nodes = nodes or map_nodes()
@@ -448,6 +468,7 @@ def estimate(
     node_order = np.argsort(~on_grid, kind="stable")
     sorted_nodes = nodes.beta[node_order], nodes.gamma[node_order]
     coarse = int(on_grid.sum())
+    # one prior of the pushes, the nodes on the published grid and the other nodes, block after block, each z then x
     block_order = order_by_blocks([pushes.beta.size, coarse, nodes.beta.size - coarse])
     prior = shapes.prior(
         np.concatenate([pushes.beta, sorted_nodes[0]]),
@@ -455,6 +476,7 @@ def estimate(
     ).select(block_order)
     # indices of alpha at the sorted nodes in this prior, z then x
     node_indices = np.argsort(block_order).reshape(2, -1)[:, pushes.beta.size :].ravel()
+    # the measured numbers y and the covariance of their errors, z then x
     y, covariance = pushes.alpha.ravel(), pushes.covariance
     # a number that is 0 by symmetry, without variance, says nothing about the medium
     varies = prior.smooth.diagonal[: y.size] > ZERO_VARIANCE
@@ -463,17 +485,20 @@ def estimate(
         raise ValueError("no push has a number that tells of the medium")
     # without a copy if all are used: for a thousand pushes it would be 32 MB
     used_covariance = covariance if used.all() else covariance[np.ix_(used, used)]
-    of_pushes = measurements = Measurements(prior, np.flatnonzero(used), y[used], used_covariance)
+    push_numbers = Measurements(prior, np.flatnonzero(used), y[used], used_covariance)
+    measurements = push_numbers
     if contacts:
-        measurements = _add_contacts(of_pushes, contacts, sorted_nodes, node_indices)
+        measurements = _add_contacts(push_numbers, contacts, sorted_nodes, node_indices)
+    # the posterior, and media drawn from it
     posterior = Posterior(measurements, shapes.variation)
     pushed_nodes = PushedNodes.of(sorted_nodes, pushes, used)
     draws, not_passive = posterior.draw_media(sorted_nodes, coarse, pushed_nodes, shapes.tilt)
     smooth_likelihood = posterior.likelihoods[0]  # w is 0
     size = smooth_likelihood.expected_size
+    # what the pushes alone say of the shape of this medium
     farthest, horizontal, horizontal_off = None, math.nan, math.nan
     if used.any():
-        likelihood = _smooth_likelihood(of_pushes) if contacts else smooth_likelihood
+        likelihood = _smooth_likelihood(push_numbers) if contacts else smooth_likelihood
         farthest = likelihood.farthest(pushes, used, size)
         is_x = np.flatnonzero(used) >= pushes.beta.size
         horizontal, se = likelihood.fit_horizontal_ratio(is_x, size)
@@ -506,20 +531,20 @@ def estimate(
 
 
 def _add_contacts(
-    of_pushes: Measurements,
+    push_numbers: Measurements,
     contacts: Sequence[Observation],
     nodes: Angles,
     node_indices: npt.NDArray[np.intp],
 ) -> Measurements:
-    """Add the combinations of measured forces of contacts behind the numbers of pushes.
+    """Return the numbers of pushes, and behind them the combinations of measured forces of contacts.
 
     The error of the force model is proportional to the size of the medium, which depends on these numbers: numbers and
-    size are calculated in turn until the size does not change. `node_indices`: of alpha at the nodes in the prior, z
-    then x.
+    size are calculated in turn until the size does not change. `push_numbers`: may be none. `nodes`: beta and gamma of
+    the map, rad. `node_indices`: of alpha at the nodes in the prior, z then x.
     """
     from scipy.linalg import block_diag
 
-    prior = of_pushes.prior
+    prior = push_numbers.prior
     # C + K + R, more than any medium has: no useful combination of forces is left out
     covariance = prior.covariance(0.0)
     prior.rough.add_to(covariance)
@@ -535,9 +560,9 @@ def _add_contacts(
         rows = system.rows(size)
         measurements = Measurements(
             prior.insert_rows(rows, node_indices, first_node),
-            np.concatenate([of_pushes.prior_index, first_node + np.arange(rows.values.size)]),
-            np.concatenate([of_pushes.y, rows.values]),
-            block_diag(of_pushes.covariance, np.diag(rows.errors**2)),
+            np.concatenate([push_numbers.prior_index, first_node + np.arange(rows.values.size)]),
+            np.concatenate([push_numbers.y, rows.values]),
+            block_diag(push_numbers.covariance, np.diag(rows.errors**2)),
         )
         previous_size, size = size, _smooth_likelihood(measurements).expected_size
         if abs(size - previous_size) < _CHOSEN.same_size * previous_size:
@@ -546,12 +571,12 @@ def _add_contacts(
 
 
 def _smooth_likelihood(measurements: Measurements) -> Likelihood:
-    """Return the likelihood of measured numbers in a medium without roughness (w = 0)."""
+    """Return the likelihood of measured numbers in a medium without roughness (w = 0), by which its size is estimated."""
     return Likelihood(measurements.with_rounding(), 0.0)
 
 
 def _on_published_grid(nodes: Angles) -> npt.NDArray[np.bool_]:
-    """Return True for nodes (rad) that lie on the published grid."""
+    """Return True for nodes (rad) that lie on lines of the published grid in both angles, shape (n,)."""
     distances = [
         np.abs(angles[:, None] - np.unique(published)).min(axis=1)
         for angles, published in zip(nodes, PUBLISHED_GRID, strict=True)
@@ -559,18 +584,11 @@ def _on_published_grid(nodes: Angles) -> npt.NDArray[np.bool_]:
     return np.asarray(np.maximum(*distances) < 1e-9)
 
 
-class Nodes(NamedTuple):
-    """Nodes of a map, rad, shape (n,); a plan of pushes may choose from the first `lines` nodes."""
-
-    beta: FloatArray
-    gamma: FloatArray
-    lines: int
-
-
 def map_nodes(beta_deg: npt.ArrayLike = (), gamma_deg: npt.ArrayLike = ()) -> Nodes:
     """Return the nodes of `grid`, for which pushes can be planned, then those of finer lines between them.
 
-    The finer lines are `STEP_DEG` apart in beta, and at the middles of the published gammas.
+    The finer lines are `STEP_DEG` apart in beta, and at the middles of the published gammas: alpha bends between the
+    lines of the paper. `beta_deg`, `gamma_deg`: lines in addition to those of the published grid.
     """
     planned = grid(beta_deg, gamma_deg)
     steps = np.arange(-90 + STEP_DEG, 90, STEP_DEG)
@@ -585,11 +603,15 @@ def map_nodes(beta_deg: npt.ArrayLike = (), gamma_deg: npt.ArrayLike = ()) -> No
 
 
 STEP_DEG: float = _CHOSEN.step_deg
-"""Distance of the lines of a map in beta."""
+"""Distance of the lines of a map in beta, degrees."""
 
 
 def nodes_of(table: pd.DataFrame) -> Nodes:
-    """Return the nodes for the map of a medium, with the lines of its table if they are a grid of moderate size."""
+    """Return the nodes for the map of a medium, with the lines of its table if they are a grid of moderate size.
+
+    `table`: with columns ``beta_deg`` and ``gamma_deg``. Scattered directions, or very many lines, get the usual nodes:
+    the time of a map grows with the third power of their number.
+    """
     lines_deg = tuple(table[name].unique() for name in ("beta_deg", "gamma_deg"))
     coarse = grid(*lines_deg)
     if find_grid(*directions(table)) is None or coarse[0].size > _CHOSEN.most_nodes:

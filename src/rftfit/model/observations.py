@@ -7,6 +7,10 @@ the push of a plate, whose only weight is 1 in its own direction:
 
 e is the error of the reading and H the load without cancellation: the sum of the sizes of the forces on all elements.
 c is the relative error of the force model on this body in every medium, and o its further error in this medium.
+
+The size of a medium is the root mean square of its alpha over the published grid, N/cm^3; a medium of size 1 has the
+shape alone. A map has n nodes; alpha at them is a vector (2 n,), all z, then all x. Forces have components, z and x of
+an outline, x, y, z of a mesh; N, of the medium on the body.
 """
 
 from __future__ import annotations
@@ -30,14 +34,14 @@ Angles = tuple[FloatArray, FloatArray]
 
 
 class ErrorOfBody(Protocol):
-    """Relative error of the force model on one body."""
+    """Relative error of the force model on one body, as `rftfit.BodyError` has it, which this room does not import."""
 
     def evaluate(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return mean and covariance of the error over the load, by component, in p poses; states: (p, f)."""
+        """Return mean (components, p) and covariance (components, p, p) of the error over the load; `states`: (p, f)."""
 
 
 class Observation(Protocol):
-    """Measured forces on a body in p poses, as `rftfit.Contact` has them."""
+    """Measured forces on a body in p poses, as `rftfit.Contact` has them, which this room does not import."""
 
     @property
     def body(self) -> object:
@@ -64,18 +68,18 @@ class Observation(Protocol):
         """Standard errors of the readings, N, shape (components, p)."""
 
     def load(self, profile: Profile) -> FloatArray:
-        """Return the load without cancellation, N, shape (p,)."""
+        """Return the load without cancellation by a profile, N, shape (p,)."""
 
     def weights(self, beta: FloatArray, gamma: FloatArray) -> FloatArray:
         """Return the weights of alpha at n nodes (rad) in the forces, (components, p, 2 n): alpha_z, then alpha_x."""
 
 
 class ObservedRows(NamedTuple):
-    """k combinations of measured forces that depend on the medium, in the unit of alpha.
+    """k combinations of measured forces that depend on the medium: each is as good as a push that measures a mean of alpha.
 
-    `weights`: of alpha at the n nodes, shape (k, 2 n). `offset` (k,): contribution of the mean error of the force
-    model on these bodies, for a medium of size 1. `values`, `errors` (k,): measured value and its standard error,
-    N/cm^3.
+    `weights`: of alpha at the n nodes, shape (k, 2 n), whose sizes add up to 1. `offset` (k,): contribution of the mean
+    error of the force model on these bodies, for a medium of size 1. `values`, `errors` (k,): measured value and its
+    standard error, N/cm^3; the errors are independent.
     """
 
     weights: FloatArray
@@ -100,7 +104,10 @@ class ObservedSystem:
     def of(
         cls, observations: Sequence[Observation], nodes: Angles, mean: FloatArray, root: FloatArray
     ) -> ObservedSystem:
-        """Make the system for nodes (beta, gamma), rad; observations of one body share an error of the model."""
+        """Make the system for nodes (beta, gamma), rad; observations of one body share an error of the model.
+
+        `mean`, `root`: as in the class.
+        """
         mean_z, mean_x = mean.reshape(2, -1)
         mean_profile = TableProfile(mean_z, mean_x, *nodes)
         by_body: dict[int, list[Observation]] = {}
@@ -110,9 +117,9 @@ class ObservedSystem:
         return cls(tuple(bodies), mean, root)
 
     def first_size(self) -> float:
-        """Estimate the size of the medium (`rftfit.model.maps`), N/cm^3, by least squares of force over load; else NaN.
+        """Return a first estimate of the size of the medium, N/cm^3, by least squares; NaN where no force is expected.
 
-        The error of the force model is in proportion to the load.
+        Forces are divided by their loads, because the error of the force model is in proportion to the load.
         """
         forces_times_expected = expected_squared = 0.0
         for body in self.bodies:
@@ -122,10 +129,12 @@ class ObservedSystem:
         return forces_times_expected / expected_squared if expected_squared > 0 else math.nan
 
     def rows(self, size: float) -> ObservedRows:
-        """Combine the forces to independent rows, with loads of a medium of this size.
+        """Return combinations of the forces with independent errors, which are those at loads of a medium of this size.
 
-        Combinations that noise hides are left out: hundreds of poses become some tens of rows.
+        Combinations that noise hides, whose signal over noise is below `least_signal` (chosen.toml), are left out:
+        hundreds of poses become some tens of rows.
         """
+        # a signal is what one independent part of the prior changes in the forces: its parts of shape, and its size
         count = len(self.root) + 1
         products = np.zeros((count, count))
         values, offset = np.zeros((2, count))
@@ -133,7 +142,7 @@ class ObservedSystem:
         for body in self.bodies:
             design, whitened_offset, forces = body.whiten(size)
             mean = design @ self.mean + whitened_offset
-            # forces by each independent part of the prior, shape and size, in units of their noise
+            # in units of the noise of the forces
             signals = size * np.column_stack([design @ self.root.T, _CHOSEN.size_spread * mean])
             products += signals.T @ signals
             values += signals.T @ forces
@@ -168,19 +177,18 @@ class _BodyForces(NamedTuple):
     def of(
         cls, observations: Sequence[Observation], nodes: Angles, mean_profile: Profile
     ) -> _BodyForces:
-        """Join the observations of one body; `mean_profile`: the mean shape, for the load of a medium of size 1."""
+        """Join the observations of one body, without poses in the air and forces that were not measured.
+
+        `nodes`: of the map. `mean_profile`: the mean shape, for the load of a medium of size 1.
+        """
         states = np.concatenate([observation.states for observation in observations])
         mean_error, covariance = observations[0].body_error.evaluate(states)
         load = np.concatenate([observation.load(mean_profile) for observation in observations])
         touches = np.concatenate([observation.touches for observation in observations])
-        # by component and pose
-        weights, forces, errors = (
-            np.concatenate(arrays, axis=1)
-            for arrays in zip(
-                *((o.weights(*nodes), o.measured, o.reading_errors) for o in observations),
-                strict=True,
-            )
-        )
+        # by component and pose, the poses of all observations behind one another
+        weights = np.concatenate([o.weights(*nodes) for o in observations], axis=1)
+        forces = np.concatenate([o.measured for o in observations], axis=1)
+        errors = np.concatenate([o.reading_errors for o in observations], axis=1)
         component, pose = used = np.nonzero(np.isfinite(forces) & touches)
         # the errors of two components are independent
         same_component = component[:, None] == component
@@ -194,7 +202,10 @@ class _BodyForces(NamedTuple):
         )
 
     def whiten(self, size: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return weights, offset and forces, transformed so that their errors are independent and 1."""
+        """Return weights (q, 2 n), offset (q,) and forces (q,), transformed so that errors are independent and 1.
+
+        `size`: of the medium, N/cm^3, to which the errors of the force model are in proportion.
+        """
         from scipy.linalg import solve_triangular
 
         load = size * self.load

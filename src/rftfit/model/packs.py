@@ -10,7 +10,7 @@ import numpy.typing as npt
 from rftfit.conventions import FloatArray
 
 FOURIER, TABLE, DEPTH_ONLY = range(3)
-"""Tags of `Pack.kind`."""
+"""Values of `Pack.kind`: nine terms, a table, the depth-only model."""
 
 NEGLIGIBLE = 1e-9
 """Largest weight of a missing cell that an interpolated value ignores instead of being NaN."""
@@ -44,7 +44,7 @@ class Pack(NamedTuple):
 def make_pack(
     kind: int, values: FloatArray, beta: FloatArray, gamma: FloatArray, cells: FloatArray
 ) -> Pack:
-    """Make a `Pack` whose parts always have the same types, so that one compilation serves all."""
+    """Make a `Pack` from its fields, whose arrays always have the same types, so that one compilation serves all."""
     values, beta, gamma, cells = (
         np.ascontiguousarray(array, dtype=float) for array in (values, beta, gamma, cells)
     )
@@ -54,12 +54,15 @@ def make_pack(
 
 
 def pack_values(kind: int, values: FloatArray) -> Pack:
-    """Make the `Pack` of a profile without a table."""
+    """Make the `Pack` of a profile without a table; `kind`: `FOURIER` or `DEPTH_ONLY`. `values`: as in `Pack`."""
     return make_pack(kind, values, np.zeros(0), np.zeros(0), np.zeros((0, 0, 8)))
 
 
 def _intervals_of_bins(nodes: FloatArray) -> npt.NDArray[np.int64]:
-    """Return `beta_bins` or `gamma_bins` of a `Pack` for increasing nodes; empty without nodes."""
+    """Return `beta_bins` or `gamma_bins` of a `Pack` for increasing nodes, rad; empty without nodes.
+
+    With them the kernel finds the nodes around an angle without a search.
+    """
     if nodes.size == 0:
         return np.zeros(0, dtype=np.int64)
     # more than one bin for the narrowest interval, so that no bin reaches into a third interval

@@ -1,4 +1,9 @@
-"""Draws of media that agree with measured numbers and take energy in every direction."""
+"""Draws of media that agree with measured numbers and take energy in every direction.
+
+A medium is s (m + d): size s, mean shape m, and d normal with the covariance lambda (C + (1 - w) K + w R) of
+`rftfit.model.prior`; lambda is called departure, w rough share. Draws are made in batches of `DRAWS`, a row each. A
+draw whose medium would give energy back is rejected, since no medium does.
+"""
 
 from __future__ import annotations
 
@@ -22,14 +27,90 @@ _DEPARTURES = np.exp(_CHOSEN.departure_step * np.arange(*_CHOSEN.departure_steps
 """Values of lambda that are tried; 0.1 % of its prior lies outside."""
 
 
+class PushedNodes(NamedTuple):
+    """Nodes of a map that were pushed, or whose mirror images were, and the measured numbers that are alpha there.
+
+    `is_pushed` (n,): True for pushed nodes. For each alpha that is measured: `component` (0: z, 1: x) and `node` of it,
+    `number`, the index in `Measurements.y`, and `sign`, -1 for alpha_x of a mirror image.
+    """
+
+    is_pushed: npt.NDArray[np.bool_]
+    component: npt.NDArray[np.intp]
+    node: npt.NDArray[np.intp]
+    number: npt.NDArray[np.intp]
+    sign: FloatArray
+
+    @classmethod
+    def of(cls, nodes: Angles, pushes: Pushes, used: npt.NDArray[np.bool_]) -> PushedNodes:
+        """Return the pushed ones of `nodes` (rad).
+
+        `used`: True for those numbers of the pushes, z then x, that are in `Measurements.y`. A node where no alpha_z
+        was measured does not count as pushed.
+        """
+        is_pushed = np.zeros(nodes[0].size, dtype=bool)
+        # rows: component, node, number, sign; a column for each node whose alpha is measured
+        entries = [np.zeros((4, 0))]
+        # index in y of each number that is used: of z in the first row, of x in the second
+        number_of = np.cumsum(used).reshape(2, -1) - 1
+        used_z, used_x = used.reshape(2, -1)
+        for push in np.flatnonzero(used_z):
+            node, sign_x = same_direction_or_mirror(pushes.beta[push], pushes.gamma[push], *nodes)
+            is_pushed[node] = True
+            # z, and x where it was measured, too
+            for component, sign in enumerate((1.0, sign_x)[: 1 + used_x[push]]):
+                entries.append(
+                    np.stack(np.broadcast_arrays(component, node, number_of[component, push], sign))
+                )
+        measured = np.concatenate(entries, axis=1)
+        component, node, number = measured[:3].astype(np.intp)
+        return cls(is_pushed, component, node, number, sign=measured[3])
+
+    def first(self, count: int) -> PushedNodes:
+        """Return the pushed nodes among the first `count` nodes alone."""
+        is_first = self.node < count
+        return PushedNodes(
+            self.is_pushed[:count],
+            self.component[is_first],
+            self.node[is_first],
+            self.number[is_first],
+            self.sign[is_first],
+        )
+
+    def put(self, alpha: FloatArray, numbers: FloatArray) -> None:
+        """Write measured numbers, shape (..., k), into alpha at the nodes, shape (..., 2, n), in place."""
+        alpha[..., self.component, self.node] = self.sign * numbers[..., self.number]
+
+
+class _Batch(NamedTuple):
+    """Draws before alpha is calculated, one row for each draw; k measured numbers.
+
+    `share_number`: index of w in `Posterior._rough_shares`, (draws,). `size`, `departure`: s (N/cm^3) and lambda,
+    (draws, 1). `normals`: normal numbers for the first numbers of the prior, (draws, grid_end). `pull`: correction by
+    the measured numbers, which their covariance with a node turns into its alpha, (draws, k). `noise`: drawn errors of
+    the measured numbers, N/cm^3, (draws, k).
+    """
+
+    share_number: npt.NDArray[np.intp]
+    size: FloatArray
+    departure: FloatArray
+    normals: npt.NDArray[np.float32]
+    pull: FloatArray
+    noise: FloatArray
+
+    def select(self, draws: npt.NDArray[np.intp]) -> _Batch:
+        """Return the batch of the draws with these indices alone."""
+        return _Batch._make(array[draws] for array in self)
+
+
 class Posterior:
     """Posterior of a medium, on a grid of its size s, departure lambda and share w of R, and draws of alpha from it.
 
     The prior of the measurements has three blocks: the measured numbers, alpha at the nodes of the published grid, and
-    alpha at other nodes; at nodes z, then x.
+    alpha at other nodes; at nodes z, then x. `likelihoods`: one for each w that is tried, the first for w = 0.
     """
 
     def __init__(self, measurements: Measurements, variation: Variation) -> None:
+        """Weigh every w, lambda and s that is tried by the measured numbers."""
         measurements = measurements.with_rounding()
         self._prior, self._prior_index, self._y, covariance = measurements
         self._first_node = int(self._prior_index.max()) + 1
@@ -44,6 +125,7 @@ class Posterior:
             Likelihood(measurements, rough_share) for rough_share in self._rough_shares
         ]
         self._matrices: dict[int, tuple[npt.NDArray[np.float32], FloatArray]] = {}
+        # inverse gamma with its mode at 1, up to a constant; per step of the logarithm of lambda
         half = variation.departure_dof / 2
         log_prior_of_departure = -half * np.log(_DEPARTURES) - (half + 1) / _DEPARTURES
         # the trapezoidal rule over w
@@ -69,12 +151,14 @@ class Posterior:
     def draw_media(
         self, nodes: Angles, coarse: int, pushed_nodes: PushedNodes, tilt: float
     ) -> tuple[FloatArray, float]:
-        """Draw alpha at the nodes, (draws, 2, n); return also the share of draws rejected as they give energy back.
+        """Draw alpha at the nodes, (draws, 2, n), N/cm^3; return also the share of draws rejected as they give energy back.
 
         The first `coarse` nodes are those of the published grid. A draw that gives energy back there is rejected. Any
-        other is kept with the probability exp(-tilt (T - least T of the first draws)), where T is its `mean_effort`.
-        The nodes between the lines are then drawn until the medium takes energy there too, at most `most_completed`
-        times.
+        other is kept with the probability exp(-tilt (T - least T of the first draws)), where T is its `mean_effort`:
+        what rejection leaves would have more effort than known media (`Shapes.tilt`). The nodes between the lines are
+        then drawn until the medium takes energy there too, at most `most_completed` times (chosen.toml).
+        `pushed_nodes`: have alpha as measured. Raises ValueError where hardly any draw takes energy, as with a wrong
+        sign.
         """
         random = np.random.default_rng(SEED_OF_MAPS)
         grid_nodes = nodes[0][:coarse], nodes[1][:coarse]
@@ -122,10 +206,11 @@ class Posterior:
     def _draw_batch(self, grid_end: int, random: np.random.Generator) -> _Batch:
         """Draw size, departure, roughness, the first `grid_end` normal numbers, errors and the pull of a batch.
 
-        Matheron's rule: a medium and errors are drawn from the prior, its pushes with these errors are calculated,
-        and the draw is corrected by their difference from the measured pushes (the pull).
+        Matheron's rule: a medium and errors are drawn from the prior, its pushes with these errors are calculated, and
+        the draw is corrected by their difference from the measured pushes (the pull). `grid_end`: index in the prior
+        behind the published grid.
         """
-        # evenly spaced quantiles of the weights, in random order
+        # w, lambda and s of each draw: evenly spaced quantiles of the weights, in random order
         quantiles = (np.arange(DRAWS) + random.random()) / DRAWS
         cumulative = np.cumsum(self._weights.ravel())[:-1]
         drawn_cells = np.searchsorted(cumulative, random.permutation(quantiles))
@@ -167,10 +252,11 @@ class Posterior:
         pushed_nodes: PushedNodes,
         random: np.random.Generator,
     ) -> FloatArray:
-        """Add alpha at the other nodes to draws on the published grid, (draws, 2, coarse); returns (draws, 2, n).
+        """Return draws at all n nodes, (draws, 2, n), from those on the published grid, `draws`, (draws, 2, coarse).
 
-        Next to a push that gives energy back, by its error, every completion may give energy back: the last one is then
-        kept.
+        Alpha at the other nodes is drawn, given that on the grid, until the medium takes energy there, too. Next to a
+        push that gives energy back, by its error, every completion may give energy back: the last one is then kept.
+        `nodes`: rad, those of the grid first. `batch`: from which `draws` are.
         """
         grid_end, end = batch.normals.shape[1], self._prior.mean.size
         if grid_end == end:
@@ -198,9 +284,10 @@ class Posterior:
         return alpha
 
     def _alpha_at(self, batch: _Batch, columns: slice) -> FloatArray:
-        """Calculate alpha at n nodes, those at `columns` in the prior, by the normal numbers of a batch, (draws, 2, n).
+        """Return alpha at n nodes, those at `columns` in the prior, by the normal numbers of a batch, (draws, 2, n).
 
-        Numbers of the prior that have no normal number in the batch yet count as 0, their mean.
+        s (m + root(lambda) normal numbers times the root of the prior), plus the pull of the measured numbers. Numbers
+        of the prior that have no normal number in the batch yet count as 0, their mean.
         """
         reach = min(columns.stop, batch.normals.shape[1])
         alpha = np.empty((len(batch.share_number), columns.stop - columns.start))
@@ -221,7 +308,7 @@ class Posterior:
         normals: npt.NDArray[np.float32],
         columns: slice,
     ) -> FloatArray:
-        """Calculate that part of alpha at the last n nodes that alpha at the others leaves free, (draws, 2, n).
+        """Draw that part of alpha at the last n nodes that alpha at the others leaves free, (draws, 2, n).
 
         `share_number`: as in `_Batch`. `spread`: s times the root of lambda, (draws, 1). `normals`: a normal number for
         each of `columns`, the indices of alpha at these nodes in the prior.
@@ -239,73 +326,3 @@ def _as_slice(indices: npt.NDArray[np.intp]) -> npt.NDArray[np.intp] | slice:
     """Return consecutive indices as a slice, which needs no copy (16 MB for a thousand pushes); others as they are."""
     is_consecutive = (np.diff(indices) == 1).all()
     return slice(indices[0], indices[-1] + 1) if is_consecutive else indices
-
-
-class _Batch(NamedTuple):
-    """Draws before alpha is calculated, one row for each draw.
-
-    `share_number`: number of w in `Posterior._rough_shares`. `size`, `departure`: s and lambda, (draws, 1). `normals`:
-    normal numbers for the first numbers of the prior. `pull`: correction by the measured numbers. `noise`: drawn errors
-    of these, N/cm^3.
-    """
-
-    share_number: npt.NDArray[np.intp]
-    size: FloatArray
-    departure: FloatArray
-    normals: npt.NDArray[np.float32]
-    pull: FloatArray
-    noise: FloatArray
-
-    def select(self, draws: npt.NDArray[np.intp]) -> _Batch:
-        """Return the draws with these indices."""
-        return _Batch._make(array[draws] for array in self)
-
-
-class PushedNodes(NamedTuple):
-    """Nodes of a map that were pushed, or whose mirror images were, and the measured numbers that are alpha there.
-
-    `is_pushed` (n,): True for pushed nodes. For each alpha that is measured: `component` (0: z, 1: x) and `node` of it,
-    `number`, the index in `Measurements.y`, and `sign`, -1 for alpha_x of a mirror image.
-    """
-
-    is_pushed: npt.NDArray[np.bool_]
-    component: npt.NDArray[np.intp]
-    node: npt.NDArray[np.intp]
-    number: npt.NDArray[np.intp]
-    sign: FloatArray
-
-    @classmethod
-    def of(cls, nodes: Angles, pushes: Pushes, used: npt.NDArray[np.bool_]) -> PushedNodes:
-        """Find the pushed nodes; `used`: True for those numbers of the pushes, z then x, that are in `Measurements.y`.
-
-        A node where no alpha_z was measured does not count as pushed.
-        """
-        is_pushed = np.zeros(nodes[0].size, dtype=bool)
-        entries = [np.zeros((4, 0))]
-        number_of = np.cumsum(used).reshape(2, -1) - 1
-        used_z, used_x = used.reshape(2, -1)
-        for push in np.flatnonzero(used_z):
-            node, sign_x = same_direction_or_mirror(pushes.beta[push], pushes.gamma[push], *nodes)
-            is_pushed[node] = True
-            for component, sign in enumerate((1.0, sign_x)[: 1 + used_x[push]]):
-                entries.append(
-                    np.stack(np.broadcast_arrays(component, node, number_of[component, push], sign))
-                )
-        measured = np.concatenate(entries, axis=1)
-        component, node, number = measured[:3].astype(np.intp)
-        return cls(is_pushed, component, node, number, sign=measured[3])
-
-    def first(self, count: int) -> PushedNodes:
-        """Return those that are among the first `count` nodes."""
-        is_first = self.node < count
-        return PushedNodes(
-            self.is_pushed[:count],
-            self.component[is_first],
-            self.node[is_first],
-            self.number[is_first],
-            self.sign[is_first],
-        )
-
-    def put(self, alpha: FloatArray, numbers: FloatArray) -> None:
-        """Write measured numbers, shape (..., k), into alpha at the nodes, shape (..., 2, n)."""
-        alpha[..., self.component, self.node] = self.sign * numbers[..., self.number]

@@ -1,4 +1,10 @@
-"""Prior of alpha of a further medium: Gaussian, with the covariance C + (1 - w) K + w R of `rftfit.model.maps`."""
+"""Prior of alpha of a further medium: Gaussian, with the covariance C + (1 - w) K + w R of `rftfit.model.maps`.
+
+It is that of a medium of size 1 (root mean square of alpha over the published grid). m is the mean shape of the known
+media, C their covariance; K, smooth, and R, rough, let a further medium differ from all known ones; w is the share of
+R; lambda (departure) multiplies the whole covariance. Numbers of the prior are alpha in n directions, all z, then all
+x.
+"""
 
 from __future__ import annotations
 
@@ -74,9 +80,10 @@ class Prior(NamedTuple):
         )
 
     def insert_rows(self, rows: ObservedRows, nodes: npt.NDArray[np.intp], position: int) -> Prior:
-        """Insert combinations of measured forces at index `position`.
+        """Return the prior with combinations of measured forces as further numbers, from index `position` on.
 
-        `nodes`: indices of alpha at the nodes of the map, to which the weights of the rows belong, z then x.
+        A combination is a weighted sum of alpha, so its mean and covariance follow from those of alpha. `nodes`:
+        indices of alpha at the nodes of the map, to which the weights of the rows belong, z then x.
         """
         size = self.mean.size
         # each number of the new prior as weights of the numbers of this one
@@ -94,7 +101,7 @@ class Prior(NamedTuple):
         return Prior(mean, self.between @ weights.T, smooth, rough)
 
     def covariance(self, rough_share: float) -> FloatArray:
-        """Return C + (1 - w) K + w R, where w is `rough_share`."""
+        """Return C + (1 - w) K + w R, where w is `rough_share`, shape (n, n)."""
         covariance = self.between.T @ self.between
         self.smooth.add_to(covariance, 1 - rough_share)
         self.rough.add_to(covariance, rough_share)
@@ -104,7 +111,7 @@ class Prior(NamedTuple):
 def order_by_blocks(counts: Sequence[int]) -> npt.NDArray[np.intp]:
     """Return indices that sort alpha of n directions, z then x, into blocks of directions, each z then x.
 
-    `counts`: number of directions of each block; their sum is n.
+    For counts 1, 2 they are 0, 3, 1, 2, 4, 5. `counts`: number of directions of each block; their sum is n.
     """
     z_and_x = np.arange(2 * sum(counts)).reshape(2, -1)
     return np.concatenate(
@@ -122,7 +129,7 @@ class Blocks(NamedTuple):
     squares: tuple[FloatArray, ...]
 
     def select(self, indices: npt.NDArray[np.intp]) -> Blocks:
-        """Return the matrix of some rows and the same columns, in the order of `indices`."""
+        """Return the matrix of some rows and the same columns, in the order of `indices`; a block without a row goes."""
         new_indices, squares = [], []
         for block_indices, square in zip(*self, strict=True):
             selected = np.flatnonzero(np.isin(indices, block_indices))
@@ -157,12 +164,13 @@ def symmetric_correlation(
 ) -> tuple[FloatArray, FloatArray]:
     """Return correlations of alpha_z and of alpha_x between n directions (rad), each of shape (n, n).
 
-    `kernel`: function of the chords between two directions on the circles of 2 beta and of gamma. Alpha_z is even under
-    the mirror image; its variance is scaled to 1 everywhere. Alpha_x is odd; its variance goes to 0 where a direction
-    is its own mirror image.
+    `kernel`: function of the chords between two directions on the circles of 2 beta and of gamma, which returns their
+    correlation without symmetry. Alpha_z is even under the mirror image; its variance is scaled to 1 everywhere.
+    Alpha_x is odd; its variance goes to 0 where a direction is its own mirror image, as alpha_x itself does.
     """
 
     def kernel_to(angles: Angles) -> FloatArray:
+        """Return the kernel between the n directions and others (m,), shape (n, m)."""
         return kernel(
             2 * np.sin(beta[:, None] - angles[0]), 2 * np.sin((gamma[:, None] - angles[1]) / 2)
         )
@@ -174,7 +182,10 @@ def symmetric_correlation(
 
 
 def smooth_kernel(variation: Variation, beta: FloatArray, gamma: FloatArray) -> FloatArray:
-    """Return the kernel of K for chords `beta` and `gamma`."""
+    """Return the kernel of K for chords `beta` and `gamma` of one shape: a squared exponential and a Matern 3/2 kernel.
+
+    The first lets alpha change smoothly, the second less smoothly.
+    """
     distance = np.hypot(beta / variation.smooth_beta, gamma / variation.smooth_gamma)
     kernel: FloatArray = variation.smooth * np.exp(-(distance**2) / 2)
     kernel += (1 - variation.smooth) * matern(
@@ -184,12 +195,12 @@ def smooth_kernel(variation: Variation, beta: FloatArray, gamma: FloatArray) -> 
 
 
 def rough_kernel(variation: Variation, beta: FloatArray, gamma: FloatArray) -> FloatArray:
-    """Return the kernel of R for chords `beta` and `gamma`."""
+    """Return the kernel of R for chords `beta` and `gamma` of one shape: Matern 3/2, over shorter angles than K."""
     return matern(np.hypot(beta / variation.rough_beta, gamma / variation.rough_gamma))
 
 
 def matern(distance: FloatArray) -> FloatArray:
-    """Return the Matern 3/2 kernel of distances in units of its length."""
+    """Return the Matern 3/2 kernel of distances in units of its length: (1 + root(3) d) exp(-root(3) d), in their shape."""
     return np.asarray((1 + np.sqrt(3) * distance) * np.exp(-np.sqrt(3) * distance))
 
 
@@ -198,16 +209,21 @@ ZERO_VARIANCE: float = _CHOSEN.zero_variance
 
 
 def root(covariance: FloatArray) -> FloatArray:
-    """Return rows R with R.T @ R equal to a covariance: normal numbers times R have this covariance."""
+    """Return rows, (k, n), whose R.T @ R is a covariance (n, n): normal numbers (k,) times R have this covariance.
+
+    Axes without variance are left out, so k is at most n.
+    """
     values, vectors = np.linalg.eigh((covariance + covariance.T) / 2)
     keep = values > ZERO_VARIANCE * max(float(values[-1]), 1e-300)
     return np.asarray((vectors[:, keep] * np.sqrt(values[keep])).T)
 
 
 def triangular_root(covariance: FloatArray) -> FloatArray:
-    """Return triangular rows R with R.T @ R equal to a covariance; columns of numbers without variance are exactly 0.
+    """Return triangular rows R, (n, n), with R.T @ R equal to a covariance.
 
-    Raises the diagonal of `covariance` a little, in place, so that the decomposition succeeds.
+    Columns of numbers without variance are exactly 0. The first numbers then depend on the first normal numbers alone.
+    Overwrites `covariance`: its diagonal is raised a little, so that the decomposition succeeds, and a large one is
+    used up as memory.
     """
     variance = np.diag(covariance).copy()
     covariance[np.diag_indices(variance.size)] += ZERO_VARIANCE * variance.max()

@@ -1,7 +1,8 @@
 """A stress profile as one file, ``profile.json``, that can be passed to others: writer, reader and its checks.
 
-The file lists each direction once, with alpha and its draws there. The reader makes mirror images, the closed grid and
-every fit from these by the same code as from a measured table.
+The file lists each direction once, with alpha and its draws there; `rftfit.model.profile_schema` has its keys. The
+reader makes mirror images, the closed grid and every fit from these by the same code as from a measured table. The
+golden value is alpha in one direction, by which a reader with other signs or angles notices it.
 """
 
 from __future__ import annotations
@@ -36,15 +37,22 @@ MARK = f'{{\n "format": "{FORMAT}"'
 """First characters of a file that this program wrote."""
 
 _MOST_BYTES, _MOST_KEYS = 20_000_000, 100
+"""Most bytes of a file, and most keys of a section of it, that are written or read."""
+
 _TOLERANCE = 1e-6
 """Largest difference of equal numbers by rounding, as a share of the largest alpha."""
 
 _DIGITS_OF_ANGLES, _DIGITS, _DIGITS_OF_DRAWS = 12, 9, 7
-"""Significant digits of numbers in the file."""
+"""Significant digits of numbers in the file: of angles, of alpha and its errors, of draws."""
 
 _ALPHA = ("alpha_z_N_per_cm3", "alpha_x_N_per_cm3")
+"""Keys of alpha in each section of directions."""
+
 _DRAW_COLUMNS = ("draws_z_N_per_cm3", "draws_x_N_per_cm3")
+"""Keys of the draws, in the section ``errors``."""
+
 _PUSH_COLUMNS = ("beta_deg", "gamma_deg", *_ALPHA, "se_z", "se_x")
+"""Keys of the section ``pushes``, in the order of the rows of `TableProfile.pushed`."""
 
 
 # --- Writing.
@@ -152,7 +160,10 @@ def write_profile(
 
 
 def _describe_origin(profile: Map | TableProfile) -> dict[str, Any]:
-    """Return the keys of `ProfileOrigin` that say whether alpha was measured or estimated, and from how many pushes."""
+    """Return the keys of `ProfileOrigin` that say whether alpha was measured or estimated, and from how many pushes.
+
+    ``kind``: ``table`` or ``map``; of a map also ``pushes``, ``known_media`` and ``belongs``, None for a single push.
+    """
     if isinstance(profile, TableProfile):
         return {"kind": "table"}
     belongs = None if math.isnan(profile.belongs) else profile.belongs
@@ -165,15 +176,16 @@ def _describe_origin(profile: Map | TableProfile) -> dict[str, Any]:
 
 
 def _list_directions(table: TableProfile, pushed: FloatArray) -> dict[str, Any]:
-    """List alpha and draws of a table, each direction once, and the pushes if they are not just these directions.
+    """Return alpha and draws of a table, each direction once, and the pushes if they are not just these directions.
 
-    `pushed`: shape (6, n), rows as in `TableProfile.pushed`. Returns the keys "directions", "errors" and "pushes" of a
-    file.
+    `pushed`: shape (6, n), rows as in `TableProfile.pushed`. Returns the sections ``directions``, ``errors`` (where the
+    table has draws) and ``pushes`` of a file, each a dict of lists.
     """
     beta, gamma = (axis.ravel() for axis in np.meshgrid(table.beta, table.gamma, indexing="ij"))
     cells, listed = list_once(beta, gamma)
 
     def alpha_at_nodes(of: TableProfile) -> FloatArray:
+        """Return alpha_z and alpha_x in the listed directions, shape (2, ..., listed)."""
         return np.stack(listed.complete(*of.parameters))
 
     rows = np.concatenate([np.degrees([beta[cells], gamma[cells]]), alpha_at_nodes(table)])
@@ -182,7 +194,7 @@ def _list_directions(table: TableProfile, pushed: FloatArray) -> dict[str, Any]:
     }
     with_alpha = rows[:, np.isfinite(rows[2:]).any(axis=0)]
     if with_alpha.shape != pushed[:4].shape or not np.allclose(
-        with_alpha, pushed[:4], 1e-9, 1e-12, True
+        with_alpha, pushed[:4], rtol=1e-9, atol=1e-12, equal_nan=True
     ):
         sections["pushes"] = _list_columns(_PUSH_COLUMNS, pushed)
     if isinstance(table.spread, TableProfile):
@@ -202,7 +214,7 @@ def _list_columns(names: Sequence[str], rows: FloatArray) -> dict[str, list[floa
 
 
 def _round(values: FloatArray, digits: int) -> list[float | None]:
-    """Round numbers for JSON: NaN becomes None, and -0 becomes 0."""
+    """Return numbers for JSON with so many significant digits: NaN becomes None, and -0 becomes 0."""
     return [
         None if math.isnan(number) else float(f"{number:.{digits}g}") + 0.0 for number in values
     ]
@@ -214,7 +226,10 @@ def _digest(content: ProfileFile) -> str:
 
 
 def _format_json(value: Any, depth: int = 1) -> str:
-    """Format a value as JSON with one line for each key and each draw; `depth`: spaces before the lines."""
+    """Format a value as JSON with one line for each key and each draw, so that files can be compared by lines.
+
+    `depth`: spaces before the lines.
+    """
     before, after = "\n" + " " * depth, "\n" + " " * (depth - 1)
     if isinstance(value, dict) and value:
         lines = (
@@ -234,6 +249,7 @@ def _misread_alpha(profile: Profile, beta_deg: float, gamma_deg: float) -> Float
     """Return alpha_z and alpha_x in a direction by ten wrong conventions (signs, axes, angles), shape (10, 2)."""
 
     def alpha_at(beta: float, gamma: float) -> FloatArray:
+        """Return alpha_z and alpha_x at angles in degrees."""
         return np.array(profile.alpha(np.radians(beta), np.radians(gamma)))
 
     z, x = alpha_at(beta_deg, gamma_deg)
@@ -250,7 +266,11 @@ def _misread_alpha(profile: Profile, beta_deg: float, gamma_deg: float) -> Float
 
 
 def _choose_golden(table: TableProfile) -> dict[str, float | None]:
-    """Choose the golden direction, in which every wrong convention changes alpha most; return its angles and alpha."""
+    """Return angles and alpha, by their keys in the file, of the golden direction.
+
+    Of some directions between the lines it is that in which the least change of alpha by a wrong convention is
+    greatest. Raises InputError where alpha is known in none of them.
+    """
     tried = []
     for beta in (10, 20, 40, 50, -10, -20, -40, -50):
         for gamma in (25, 40, 50, 80, -25, -40, -50, -80):
@@ -318,13 +338,16 @@ def read_profile(path: str | Path) -> TableProfile:
 
 
 def pushes_in_profile(path: Path) -> pd.DataFrame:
-    """Return the pushes in a profile file as the table that `rftfit.estimate_map` needs."""
+    """Return the pushes in a profile file as the table that `rftfit.estimate_map` needs, one row a push."""
     names = ("beta_deg", "gamma_deg", *_ALPHA, "alpha_z_se_N_per_cm3", "alpha_x_se_N_per_cm3")
     return pd.DataFrame(dict(zip(names, read_profile(path).pushed, strict=True)))
 
 
 def table_of(content: ProfileFile) -> TableProfile:
-    """Make the interpolated table of the directions in a file, with the draws of the file as its spread."""
+    """Make the interpolated table of the directions in a file, with the draws of the file as its spread.
+
+    Raises ValueError where the directions are no whole grid.
+    """
     beta_deg, gamma_deg, *alpha = _array(content.directions, ("beta_deg", "gamma_deg", *_ALPHA))
     angles_rad = np.radians(beta_deg), np.radians(gamma_deg)
     name = content.origin.profile or "profile from a file"
@@ -338,21 +361,22 @@ def table_of(content: ProfileFile) -> TableProfile:
 
 
 def _array(section: object, names: tuple[str, ...]) -> FloatArray:
-    """Return lists of a section of the file as the rows of an array; null becomes NaN."""
+    """Return lists of a section of the file, by their keys, as the rows of an array; null becomes NaN."""
     return np.array([getattr(section, name) for name in names], dtype=float)
 
 
 def read_content(path: Path) -> ProfileFile:
-    """Read and check the whole content of a profile file; one error names all problems."""
+    """Read and check the whole content of a profile file; raises CampaignError with all its problems."""
     file = ModelFile[ProfileFile](str(path))
     _parse(read_text(path, file.name, "profile", _MOST_BYTES), file)
     return _check_content(file)
 
 
 def _parse(text: str, file: ModelFile[ProfileFile]) -> None:
-    """Parse JSON into ``file.data``; errors become problems of the file."""
+    """Parse JSON into ``file.data``, changed in place; errors become problems of the file."""
 
     def parse_section(items: list[tuple[str, Any]]) -> dict[str, Any]:
+        """Return a section as a dict; a key that is there twice is a problem, where JSON would take the last one."""
         if len(items) > _MOST_KEYS:
             file.note((), "too-large", f"{len(items)} keys", f"at most {_MOST_KEYS} in a section")
             return {}
@@ -379,7 +403,10 @@ def _parse(text: str, file: ModelFile[ProfileFile]) -> None:
 
 
 def _check_content(file: ModelFile[ProfileFile]) -> ProfileFile:
-    """Check ``file.data`` by the schema and by further rules; raise CampaignError with all problems."""
+    """Return the checked content of ``file.data``; raise CampaignError with all problems, by schema and further rules.
+
+    A rule that needs what an earlier one checks is left out where that one finds a problem.
+    """
     if file.data is not None:
         check_model(file, ProfileFile)
     content = file.model
@@ -398,7 +425,10 @@ def _check_content(file: ModelFile[ProfileFile]) -> ProfileFile:
 
 
 def _check_lengths(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
-    """Note lists whose lengths differ from the number of directions, of pushes or of draws."""
+    """Note lists of the content whose lengths differ from the number of directions, of pushes or of draws.
+
+    Here and below: a note is a problem that is added to `file`.
+    """
     for section in ("directions", "pushes"):
         columns = dict(getattr(content, section) or {})
         for name, column in columns.items():
@@ -420,7 +450,7 @@ def _check_lengths(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
 
 
 def _check_directions(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
-    """Note a direction that is listed twice, or else directions that are no whole grid."""
+    """Note a direction that is listed twice, itself or as its mirror image, or else directions that are no whole grid."""
     beta, gamma = np.radians(_array(content.directions, ("beta_deg", "gamma_deg")))
     listed, _ = list_once(beta, gamma)
     repeated = np.setdiff1d(np.arange(beta.size), listed)
@@ -438,12 +468,13 @@ def _check_directions(file: ModelFile[ProfileFile], content: ProfileFile) -> Non
 
 
 def _check_numbers(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
-    """Note draws that lie on one side of alpha, and alpha that differs from the golden value."""
+    """Note draws that lie on one side of alpha, as of another table, and alpha that differs from the golden value."""
     golden, table = content.golden, table_of(content)
     largest = float(np.nanmax(np.abs([table.alpha_z, table.alpha_x]), initial=1e-300))
     tolerance = _TOLERANCE * largest
     if content.errors is not None:
         alpha, draws = _array(content.directions, _ALPHA), _array(content.errors, _DRAW_COLUMNS)
+        # draws: shape (2, draws, directions)
         least, most = draws.min(axis=1), draws.max(axis=1)
         has_draw = ~np.isnan(draws).all(axis=1)
         is_between = (least <= alpha + tolerance) & (alpha <= most + tolerance)
@@ -466,7 +497,10 @@ def _check_numbers(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
 def collect_pushes(
     pushes: Path | None, profile_file: Path | None = None
 ) -> tuple[str, pd.DataFrame, list[str]]:
-    """Join the pushes of a table and of a profile file; return the names of the files, the pushes, and warnings."""
+    """Return the names of the files as words, the pushes of a table and of a profile file together, and warnings.
+
+    So a new push joins those of a profile from another place. None: no such file; one of them has to be given.
+    """
     tables, warnings = [], []
     if pushes is not None:
         pushes_of_table, problems = pushes_in(pushes)
@@ -479,7 +513,7 @@ def collect_pushes(
 
 
 def describe_profile(path: Path) -> str:
-    """Describe a profile file that was written: its content, its golden value, and the next command."""
+    """Describe a profile file that was written, in lines for people: content, golden value, and the next command."""
     content, profile = read_content(path), read_profile(path)
     listed, golden = content.directions, content.golden
     direction_rad = math.radians(golden.beta_deg), math.radians(golden.gamma_deg)

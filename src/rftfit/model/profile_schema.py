@@ -1,4 +1,4 @@
-"""Content of a ``profile.json``: the one definition from which its checks, its schema and its page are made."""
+"""Keys of a ``profile.json``: the one definition from which its checks, its schema and its page are made."""
 
 from __future__ import annotations
 
@@ -29,6 +29,8 @@ def _refuse_control_characters(text: str) -> str:
     return text
 
 
+# types of keys: words, a finite number, an angle in degrees, columns of angles or of numbers (None: not known), and
+# rows of draws
 Text = Annotated[str, Field(max_length=20_000), AfterValidator(_refuse_control_characters)]
 Number = Annotated[float, Field(ge=-1e6, le=1e6)]
 # fail_fast: a message names only the first wrong entry of a list

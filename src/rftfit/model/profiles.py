@@ -1,4 +1,11 @@
-"""Profiles, which give alpha for any (beta, gamma): from a table, from nine Fourier terms, or from depth alone."""
+"""Profiles, which give alpha for any (beta, gamma): from a table, from nine Fourier terms, or from depth alone.
+
+Alpha is the stress over depth on a plate, z up and x forward, N/cm^3. beta is the angle of the plate, gamma that of its
+motion, in rad unless a name says deg. A profile is linear in its parameters: alpha at the nodes of a table,
+coefficients, or three numbers. A stack of draws is a profile whose parameters have leading axes: alpha drawn many times
+within its errors. Cells of a table are the directions that were measured, its nodes those of the grid that symmetry
+completes.
+"""
 
 from __future__ import annotations
 
@@ -37,6 +44,7 @@ _CHOSEN = chosen("model", "profiles")
 
 IndexArray = npt.NDArray[np.signedinteger]
 Arrays = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
+"""Beta, gamma, alpha_z and alpha_x, of the cells of a table or at its nodes."""
 
 KINDS = ("table", "map", "fourier", "generic", "depth_only")
 """Kinds of profile of a medium: measured alpha; alpha completed by the shape that known media share; nine terms fitted
@@ -47,9 +55,10 @@ PUBLISHED_KINDS = tuple(kind for kind in KINDS if kind != "map")
 
 
 def weighted_sum(values: FloatArray, weights: FloatArray) -> FloatArray:
-    """Sum p parameters with weights; a missing parameter (NaN) makes a sum NaN only if its weight is not negligible.
+    """Return sums of p parameters with weights; a missing parameter (NaN) makes a sum NaN only if its weight counts.
 
-    `values`: shape (draws, ..., p). `weights`: shape (n, ..., p). Returns shape (draws, ..., n, ...).
+    `values`: shape (draws, ..., p). `weights`: shape (n, ..., p). Returns shape (draws, ..., n, ...). A weight counts
+    if it is more than `NEGLIGIBLE` of all weights of its sum: in plain numpy 0 times NaN would be NaN.
     """
     # only parameters with a weight, for speed: most poses need few directions of a map
     used = (weights != 0).reshape(-1, weights.shape[-1]).any(axis=0)
@@ -69,6 +78,8 @@ def weighted_sum(values: FloatArray, weights: FloatArray) -> FloatArray:
 
 
 ANY_DEPTH = (0.0, float("inf"))
+"""Window of a profile whose depths are not stated, cm."""
+
 PAPER_WINDOW = (0.3, 9.0)
 """Least and greatest depth of the paper's plates, cm: half the thickness of a level plate, and the 15 cm of the
 container less the 6 cm kept from its bottom."""
@@ -119,7 +130,10 @@ class KnownMedium(ABC):
 
 
 class OneTest:
-    """Base of `rftfit.model.scaling.ScaledMedium`, for annotations here: a medium known by one penetration test."""
+    """Base of `rftfit.model.scaling.ScaledMedium`, for annotations here: a medium known by one penetration test.
+
+    That module imports this one, and could not be imported here.
+    """
 
 
 class Profile(KnownMedium):
@@ -203,7 +217,7 @@ class Profile(KnownMedium):
     def weights_in_sums(
         self, factors: FloatArray, beta: FloatArray, gamma: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the weights of `parameters` in sums over n elements of alpha times a factor, as forces are.
+        """Return the weights of `parameters` in sums over n elements of alpha times a factor, as forces on bodies are.
 
         Parameters
         ----------
@@ -226,7 +240,7 @@ class Profile(KnownMedium):
 
     @abstractmethod
     def _packed(self) -> Pack:
-        """Make the `pack` of a profile that is no stack."""
+        """Make the `pack` of a profile that is no stack of draws."""
 
     @cached_property
     def pack(self) -> Pack:
@@ -255,7 +269,7 @@ class Profile(KnownMedium):
         return self._alpha(beta, gamma)
 
     def _alpha(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Calculate `alpha` in numpy, for angles of equal shape; a profile may be a stack of draws."""
+        """Calculate `alpha` in numpy, for angles of equal shape; the profile may be a stack of draws."""
         (basis_z, basis_x), (parameters_z, parameters_x) = self.basis(beta, gamma), self.parameters
         return weighted_sum(parameters_z, basis_z), weighted_sum(parameters_x, basis_x)
 
@@ -270,7 +284,12 @@ class Profile(KnownMedium):
 
 
 FAR_DEG = 18.0
-"""Half the diagonal of the largest cell of the published grid: greatest distance of a direction from its pushes."""
+"""Distance from every push, degrees, above which a direction counts as far from them: half the diagonal of the largest
+cell of the published grid."""
+
+REACH_DEG: float = _CHOSEN.reach_deg
+"""Greatest distance from a push, degrees, in beta and gamma as the sides of a right angle, where scattered pushes give
+alpha."""
 
 _MOST_COMPARED = 5000
 """Most directions that are compared with all pushes at once."""
@@ -340,7 +359,7 @@ class TableProfile(Profile):
         grid = find_grid(*angles)
         nodes = _triangulate(*angles, *alpha) if grid is None else grid.complete(*alpha)
         self._set((*angles, *alpha), nodes, name, spread=spread)
-        self.scattered = grid is None
+        self.scattered = grid is None  # True: triangulated
         self.reason = self._format_reason(reasons or {})
 
     def _set(
@@ -351,10 +370,11 @@ class TableProfile(Profile):
         reason: str = "",
         spread: Profile | None = None,
     ) -> None:
-        """Set the attributes of a table on a grid.
+        """Set the attributes of a table on a grid: all constructors end here.
 
         `cells`: beta, gamma (rad) and alpha_z, alpha_x of the cells, shapes (n,) and (..., n). `nodes`: lines of the
-        completed grid in beta and gamma (rad), and alpha_z, alpha_x at its nodes, shape (..., nb, ng).
+        completed grid in beta and gamma (rad), and alpha_z, alpha_x at its nodes, shape (..., nb, ng). `name`,
+        `reason`, `spread`: as in `Profile`.
         """
         self.cells, self.scattered = cells, False
         self.beta, self.gamma, self.alpha_z, self.alpha_x = nodes
@@ -409,14 +429,19 @@ class TableProfile(Profile):
         return cls(*alpha_columns(table), *directions(table), name, reasons, spread)
 
     def _format_reason(self, reasons: dict[tuple[float, float], str]) -> str:
-        """Format where and why alpha is NaN; empty if it is never NaN. `reasons`: as for the class."""
+        """Say where and why alpha is NaN, for `reason`; empty if it is never NaN.
+
+        `reasons`: why a cell is missing, by (beta, gamma) in degrees.
+        """
         if not (np.isnan(self.alpha_z) | np.isnan(self.alpha_x)).any():
             return ""
         beta, gamma, *alpha = self.cells
         # by directions, not cells: a missing cell counts only if no other cell of its direction has alpha
         directions = torus(beta, gamma)
+        # missing in either component and any draw: shape (directions,)
         is_missing = np.isnan(directions.complete(*alpha)).any(axis=0)
         is_missing = is_missing.reshape(-1, is_missing.shape[-1]).any(axis=0)
+        # the cell itself, not one whose mirror image the direction is
         missing_cells = np.unique(directions.cell[is_missing][directions.sign[is_missing] > 0])
         described = []
         for cell in missing_cells[missing_cells >= 0]:
@@ -457,10 +482,10 @@ class TableProfile(Profile):
         name: str = "",
         reason: str = "",
     ) -> TableProfile:
-        """Make a table of alpha (..., n) in n directions (rad) that with their mirror images are a whole grid.
+        """Make a table of alpha, z and x, each (..., n), in n directions (rad).
 
-        No angle is moved or interpolated: raises ValueError if the grid has holes or does not begin at beta = -90
-        and gamma = -180 degrees.
+        With their mirror images they are a whole grid, as in a profile file. No angle is moved or interpolated: raises
+        ValueError if the grid has holes or does not begin at beta = -90 and gamma = -180 degrees.
         """
         grid = find_exact_grid(torus(beta, gamma))
         offset = np.inf if grid is None else max(grid.beta[0] + np.pi / 2, grid.gamma[0] + np.pi)
@@ -479,7 +504,11 @@ class TableProfile(Profile):
         name: str = "",
         reason: str = "",
     ) -> TableProfile:
-        """Make a table of alpha (..., nb, ng) on a complete grid: beta -pi/2 to pi/2, gamma -pi to pi, both ends."""
+        """Make a table of alpha, z and x, each (..., nb, ng), on a complete grid.
+
+        `beta`, `gamma`: its lines, rad, (nb,) from -pi/2 to pi/2 and (ng,) from -pi to pi, both ends included. Alpha
+        must have its symmetry already.
+        """
         # the cells are the nodes that are no mirror images of others
         in_half = np.abs(gamma) < np.pi / 2 + NEGLIGIBLE
         cell_beta, cell_gamma = np.meshgrid(beta, gamma[in_half], indexing="ij")
@@ -507,25 +536,29 @@ class TableProfile(Profile):
     def far_from_pushes(
         self, beta: FloatArray, gamma: FloatArray, far_deg: float = FAR_DEG
     ) -> npt.NDArray[np.bool_]:
-        """Return True for directions (n,), rad, farther than `far_deg` from every push and its mirror image."""
+        """Return True for directions (n,), rad, farther than `far_deg` from every push and its mirror image, shape (n,).
+
+        The distance is the root of the squares of both angles between them. Alpha there is interpolated widely.
+        """
         pushed = np.radians(self.pushed[:2])
         pushed_beta, pushed_gamma = np.concatenate([pushed, mirror(*pushed)], axis=1)
         is_far = np.empty(len(beta), dtype=bool)
         for start in range(0, len(beta), _MOST_COMPARED):
-            part = slice(start, start + _MOST_COMPARED)
-            apart_beta = wrap_beta(beta[part, None] - pushed_beta)
-            apart_gamma = wrap_gamma(gamma[part, None] - pushed_gamma)
+            block = slice(start, start + _MOST_COMPARED)
+            apart_beta = wrap_beta(beta[block, None] - pushed_beta)
+            apart_gamma = wrap_gamma(gamma[block, None] - pushed_gamma)
             apart_deg = np.degrees(np.hypot(apart_beta, apart_gamma))
-            is_far[part] = apart_deg.min(axis=1, initial=np.inf) > far_deg
+            is_far[block] = apart_deg.min(axis=1, initial=np.inf) > far_deg
         return is_far
 
     @property
     def parameters(self) -> tuple[FloatArray, FloatArray]:
-        """Alpha_z and alpha_x at all nodes of the completed table, N/cm^3."""
+        """Alpha_z and alpha_x at all nodes of the completed table, N/cm^3, each (..., nb * ng), gamma running fastest."""
         shape = (*self.alpha_z.shape[:-2], -1)
         return self.alpha_z.reshape(shape), self.alpha_x.reshape(shape)
 
     def _packed(self) -> Pack:
+        """Pack alpha at the four corners of each cell: low and high in beta, then in gamma, of z and then of x."""
         ends = (slice(None, -1), slice(1, None))
         alphas = (self.alpha_z, self.alpha_x)
         corners = [alpha[row, column] for alpha in alphas for row in ends for column in ends]
@@ -534,7 +567,11 @@ class TableProfile(Profile):
     def _corners(
         self, beta: FloatArray, gamma: FloatArray
     ) -> Iterator[tuple[IndexArray, FloatArray]]:
-        """Yield index (as in `parameters`) and weight of each of the four nodes around directions (rad), in their shape."""
+        """Yield index (as in `parameters`) and weight of each of the four nodes around directions (rad), in their shape.
+
+        The four bilinear weights of a direction add up to 1.
+        """
+        # u, v: position between the lines below and above, from 0 to 1
         row, u = _find_interval(self.beta, wrap_beta(beta))
         col, v = _find_interval(self.gamma, wrap_gamma(gamma))
         for row_step, weight_u in ((0, 1 - u), (1, u)):
@@ -542,7 +579,7 @@ class TableProfile(Profile):
                 yield (row + row_step) * self.gamma.size + col + column_step, weight_u * weight_v
 
     def basis(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the bilinear weights of the nodes, the same array for z and x."""
+        """Return the bilinear weights of the nodes, (..., nodes), the same array for z and x."""
         weights = np.zeros((beta.size, self.beta.size * self.gamma.size))
         directions = np.arange(beta.size)
         for node, weight in self._corners(beta.ravel(), gamma.ravel()):
@@ -553,7 +590,10 @@ class TableProfile(Profile):
     def weights_in_sums(
         self, factors: FloatArray, beta: FloatArray, gamma: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Do what `Profile.weights_in_sums` does, faster: alpha of an element depends on four nodes alone."""
+        """Return the same as `Profile.weights_in_sums`, faster: alpha of an element depends on four nodes alone.
+
+        Shapes as there: `factors` (k, p, n), angles (p, n), weights (k, p, nodes).
+        """
         poses, nodes = len(beta), self.beta.size * self.gamma.size
         first_node = nodes * np.arange(poses)[:, None]
         corners = [*self._corners(beta, gamma)]
@@ -577,6 +617,7 @@ class TableProfile(Profile):
         linear in the nodes, and these elements are summed at once. The others are interpolated draw by draw, in single
         precision.
         """
+        # index of each node, and whether its weight counts
         corners = [(node, weight >= NEGLIGIBLE) for node, weight in self._corners(beta, gamma)]
         corner_count = np.sum([counts for _, counts in corners], axis=0)
         sums = []
@@ -584,10 +625,12 @@ class TableProfile(Profile):
             # 0 for a node whose alpha changes its sign between draws
             node_sign = np.where((alpha >= 0).all(axis=0), 1.0, -1.0 * (alpha <= 0).all(axis=0))
             sign_sum = np.sum([counts * node_sign[node] for node, counts in corners], axis=0)
+            # elements all of whose nodes have one sign
             is_linear = np.abs(sign_sum) == corner_count
             signed_factors = np.where(is_linear, np.sign(sign_sum) * factors, 0.0)
             weights = self.weights_in_sums(signed_factors[None], beta, gamma)[0][0]
             total = np.nan_to_num(alpha) @ weights.T
+            # the other elements that bear a load
             pose, element = np.nonzero((factors > 0) & ~is_linear)
             if pose.size:
                 alpha_of_elements = self.interpolate_draws(
@@ -602,7 +645,10 @@ class TableProfile(Profile):
     def interpolate_draws(
         self, values: npt.NDArray[np.float32], beta: FloatArray, gamma: FloatArray
     ) -> npt.NDArray[np.float32]:
-        """Interpolate values at the nodes, shape (nodes, draws), in n directions (rad); returns shape (n, draws)."""
+        """Interpolate values at the nodes, shape (nodes, draws), in n directions (rad); returns shape (n, draws).
+
+        In single precision, which is enough for a load; `alpha` has double precision.
+        """
         corners = [
             (node, weight.astype(np.float32)[:, None], weight >= NEGLIGIBLE)
             for node, weight in self._corners(beta, gamma)
@@ -621,6 +667,7 @@ class TableProfile(Profile):
         corners = [*self._corners(beta, gamma)]
 
         def interpolate(node_alpha: FloatArray) -> FloatArray:
+            """Sum one component of alpha at the four nodes with their weights, in the shape of the directions."""
             sums = np.zeros((*node_alpha.shape[:-1], *beta.shape))
             for node, weight in corners:
                 corner_alpha = node_alpha[..., node]
@@ -634,12 +681,8 @@ class TableProfile(Profile):
 
 
 def _name_of_cell(beta_deg: float, gamma_deg: float) -> tuple[float, float]:
-    """Return the rounded angles of a cell as its name, equal for angles from a file and from a grid."""
+    """Return the angles of a cell, degrees, rounded to 0.1: its name, equal for angles from a file and from a grid."""
     return round(float(beta_deg), 1) + 0.0, round(float(gamma_deg), 1) + 0.0
-
-
-REACH_DEG: float = _CHOSEN.reach_deg
-"""Greatest distance from a push, in beta and gamma as the sides of a right angle, where scattered pushes give alpha."""
 
 
 def _triangulate(
@@ -667,7 +710,7 @@ def _triangulate(
     shifts = [(b, g) for b in (-180, 0, 180) for g in (-360, 0, 360)]
     points = np.concatenate([directions_deg + shift for shift in shifts])
     nodes_deg = np.stack(np.meshgrid(rows, columns, indexing="ij"), axis=-1).reshape(-1, 2)
-    # weights of the directions at each node: the interpolated values of functions that are 1 in one direction
+    # weights of the directions at each node, (nodes, directions): interpolated functions that are 1 in one direction each
     ones = np.tile(np.eye(len(directions_deg)), (len(shifts), 1))
     weights = LinearNDInterpolator(Delaunay(points), ones)(nodes_deg)
     is_near = KDTree(points).query(nodes_deg)[0] <= REACH_DEG
@@ -676,6 +719,7 @@ def _triangulate(
     image = nodes[::-1, np.searchsorted(columns, -columns % 360 - 180)].ravel()
 
     def interpolate(alpha: FloatArray, sign: float) -> FloatArray:
+        """Interpolate one component of alpha (..., directions) at the nodes; `sign`: that of its mirror image."""
         # four directions on a circle make two triangles in either of two ways, and an image may have the other one:
         # the mean of both is symmetric
         symmetric_weights = (weights + sign * weights[image]) / 2
@@ -689,7 +733,8 @@ def _triangulate(
 def _find_interval(nodes: FloatArray, angle: FloatArray) -> tuple[IndexArray, FloatArray]:
     """Return the index of the interval between nodes that holds an angle, and how far the angle lies in it, 0 to 1.
 
-    NaN: the second number is NaN.
+    `nodes`: increasing, rad. `angle`: any shape, that of both results. Of an angle that is NaN the second number is
+    NaN.
     """
     index = np.clip(np.searchsorted(nodes, angle, side="right") - 1, 0, nodes.size - 2)
     return index, (angle - nodes[index]) / (nodes[index + 1] - nodes[index])
@@ -740,10 +785,11 @@ class FourierProfile(Profile):
         return self.coefficients[..., :split], self.coefficients[..., split:]
 
     def _packed(self) -> Pack:
+        """Pack the nine coefficients."""
         return pack_values(FOURIER, self.coefficients)
 
     def basis(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Values of the nine terms."""
+        """Return the five terms of alpha_z, (..., 5), and the four of alpha_x, (..., 4); NaN where an angle is NaN."""
         terms_z, terms_x = basis(beta, gamma)
         # the constant term does not depend on the angles
         unknown = np.isnan(beta) | np.isnan(gamma)
@@ -752,7 +798,10 @@ class FourierProfile(Profile):
 
 
 def _check_size(values: npt.ArrayLike, size: int, shape_text: str) -> FloatArray:
-    """Return values as an array; raise ValueError if its last axis has another size. `shape_text`: for the message."""
+    """Return values as an array; raise ValueError if its last axis has not this size.
+
+    `shape_text`: words on the size, for the message.
+    """
     array = np.asarray(values, dtype=float)
     if array.ndim == 0 or array.shape[-1] != size:
         raise ValueError(f"{shape_text} wanted, found an array of shape {array.shape}")
@@ -862,10 +911,14 @@ class DepthOnlyProfile(Profile):
         return self.values[..., :2], self.values[..., 2:]
 
     def _packed(self) -> Pack:
+        """Pack the three values."""
         return pack_values(DEPTH_ONLY, self.values)
 
     def basis(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the projected area of a plate for each value, with the sign by which alpha opposes the motion."""
+        """Return the projected area of a plate for each value, (..., 2) and (..., 1), signed to oppose the motion.
+
+        A velocity component below `STILL` of the speed counts as 0, so that rounding does not choose its sign.
+        """
         # components of the unit velocity toward -z and -x
         down, left = np.sin(gamma), np.cos(gamma)
         level, upright = np.abs(np.cos(beta)), np.abs(np.sin(beta))

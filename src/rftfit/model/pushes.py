@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 class Pushes(NamedTuple):
-    """Measured pushes.
+    """Measured pushes of plates, n of them, from which a map is estimated.
 
     `beta`, `gamma`: shape (n,), rad. `alpha`: shape (2, n); z and x, N/cm^3, NaN where not measured.
     `covariance`: of the errors of alpha, (N/cm^3)^2, shape (2 n, 2 n), z first.
@@ -51,7 +51,7 @@ class Pushes(NamedTuple):
         alpha: npt.ArrayLike,
         se: npt.ArrayLike = np.nan,
     ) -> Pushes:
-        """Make pushes with independent errors.
+        """Make pushes in n directions (degrees) with independent errors.
 
         `alpha`, `se`: shape (2, n), N/cm^3; a standard error of NaN is not known and replaced by `usual_error`.
         """
@@ -66,6 +66,7 @@ class Pushes(NamedTuple):
 
 
 NO_PUSHES = Pushes(np.zeros(0), np.zeros(0), np.zeros((2, 0)), np.zeros((0, 0)))
+"""Pushes of a map that is estimated from contacts alone."""
 
 USUAL_PERCENT, LEAST_PERCENT = 100 * USUAL_BED_SPREAD, 1.0
 """Parts of an error that is not stated: relative to alpha of the push (scatter of beds), and to the largest alpha."""
@@ -83,7 +84,10 @@ def usual_error(
 
 
 def sorted_pushes(pushes: Columns) -> Pushes:
-    """Return the pushes of a table for `estimate_map`, sorted, so that the order of its rows has no effect."""
+    """Return the pushes of a table for `estimate_map`, sorted, so that the order of its rows has no effect.
+
+    `pushes`: columns as in `estimate_map`, with any names that ``rftfit scale --pushes`` accepts.
+    """
     angles_deg, alpha, se = _read_columns(pushes)
     order = np.lexsort([alpha[1], alpha[0], angles_deg[1], angles_deg[0]])
     beta_deg, gamma_deg = angles_deg[:, order]
@@ -91,7 +95,10 @@ def sorted_pushes(pushes: Columns) -> Pushes:
 
 
 def _read_columns(pushes: Columns) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return angles (deg), alpha and standard errors (N/cm^3) of n pushes, each of shape (2, n); NaN: not stated."""
+    """Return angles (deg), alpha and standard errors (N/cm^3) of n pushes, each of shape (2, n); NaN: not stated.
+
+    Rows: beta and gamma; z and x; z and x. Raises InputError where a column is missing or there twice.
+    """
     name_of_alias = {name: column.name for column in ALPHA.columns for name in column.also}
     columns = {name_of_alias.get(str(name), str(name)): pushes[name] for name in pushes}
     if len(columns) < len([*pushes]):
@@ -106,6 +113,7 @@ def _read_columns(pushes: Columns) -> tuple[FloatArray, FloatArray, FloatArray]:
     not_stated = np.full(np.size(columns["beta_deg"]), np.nan)
 
     def stack(*names: str) -> FloatArray:
+        """Return columns as the rows of an array; one that is missing is NaN."""
         arrays = (np.atleast_1d(columns.get(name, not_stated)) for name in names)
         return np.stack([array.astype(float) for array in arrays])
 
@@ -113,7 +121,7 @@ def _read_columns(pushes: Columns) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def push_straight_down(pushes: Columns, confidence: float) -> tuple[float, float] | None:
-    """Find alpha_z(0, 90 deg) among pushes, and its standard error, N/cm^3; None if no plate was pushed straight down.
+    """Return alpha_z(0, 90 deg) of pushes, and its standard error, N/cm^3; None if no plate was pushed straight down.
 
     The error of a single push is the stated error, or 0 if none is stated. For several pushes it is the error of their
     mean, calculated as for a map.
@@ -133,19 +141,26 @@ def push_straight_down(pushes: Columns, confidence: float) -> tuple[float, float
 
 
 def one_push(alpha: float, se: float | None) -> Columns:
-    """Return the columns of a table with one push straight down; an `se` of None becomes NaN."""
+    """Return the columns of a table with one push straight down, as `estimate_map` takes them.
+
+    `alpha`: alpha_z(0, 90 deg); `se`: its standard error, None: not known; N/cm^3.
+    """
     columns = {"beta_deg": [0.0], "gamma_deg": [90.0], column("z"): [alpha]}
     return columns | {column("z", "_se"): [np.nan if se is None else se]}
 
 
 def describe_push(alpha: float, se: float | None) -> str:
-    """Describe one push straight down in words."""
+    """Describe one push straight down, by alpha and its error, N/cm^3 (None: not known), in words."""
     error = "" if se is None else f" (se {se:g})"
     return f"alpha_z(0, 90 deg) = {alpha:g} N/cm^3{error}"
 
 
 def pushes_of(table: pd.DataFrame, config: Config) -> Pushes:
-    """Return the cells of an alpha table as pushes, with the covariance of their errors."""
+    """Return the cells of an alpha table as pushes, with the covariance of their errors, from draws of the table.
+
+    A plate at beta = -90 degrees that is also at 90 counts once. Flagged cells are left out where the config says so
+    (`fit.flagged`). A table that lacks an error has the usual ones.
+    """
     beta_deg = table["beta_deg"].to_numpy(float)
     alpha = np.stack(alpha_columns(table))
     if config.fit.flagged == "leave_out":
@@ -183,7 +198,7 @@ def _by_direction(pushes: Pushes) -> Iterator[tuple[npt.NDArray[np.intp], FloatA
 
 
 class _Repeats(NamedTuple):
-    """One component, z or x, of n pushes of the same direction.
+    """One component, z or x, of n pushes of the same direction, of which there are at least two.
 
     `rows`: their rows in `Pushes.covariance`. `alpha`: shape (n,), N/cm^3, with signs as if all were in the direction
     of the first push.
@@ -208,7 +223,8 @@ def with_scatter_of_repeats(pushes: Pushes, confidence: float) -> Pushes:
 
     Pushes without a stated error get the error of `spread_of_beds`, as the runs of a campaign do. Pushes with a stated
     error get the error by their scatter if it is larger than their errors explain. The scatter of few pushes is poorly
-    known: the error is enlarged so that the normal interval is as wide as Student's.
+    known: the error is enlarged so that the normal interval is as wide as Student's. `confidence`: level of that
+    interval.
     """
     repeats = [*_repeats_of(pushes)]
     if not repeats:
@@ -246,7 +262,7 @@ def bed_spread_of_repeats(pushes: Pushes, confidence: float) -> float:
     """Return the relative standard deviation of a further bed: the usual one, or the scatter of repeats if larger.
 
     The scatter is the root mean square over directions and components, weighted by degrees of freedom and by alpha
-    squared.
+    squared. `confidence`: level at which the error of few repeats is as wide as Student's.
     """
     squares, weights = 0.0, 0.0
     for _, alpha in _repeats_of(pushes):
@@ -264,7 +280,7 @@ def _normal_error(error: ErrorTerm, confidence: float) -> float:
 
 
 def merged(pushes: Pushes) -> Pushes:
-    """Replace repeated pushes of a direction by their mean, each weighted by 1 / variance, with its error.
+    """Return pushes with repeats of a direction or its mirror image replaced by their mean, weighted by 1 / variance.
 
     A number that was not measured or has no error has no weight; a mean of such numbers alone is NaN.
     """
@@ -312,10 +328,10 @@ def merged(pushes: Pushes) -> Pushes:
 def same_direction_or_mirror(
     beta: float, gamma: float, betas: FloatArray, gammas: FloatArray
 ) -> tuple[npt.NDArray[np.intp], FloatArray]:
-    """Find the directions equal to (beta, gamma) or its mirror image, rad; return their indices and signs of alpha_x.
+    """Return the indices of directions equal to (beta, gamma) or its mirror image, all in rad, and their signs of alpha_x.
 
-    The sign is -1 for a direction that is the mirror image alone: alpha_x there is the negative of that at (beta,
-    gamma).
+    `betas`, `gammas`: the directions, (n,). The sign is -1 for a direction that is the mirror image alone: alpha_x
+    there is the negative of that at (beta, gamma). Both results have shape (same,).
     """
     is_near = []
     for image in ((beta, gamma), mirror(beta, gamma)):

@@ -1,8 +1,11 @@
 """3D-RFT of a plate in the plane of its motion: a whole profile from one push straight down and a friction.
 
-Agarwal, Goldman and Kamrin, *PNAS* 120 (2023), arXiv 2205.14920: stress over depth on a face is
-``xi (f1 m + f2 v + f3 g)``, with ``m`` its normal turned down, ``v`` its direction of motion, ``g`` down, and
-each ``f`` a polynomial of third degree in ``v.g``, ``m.g`` and ``m.v``, the same for all dry media.
+Agarwal, Goldman and Kamrin, *PNAS* 120 (2023), arXiv 2205.14920: stress over depth on a face is ``xi (f1 m + f2 v + f3
+g)``, with ``m`` its normal turned down, ``v`` its direction of motion, ``g`` down, and each ``f`` a polynomial of third
+degree in ``v.g``, ``m.g`` and ``m.v``, the same for all dry media. ``xi``, N/cm^3, says how strong a medium is:
+alpha_z(0, 90 deg) over what the polynomials give there.
+
+Vectors have shape (..., d): d = 3, x, y, z, or d = 2, x, z; the last component is up.
 """
 
 from __future__ import annotations
@@ -24,13 +27,14 @@ _NEGLIGIBLE = 1e-9
 
 
 def law(normal: FloatArray, velocity: FloatArray) -> FloatArray:
-    """Calculate stress over depth on a face in a medium with xi = 1, shape (..., d), before `turn_and_cap`.
+    """Return the stress over depth on a face in a medium with xi = 1, shape (..., d), before `turn_and_cap`.
 
-    `normal`, `velocity`: unit vectors, shape (..., d), whose last component is up.
+    `normal`: outward, `velocity`: unit vectors, shape (..., d).
     """
     # turned down; the normal of a vertical face is turned to where the face moves
     m = normal * _sign(-normal[..., -1], _dot(normal, velocity))[..., None]
     products = np.stack([-velocity[..., -1], -m[..., -1], _dot(m, velocity)])  # v.g, m.g, m.v
+    # each of the 20 terms is a product of up to three of these
     terms = np.stack([products[[*factors]].prod(axis=0) for factors in _TERMS["factors"]])
     along_m, along_v, down = np.tensordot(COEFFICIENTS, terms, axes=1)[..., None]
     gravity = np.zeros(m.shape[-1])
@@ -39,7 +43,7 @@ def law(normal: FloatArray, velocity: FloatArray) -> FloatArray:
 
 
 def level_of(profile: Profile) -> FloatArray:
-    """Return the factor xi of a medium, N/cm^3, from its alpha_z(0, 90 deg); shape (draws,) for a stack of draws."""
+    """Return the factor xi of a medium, N/cm^3, from its alpha_z(0, 90 deg); shape (), of a stack of draws (draws,)."""
     down = np.array([0.0, 0.0, -1.0])
     return np.asarray(profile.alpha(0.0, np.pi / 2)[0] / law(down, down)[2])
 
@@ -47,9 +51,10 @@ def level_of(profile: Profile) -> FloatArray:
 def alpha_3drft(
     beta: npt.ArrayLike, gamma: npt.ArrayLike, friction: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Calculate alpha_z and alpha_x of a plate relative to alpha_z(0, 90 deg), shape (...); angles in rad.
+    """Return alpha_z and alpha_x of a plate over alpha_z(0, 90 deg), each of shape (...); angles in rad.
 
-    The stress is that of the leading face, or of the lower face if the plate moves along itself.
+    The stress is that of the leading face, or of the lower face if the plate moves along itself. `friction`: as in
+    `turn_and_cap`.
     """
     beta, gamma = np.broadcast_arrays(np.asarray(beta, float), np.asarray(gamma, float))
     velocity = -np.stack([np.cos(gamma), np.sin(gamma)], axis=-1)
@@ -64,14 +69,17 @@ def alpha_3drft(
 def turn_and_cap(
     stress: FloatArray, normal: FloatArray, velocity: FloatArray, friction: float
 ) -> FloatArray:
-    """Correct a stress on a face: its normal part must push, its tangential part resist, up to the friction.
+    """Return a stress on a face whose normal part pushes and whose tangential part resists, up to the friction.
 
-    A part with the wrong sign is reversed. All vectors: shape (..., d).
+    The polynomials of the law may give a part the wrong sign: it is reversed, as in published codes. The size of the
+    tangential part is at most `friction` times that of the normal part. `stress`, `normal` (outward unit), `velocity`:
+    shape (..., d).
     """
     normal_part = _dot(stress, normal)
     tangential = stress - normal_part[..., None] * normal
     tangential_size = np.maximum(np.sqrt(_dot(tangential, tangential)), _NEGLIGIBLE)
     factor = np.minimum(1, friction * np.abs(normal_part) / tangential_size)
+    # a tangential part along the motion would drive the face
     drives = _dot(tangential, velocity) > _NEGLIGIBLE
     factor = np.where(drives, -factor, factor)
     return factor[..., None] * tangential - np.abs(normal_part)[..., None] * normal

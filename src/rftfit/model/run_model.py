@@ -7,6 +7,9 @@ The slopes y of a run (z and x) are the sum of those of its direction and of an 
 s is the size of the medium. m and P are mean and covariance of the shape of known media (`rftfit.model.shapes`), where
 P includes `Freedom`, further differences between media. L is the covariance of errors that repeats of a direction
 share. `Scatter` gives the covariance of e; `RunGaussian` solves linear systems with the covariance of all slopes.
+
+There are n runs in m directions. Numbers of runs are vectors (2 n,), those of directions (2 m,): all z, then all x,
+N/cm^3.
 """
 
 from __future__ import annotations
@@ -69,7 +72,10 @@ class Freedom(NamedTuple):
     level: float
 
     def covariance(self, mean: FloatArray, gamma_deg: FloatArray) -> FloatArray:
-        """Return the covariance (2 n, 2 n) by these factors of alpha with the mean (2 n,), z first, at n directions."""
+        """Return the covariance (2 n, 2 n) of alpha by these factors, at n directions.
+
+        `mean`: mean alpha, (2 n,), z first. `gamma_deg`: (n,).
+        """
         gamma = np.tile(gamma_deg, 2)
         is_x = np.arange(mean.size) >= gamma_deg.size
         # runs within a degree of level count as level
@@ -84,9 +90,10 @@ def prior_at(
     rough_share: float = 0.0,
     freedom: Freedom | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return mean (2 n,) and covariance (2 n, 2 n) of alpha, z first, of a medium of size 1 at n directions.
+    """Return mean (2 n,) and covariance (2 n, 2 n) of alpha, z first, of a medium of size 1 at n directions, degrees.
 
-    `rough_share`: share w of the rough covariance (`rftfit.model.prior`).
+    `rough_share`: share w of the rough covariance (`rftfit.model.prior`). `freedom`: further differences between media;
+    None: only those of the known shape.
     """
     wrapped_beta = beta_apart(beta_deg, 0.0)
     prior = published_shapes().prior(np.radians(wrapped_beta), np.radians(gamma_deg))
@@ -124,7 +131,7 @@ class RunGaussian:
 
     @cached_property
     def _inner(self) -> FloatArray:
-        """Matrix I + P Z' D^-1 Z, shape (2 m, 2 m)."""
+        """Matrix I + P Z' D^-1 Z, shape (2 m, 2 m), by which Woodbury's formula inverts V."""
         count = len(self.shared) // 2
         precision_sums = np.zeros((2, count, 2, count))  # Z' D^-1 Z
         directions = np.arange(count)
@@ -134,7 +141,7 @@ class RunGaussian:
         return np.eye(2 * count) + self.shared @ precision_sums.reshape(2 * count, -1)
 
     def sum_by_direction(self, columns: FloatArray) -> FloatArray:
-        """Sum columns of shape (2 n, k) over the runs of each direction; returns shape (2 m, k)."""
+        """Return sums of columns of shape (2 n, k) over the runs of each direction, shape (2 m, k): Z' times them."""
         by_run = columns.reshape(2, self.direction.size, -1)
         sums = np.zeros((2, len(self.shared) // 2, by_run.shape[2]))
         for component in (0, 1):
@@ -142,7 +149,10 @@ class RunGaussian:
         return sums.reshape(-1, by_run.shape[2])
 
     def solve(self, columns: FloatArray) -> FloatArray:
-        """Return V^-1 times columns of shape (2 n,) or (2 n, k), in the same shape."""
+        """Return V^-1 times columns of shape (2 n,) or (2 n, k), in the same shape.
+
+        V^-1 = D^-1 - D^-1 Z (I + P Z' D^-1 Z)^-1 P Z' D^-1 (Woodbury).
+        """
         by_run = columns.reshape(2, self.direction.size, -1)
         weighted = np.einsum("nij,jnk->ink", self.precision, by_run)
         by_direction = np.linalg.solve(self._inner, self.shared @ self.sum_by_direction(weighted))
@@ -160,7 +170,9 @@ class RunGaussian:
     ) -> tuple[FloatArray, FloatArray]:
         """Return the scores (k,) of effects (2 n, k) in a residual (2 n,), and their information matrix (k, k).
 
-        The size of the mean (2 n,) is free: the part of an effect that is proportional to the mean does not count.
+        The most likely sizes of the effects are the inverse of that matrix times the scores. An effect is the change of
+        all slopes by a shared cause of size 1. The size of the mean (2 n,) is free: the part of an effect that is
+        proportional to the mean does not count.
         """
         solved = self.solve(np.column_stack([mean, effects]))
         solved_mean, solved_effects = solved[:, 0], solved[:, 1:]

@@ -1,7 +1,9 @@
-"""Scaling between media by the paper's routine: zeta, chi, generic coefficients M0, and nine terms of a further medium.
+"""Scaling between media by the paper's routine: zeta, chi, generic coefficients M0, nine terms of a further medium.
 
 M are the nine coefficients of a medium, zeta is the alpha_z(0, 90 deg) that they give, and chi is measured alpha_z(0,
-90 deg) over zeta. M0 is the mean of M / zeta over the reference media.
+90 deg) over zeta. M0 is the mean of M / zeta over the reference media. A further medium is zeta M0, with zeta from one
+push of a level plate straight down (the penetration test): alpha_z(0, 90 deg) over the mean chi. Coefficients are
+arrays (..., 9) in the order of `fourier.TERMS`.
 """
 
 from __future__ import annotations
@@ -48,19 +50,19 @@ GENERIC = "generic"
 """Name of the generic coefficients where coefficients of media are listed by name."""
 
 Interval = tuple["FloatArray", "FloatArray", "FloatArray"]
-"""Value, lower and upper end."""
+"""Value, lower and upper end, of the same shape."""
 
 _TEST_DOF = 1e3
 """Degrees of freedom of the error of a penetration test: so many that the error counts as exactly known."""
 
 
 def vertical_penetration(coefficients: FloatArray) -> FloatArray:
-    """Return zeta, alpha_z of nine terms at (beta, gamma) = (0, 90 deg): A00 + A10 + B11 + B01 + Bm1; shape (...)."""
+    """Return zeta, alpha_z of nine terms (..., 9) at (0, 90 deg): A00 + A10 + B11 + B01 + Bm1; shape (...), N/cm^3."""
     return np.asarray(coefficients[..., : len(fourier.TERMS_Z)].sum(axis=-1))
 
 
 def chi_of(alpha_z: FloatArray | float, coefficients: FloatArray) -> FloatArray:
-    """Return chi, alpha_z(0, 90 deg) as measured over that of nine terms; shape (...)."""
+    """Return chi, alpha_z(0, 90 deg) as measured, `alpha_z`, over that of nine terms (..., 9); shape (...)."""
     return np.asarray(alpha_z / vertical_penetration(coefficients))
 
 
@@ -75,7 +77,10 @@ def generic(coefficients: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class Scaled:
-    """The scaling factor zeta of a new medium, and the mean chi by which it was calculated, with intervals."""
+    """The scaling factor zeta of a new medium, and the mean chi by which it was calculated, with intervals.
+
+    `confidence`: level of the intervals. Attributes as in `ScaledMedium`.
+    """
 
     zeta: float
     zeta_lo: float
@@ -157,8 +162,8 @@ def scale_new_medium(
 def alpha_of_test(cell: pd.Series[Any], confidence: float) -> tuple[float, float]:
     """Return alpha_z of a penetration test and its standard error for `scale_new_medium`, N/cm^3.
 
-    `cell`: row of an alpha table; `confidence`: level of its interval. The standard error of few runs is poorly known,
-    and their interval wider for this: the error is enlarged so that a nearly normal interval is as wide.
+    `cell`: row of an alpha table at (0, 90 deg); `confidence`: level of its interval. The standard error of few runs is
+    poorly known, and their interval wider for this: the error is enlarged so that a nearly normal interval is as wide.
     """
     alpha, se, lo, hi = (float(cell[column("z", end)]) for end in ("", "_se", "_lo", "_hi"))
     se_by_interval = (hi - lo) / 2 / float(student_quantile(confidence, _TEST_DOF))
@@ -203,7 +208,7 @@ class Reference:
 
     @property
     def remarks(self) -> tuple[Remark, ...]:
-        """Remark for tables of a campaign if it scales from published media; empty for its own media."""
+        """Remark that a campaign scales from published media, for its tables; empty where it scales from its own media."""
         return (remark("published-media"),) if self.printed else ()
 
 
@@ -215,10 +220,10 @@ def reference_from(
     *,
     printed: bool = False,
 ) -> Reference:
-    """Make a `Reference`.
+    """Make a `Reference` from numbers of each medium, by its name.
 
-    `chi`: by medium. `coefficients`: of these media, N/cm^3, and of `GENERIC`. `tables`: measured alpha by medium,
-    N/cm^3.
+    `name`: description, for people. `chi`: by medium. `coefficients`: of these media, N/cm^3, shape (9,), and M0 under
+    `GENERIC`. `tables`: measured alpha, N/cm^3. `printed`: True for the published media.
     """
     coefficients_of_media = np.stack([coefficients[medium] for medium in chi])
     # not the printed zeta, which is rounded: with the sum alpha_z(0, 90 deg) of each scaled profile is exactly 1
@@ -273,7 +278,7 @@ def published(method: str = "lsq") -> Reference:
 
 @cache
 def _by_least_squares() -> Reference:
-    """Fit nine terms to Table S5 of each published medium, and make the reference from these fits."""
+    """Return the reference of the published media from nine terms fitted to Table S5 of each, as their M and chi."""
     chi, fits = {}, {}
     for medium in MEDIA:
         columns = alpha_columns_of(medium)
@@ -294,7 +299,7 @@ def _by_least_squares() -> Reference:
 
 
 def _published_tables() -> dict[str, TableProfile]:
-    """Return Table S5 of each published medium by its name."""
+    """Return the profile of Table S5 of each published medium, by its name."""
     return {medium: TableProfile.published(medium) for medium in MEDIA}
 
 
@@ -457,7 +462,10 @@ class ScaledMedium(Scaled, KnownMedium, OneTest):
 
 
 def check_test(alpha: float, se: float) -> None:
-    """Raise TypeError if alpha of a penetration test or its error is no number, ValueError if it is out of range."""
+    """Raise TypeError if alpha of a penetration test or its error is no number, ValueError if it is out of range.
+
+    `alpha`: alpha_z(0, 90 deg), above 0; `se`: 0 or more; N/cm^3. An array of shape () is no number, either.
+    """
     for what, value in (("alpha_z(0, 90 deg)", alpha), ("its standard error", se)):
         if np.ndim(value) or np.asarray(value).dtype.kind not in "iuf":
             raise TypeError(f"{what} must be a number of N/cm^3, found {value!r}")
@@ -525,6 +533,7 @@ AS_PRINTED = "dft-index, printed terms"
 does not explain."""
 
 ALL_METHODS = ("lsq", "dft-index", AS_PRINTED)
+"""Methods of fits of a campaign: those of `fourier.METHODS`, and `AS_PRINTED`."""
 
 FEWEST_MEDIA = 2
 """Fewest media of a campaign from which its natural sands are scaled."""
@@ -532,12 +541,13 @@ FEWEST_MEDIA = 2
 
 @dataclass(frozen=True)
 class MediumFit:
-    """Nine coefficients of one medium fitted by one method, N/cm^3, shape (9,).
+    """Nine coefficients of one medium fitted by one method, N/cm^3, shape (9,): made by `fit_terms`.
 
-    `full`: with all nine terms. `keep`: True for the terms that are kept. `used`: fitted again with the kept terms
-    alone, 0 for the others; NaN if there is no fit, with the reason in `why`. `without_flagged`: `used` if flagged
-    cells are left out.
-    `alpha_z`: measured alpha_z(0, 90 deg), N/cm^3. `table`: the alpha table that was fitted.
+    `method`: one of `ALL_METHODS`. `full`: with all nine terms. `keep`: True for the terms that are kept, (9,). `used`:
+    fitted again with the kept terms alone, 0 for the others; NaN if there is no fit, with the reason in `why`.
+    `without_flagged`: `used` if flagged cells are left out; NaN where no cell is flagged, or too few would be left.
+    `alpha_z`: measured alpha_z(0, 90 deg), N/cm^3, NaN where it was not measured. `table`: the alpha table that was
+    fitted, one row a cell.
     """
 
     medium: str
@@ -579,7 +589,7 @@ class MediumFit:
         return self._fit_draws(self._alpha_draws)
 
     def _fit_draws(self, alpha: tuple[FloatArray, FloatArray]) -> FloatArray:
-        """Fit the kept terms to draws of the alpha table, (draws, n); returns shape (draws, 9)."""
+        """Return the kept terms fitted to each draw of the alpha table, (draws, 9); `alpha`: z and x, each (draws, n)."""
         if self.config.fit.flagged == "leave_out":
             is_flagged = flagged(self.table)
             alpha = np.where(is_flagged, np.nan, alpha[0]), np.where(is_flagged, np.nan, alpha[1])
@@ -587,7 +597,7 @@ class MediumFit:
 
     @property
     def alpha_z_draws(self) -> FloatArray:
-        """Draws of `alpha_z` within its error, shape (draws,)."""
+        """Draws of `alpha_z` within its error, N/cm^3, shape (draws,); NaN without a fit or the cell (0, 90 deg)."""
         cell = cell_down(self.table, self.config.grid.angle_tolerance_deg)
         if self.reason or cell is None:
             return np.full(self.config.fourier.draws, np.nan)
@@ -600,7 +610,7 @@ class MediumFit:
 
     @property
     def zeta_errors(self) -> dict[str, FloatArray]:
-        """Standard deviation of `zeta` that each source of error causes, by the name of the source."""
+        """Standard deviation of `zeta` that each source of error causes, by its name in `errors.SOURCES`; empty if not known."""
         if self.reason or not errors_known(self.table):
             return {}
         return errors_behind(
@@ -609,12 +619,15 @@ class MediumFit:
 
     @cached_property
     def dof(self) -> float:
-        """Degrees of freedom behind the errors of alpha."""
+        """Degrees of freedom behind the errors of alpha, as `interval_of_sum` needs them."""
         return typical_dof(self.table, self.config.fit.confidence)
 
 
 def fit_media(tables: Sequence[pd.DataFrame], config: Config) -> list[MediumFit]:
-    """Fit the alpha table of every laboratory medium by every method; by `AS_PRINTED` only media of the paper."""
+    """Return fits of the alpha table of every laboratory medium by every method; by `AS_PRINTED` only of media of the paper.
+
+    `tables`: one for each medium. Ordered by method, then as the tables.
+    """
     return [
         fit_terms(table, config, method)
         for method in ALL_METHODS
@@ -629,7 +642,11 @@ def _medium_of(table: pd.DataFrame) -> str:
 
 
 def fit_terms(table: pd.DataFrame, config: Config, method: str) -> MediumFit:
-    """Fit one alpha table by one method: all nine terms first, whose sizes decide which to keep, then the kept ones."""
+    """Fit one alpha table by one method: all nine terms first, whose sizes decide which to keep, then the kept ones.
+
+    Where no fit is possible the coefficients are NaN, and `MediumFit.why` says why: too few directions, empty cells, or
+    an alpha_z(0, 90 deg) of 0, by which nothing can be scaled.
+    """
     alpha, angles, is_flagged = alpha_columns(table), directions(table), flagged(table)
     unflagged_z, unflagged_x = np.where(is_flagged, np.nan, alpha)
     if config.fit.flagged == "leave_out":
@@ -638,6 +655,7 @@ def fit_terms(table: pd.DataFrame, config: Config, method: str) -> MediumFit:
     keep, why = np.ones(len(fourier.TERMS), dtype=bool), tuple[Remark, ...]()
     try:
         full = _fit_coefficients(method, angles, alpha, None)
+        # `used` is still NaN
         if not np.isfinite(full).all():
             empty = int(np.count_nonzero(np.isnan(alpha[0])))
             why = (remark("empty-cells", found=empty, wanted=alpha[0].size),)
@@ -679,7 +697,10 @@ def _fit_coefficients(
     alpha: tuple[FloatArray, FloatArray],
     keep: npt.NDArray[np.bool_] | None,
 ) -> FloatArray:
-    """Fit the terms of `keep` (None: all nine) by one method; returns shape (..., 9), with 0 for the other terms."""
+    """Fit the terms of `keep` (None: all nine) by one method; returns shape (..., 9), with 0 for the other terms.
+
+    `angles`: beta and gamma, rad, (n,). `alpha`: z and x, each (..., n), N/cm^3. Raises ValueError as the fits do.
+    """
     if method == "lsq":
         return fourier.fit_lsq(*angles, *alpha, keep)
     all_terms = fourier.fit_dft_index(*angles, *alpha)
@@ -687,17 +708,20 @@ def _fit_coefficients(
 
 
 def generic_interval(fits: Sequence[MediumFit], confidence: float) -> tuple[FloatArray, FloatArray]:
-    """Return the interval of M0, the mean of M / zeta over media with independent errors; each fit has M."""
+    """Return the ends of the interval of M0, each (9,), the mean of M / zeta over media with independent errors.
+
+    `fits`: of these media, each with coefficients.
+    """
     terms = [fit.draws / fit.zeta_draws[:, None] / len(fits) for fit in fits]
     return interval_of_sum(terms, [fit.dof for fit in fits], confidence)
 
 
 def reference_of(fits: Sequence[MediumFit], method: str) -> Reference:
-    """Choose the media from which the natural sands of a campaign are scaled.
+    """Return the media from which the natural sands of a campaign are scaled.
 
-    `fits`: fits of the laboratory media, of which only those by `method` count. Returns the media of the campaign, or
-    the five published media if fewer than two of the campaign have a usable grid: the interval for a further medium
-    needs the scatter between media.
+    `fits`: fits of the laboratory media, of which only those by `method` count. They are the media of the campaign, or
+    the five published media if fewer than `FEWEST_MEDIA` of the campaign have a usable grid: the interval for a further
+    medium needs the scatter between media. A natural sand is a medium of which only few pushes were made.
     """
     fits_of_method = [
         fit for fit in fits if fit.method == method and fit.counts and np.isfinite(fit.alpha_z)

@@ -1,5 +1,9 @@
 """Shape of alpha over all directions that granular media share, and how far a further medium may differ from it.
 
+The shape of a medium is its alpha over its size, the root mean square of alpha over the published grid; m is the mean
+shape of the known media, C their covariance, K and R further covariances, w the share of R, lambda a factor on all of
+them (`rftfit.model.prior`). Alpha in n directions is a vector (2 n,), all z, then all x.
+
 The known tables have lines 30 degrees apart in beta. Between the lines m is not bilinear: it follows the law 3D-RFT,
 whose difference from bilinear values is called the course here. It is not fitted. C includes the differences between
 the courses of several frictions, and the course itself, since a further medium may have none of it or twice as much.
@@ -43,6 +47,35 @@ def _published_variation() -> Variation:
     return Variation(**read_toml("reference", "shapes.toml"))
 
 
+def grid(beta_deg: npt.ArrayLike = (), gamma_deg: npt.ArrayLike = ()) -> Angles:
+    """Return directions on the published grid of 7 x 13 lines and on extra lines, rad, two arrays of shape (n,).
+
+    `beta_deg`, `gamma_deg`: extra lines, degrees; one that lies on a published line adds nothing.
+    """
+
+    def add_lines(published: FloatArray, extra_lines: npt.ArrayLike) -> FloatArray:
+        """Return the published angles and those extra ones that lie on none of them, rad; all in degrees before."""
+        extra = np.asarray(extra_lines, dtype=float).ravel()
+        is_near = np.abs(extra[:, None] - published).min(axis=1, initial=np.inf) <= TOLERANCE_DEG
+        all_lines: FloatArray = np.unique(np.concatenate([published, extra[~is_near]]))
+        return np.radians(all_lines)
+
+    # without beta = -90 degrees, which is the same plate as 90
+    lines = add_lines(BETA_DEG[1:], beta_deg), add_lines(GAMMA_DEG, gamma_deg)
+    mesh = np.meshgrid(*lines, indexing="ij")
+    return mesh[0].ravel(), mesh[1].ravel()
+
+
+PUBLISHED_GRID = grid()
+"""Directions of the published grid, rad, each of shape (n,)."""
+
+TILT_SHARE = 1.0
+"""Share of the full tilt that is applied: decided on natural sands and on exact laws (docs/theory/map.md)."""
+
+FRICTIONS: tuple[float, ...] = tuple(_CHOSEN.frictions)
+"""Frictions of 3D-RFT over whose courses the mean is taken."""
+
+
 @dataclass(frozen=True)
 class Shapes:
     """Known media, and how far a further medium may differ from them.
@@ -66,6 +99,7 @@ class Shapes:
     variation: Variation = field(default_factory=_published_variation)
 
     def __post_init__(self) -> None:
+        """Refuse fewer than two media, or media with holes: their differences would not be known."""
         if len(self.profiles) < 2:
             raise ValueError(f"shapes need at least two known media, found {len(self.profiles)}")
         if holes := [name for name, profile in self.profiles.items() if profile.reason]:
@@ -78,9 +112,10 @@ class Shapes:
 
     @cached_property
     def horizontal_spread(self) -> tuple[float, float]:
-        """Standard deviation of log(alpha_x / alpha_z) of a medium: as known media scatter, and as C and K allow.
+        """Two standard deviations of log(alpha_x / alpha_z) of a medium: as known media scatter, and as C and K allow.
 
-        Both components as root mean squares over the published grid.
+        Both components as root mean squares over the published grid. The second is the error of an estimate from exact
+        pushes everywhere, by a prior that knows C and K alone.
         """
         z, x = np.split(self.of_media(*PUBLISHED_GRID), 2, axis=1)
         log_ratios = np.log(np.sqrt((x**2).mean(axis=1) / (z**2).mean(axis=1)))
@@ -97,8 +132,8 @@ class Shapes:
     def horizontal_error(self, seen: float) -> float:
         """Return the standard deviation of an estimate of log(alpha_x / alpha_z) of a medium like the known ones.
 
-        `seen`: standard error of the estimate from some pushes by `Likelihood.fit_horizontal_ratio`. It includes what C and K
-        allow, which is replaced by the scatter of the known media.
+        `seen`: standard error of the estimate from some pushes by `Likelihood.fit_horizontal_ratio`. It includes what C
+        and K allow, which is replaced by the scatter of the known media.
         """
         known_spread, allowed = self.horizontal_spread
         return float(np.sqrt(known_spread**2 + max(seen**2 - allowed**2, 0.0)))
@@ -123,7 +158,10 @@ class Shapes:
         return self._with_course(beta, gamma, course_between_lines(beta, gamma).mean(axis=0))
 
     def _with_course(self, beta: FloatArray, gamma: FloatArray, course: FloatArray) -> FloatArray:
-        """Return alpha of each known medium over its size, bilinear plus a course (2 n,); shape (media, 2 n)."""
+        """Return alpha of each known medium over its size, bilinear plus a course (2 n,); shape (media, 2 n).
+
+        `course`: that of a medium whose alpha_z(0, 90 deg) is 1.
+        """
         tables = [np.concatenate(profile.alpha(beta, gamma)) for profile in self.profiles.values()]
         bilinear = np.stack(tables) / self._sizes[:, None]
         return bilinear + self.levels[:, None] * course
@@ -136,8 +174,8 @@ class Shapes:
     def slopes(self, beta_deg: FloatArray, gamma_deg: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the mean shape in n directions, (2, n), and its slopes over beta and gamma, per degree, (2, n, 2).
 
-        A slope is the root mean square of the slopes to both sides, with the sign of their sum: at a maximum or a
-        corner of alpha their mean would be too small.
+        With them an error of an angle becomes one of alpha. A slope is the root mean square of the slopes to both
+        sides, with the sign of their sum: at a maximum or a corner of alpha their mean would be too small.
         """
         step_deg = _CHOSEN.slope_step_deg
         # no step, a step up and down in beta, a step up and down in gamma
@@ -150,7 +188,7 @@ class Shapes:
         return mean[:, 0], np.moveaxis(np.copysign(size, above + below), 1, -1)
 
     def prior(self, beta: FloatArray, gamma: FloatArray) -> Prior:
-        """Return the prior of alpha of a further medium of size 1 in n directions, rad."""
+        """Return the prior of alpha of a further medium of size 1 in n directions, rad, with C, K and R."""
         courses = course_between_lines(beta, gamma)
         media_shapes = self._with_course(beta, gamma, courses.mean(axis=0))
         mean, count, variation = media_shapes.mean(axis=0), len(media_shapes), self.variation
@@ -176,7 +214,10 @@ class Shapes:
 
     @property
     def tilt(self) -> float:
-        """Exponent that makes media of large effort less likely (`Posterior.draw_media`): `TILT_SHARE` of the full tilt."""
+        """Exponent that makes media of large effort less likely (`Posterior.draw_media`): `TILT_SHARE` of the full tilt.
+
+        Effort is the mean energy that a medium takes over alpha_z(0, 90 deg) (`rftfit.model.energy`).
+        """
         return TILT_SHARE * self._full_tilt if TILT_SHARE else 0.0
 
     @cached_property
@@ -245,37 +286,12 @@ def published_shapes(without: Iterable[str] = ()) -> Shapes:
 
 @cache
 def _published_shapes(left_out: frozenset[str]) -> Shapes:
-    """Return `published_shapes`, each set made once."""
+    """Return `published_shapes` without some media, each set made once."""
     return Shapes({name: TableProfile.published(name) for name in MEDIA if name not in left_out})
 
 
-def grid(beta_deg: npt.ArrayLike = (), gamma_deg: npt.ArrayLike = ()) -> Angles:
-    """Return directions on the published grid of 7 x 13 lines and on extra lines, rad, two arrays of shape (n,)."""
-
-    def add_lines(published: FloatArray, extra_lines: npt.ArrayLike) -> FloatArray:
-        extra = np.asarray(extra_lines, dtype=float).ravel()
-        is_near = np.abs(extra[:, None] - published).min(axis=1, initial=np.inf) <= TOLERANCE_DEG
-        all_lines: FloatArray = np.unique(np.concatenate([published, extra[~is_near]]))
-        return np.radians(all_lines)
-
-    # without beta = -90 degrees, which is the same plate as 90
-    lines = add_lines(BETA_DEG[1:], beta_deg), add_lines(GAMMA_DEG, gamma_deg)
-    mesh = np.meshgrid(*lines, indexing="ij")
-    return mesh[0].ravel(), mesh[1].ravel()
-
-
-PUBLISHED_GRID = grid()
-"""Directions of the published grid, rad, each of shape (n,)."""
-
-TILT_SHARE = 1.0
-"""Share of the full tilt that is applied: decided on natural sands and on exact laws (docs/theory/map.md)."""
-
-FRICTIONS: tuple[float, ...] = tuple(_CHOSEN.frictions)
-"""Frictions of 3D-RFT over whose courses the mean is taken."""
-
-
 def course_between_lines(beta: FloatArray, gamma: FloatArray) -> FloatArray:
-    """Return 3D-RFT less its bilinear interpolation on the published grid, for each of `FRICTIONS`.
+    """Return the course: 3D-RFT less its bilinear interpolation on the published grid, for each of `FRICTIONS`.
 
     For media whose alpha_z(0, 90 deg) is 1, in n directions (rad); shape (frictions, 2 n): z, then x. On the published
     grid the course is 0.
@@ -284,7 +300,7 @@ def course_between_lines(beta: FloatArray, gamma: FloatArray) -> FloatArray:
 
 
 def _law_less_its_lines(friction: float, beta: FloatArray, gamma: FloatArray) -> FloatArray:
-    """Return `course_between_lines` for one friction, shape (2 n,)."""
+    """Return `course_between_lines` for one friction, shape (2 n,): z, then x."""
     image_beta, image_gamma = mirror(beta, gamma)
     # a plate at 90 degrees is the one at -90
     z, x = alpha_3drft(wrap_beta(beta), gamma, friction)
@@ -296,5 +312,5 @@ def _law_less_its_lines(friction: float, beta: FloatArray, gamma: FloatArray) ->
 
 @cache
 def _law_on_lines(friction: float) -> TableProfile:
-    """Return the table of 3D-RFT on the published grid."""
+    """Return the table of 3D-RFT with one friction on the published grid, of a medium whose alpha_z(0, 90 deg) is 1."""
     return TableProfile(*alpha_3drft(*PUBLISHED_GRID, friction), *PUBLISHED_GRID)

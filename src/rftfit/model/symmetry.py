@@ -1,6 +1,8 @@
 """The symmetry of alpha under a mirror image in x, and the completion of a table by it.
 
-All directions (beta, gamma) form a torus, since both angles are periodic.
+All directions (beta, gamma) form a torus, since both angles are periodic. The mirror image in x of the experiment at
+(beta, gamma) is that at (-beta, 180 deg - gamma): alpha_z is the same there, alpha_x has the opposite sign. Where it
+was not pushed, alpha is that of its mirror image. A table has n cells; angles are in rad unless a name says deg.
 """
 
 from __future__ import annotations
@@ -41,7 +43,10 @@ class Torus(NamedTuple):
         return self._mean(alpha_z, np.ones_like(self.sign)), self._mean(alpha_x, self.sign)
 
     def _mean(self, alpha: FloatArray, sign: FloatArray) -> FloatArray:
-        """Return the mean over the cells of each direction of alpha times `sign`; NaN without a finite alpha."""
+        """Return the mean over the cells of each direction of alpha times `sign`, (..., m); NaN without a finite alpha.
+
+        `alpha`: in the cells, (..., n). `sign`: (m, k).
+        """
         total = np.zeros((*alpha.shape[:-1], len(self.cell)))
         count = np.zeros(total.shape)
         # a direction has few cells: the loop goes over these, for all directions at a time
@@ -89,8 +94,9 @@ def torus(beta: FloatArray, gamma: FloatArray, *, images: bool = True) -> Torus:
 def list_once(beta: FloatArray, gamma: FloatArray) -> tuple[npt.NDArray[np.intp], Torus]:
     """List the directions of a table, where a direction and its mirror image count as one.
 
-    Of the two the one with |gamma| up to 90 degrees is listed, if the table has it.
-    Returns indices of the cells whose directions are listed, and a torus of these directions alone.
+    Of the two the one with |gamma| up to 90 degrees is listed, if the table has it. Returns indices of the cells whose
+    directions are listed, (listed,), and a torus of these directions alone, whose `complete` is the mean of each
+    direction and its mirror image.
     """
     # cells in the order of preference: those beyond |gamma| = 90 degrees, and of these at beta = -90 degrees, come last
     edge = np.pi / 2 + 1e-9
@@ -142,7 +148,11 @@ class DirectionGrid(NamedTuple):
 
 
 def _close(nodes: FloatArray, alpha: FloatArray, half: float) -> tuple[FloatArray, FloatArray]:
-    """Extend alpha at `nodes` of a periodic angle, along the last axis, to both ends -half and half of the period, rad."""
+    """Return nodes of a periodic angle, and alpha (..., nodes) at them, extended to both ends -half and half of the period.
+
+    Alpha at both ends is the same: that of a node there, or interpolated between the last and the first node. Gaps
+    wider than `WIDEST_DEG` get a node of NaN in their middle.
+    """
     widest = np.radians(WIDEST_DEG)
     if np.isclose(nodes[0], -half):
         nodes = np.append(nodes, half)
@@ -159,7 +169,7 @@ def _close(nodes: FloatArray, alpha: FloatArray, half: float) -> tuple[FloatArra
 
 
 def find_grid(beta: FloatArray, gamma: FloatArray) -> DirectionGrid | None:
-    """Find the grid on which the directions of a table lie; None if they are scattered.
+    """Return the grid on which the directions of a table and their mirror images lie; None if they are scattered.
 
     Angles that differ by less than `rftfit.directions.TOLERANCE_DEG` share a line. A table with fewer than two
     lines in either angle, or with more holes than values, is no grid.
@@ -172,7 +182,7 @@ def find_grid(beta: FloatArray, gamma: FloatArray) -> DirectionGrid | None:
 
 
 def find_exact_grid(directions: Torus) -> DirectionGrid | None:
-    """Find the grid on which directions lie exactly, without moving an angle to a line; None if they are scattered."""
+    """Return the grid on which directions lie exactly, without moving an angle to a line; None if they are scattered."""
     beta, row = np.unique(directions.beta.round(9), return_inverse=True)
     gamma, column = np.unique(directions.gamma.round(9), return_inverse=True)
     if min(beta.size, gamma.size) < 2 or row.size < LEAST_FILL * beta.size * gamma.size:
@@ -185,12 +195,15 @@ def find_exact_grid(directions: Torus) -> DirectionGrid | None:
 
 
 def _move_to_lines(angles_deg: FloatArray, exact: tuple[float, ...] = ()) -> FloatArray:
-    """Replace angles that are nearly equal by their median, or by an angle of `exact` if one is near."""
+    """Return angles, those that are nearly equal replaced by their median, or by an angle of `exact` if one is near.
+
+    Measured angles of one line of a grid differ by the play of a rig. `angles_deg`: shape (n,).
+    """
     angles, number = np.unique(angles_deg, return_inverse=True)
     # a step wider than the tolerance begins a new line
     line = np.cumsum(np.diff(angles, prepend=angles[:1]) > TOLERANCE_DEG)
     for line_number in np.unique(line):
-        of_line = angles[line == line_number]
-        near = [e for e in exact if abs(of_line - e).min() <= TOLERANCE_DEG / 2]
-        angles[line == line_number] = near[0] if near else of_line[of_line.size // 2]
+        line_angles = angles[line == line_number]
+        near = [e for e in exact if abs(line_angles - e).min() <= TOLERANCE_DEG / 2]
+        angles[line == line_number] = near[0] if near else line_angles[line_angles.size // 2]
     return angles[number]
