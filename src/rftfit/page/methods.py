@@ -637,14 +637,13 @@ def constants(results: Results) -> list[Constant]:
     profiles, predicted = labels.predicted_by(results), results.table("predicted.csv")
     legs = results.joined("legs/{medium}.csv")
 
-    def graded_on(media: Iterable[str], *, same: bool) -> str:
-        """Name the legs in `media` that test a constant; `same`: it was chosen by the same numbers."""
+    def graded_on(media: Iterable[str]) -> str:
+        """Name what tests a constant in `media`: legs measured there, unless it was chosen by the same numbers."""
         if not legs["medium"].isin([*media]).any():
             return "nothing here"
-        return NO_GRADE if same else "legs of this campaign"
+        return NO_GRADE if results.campaign.reenacted else "legs of this campaign"
 
-    graded_on_legs = graded_on(results.laboratory, same=results.campaign.reenacted)
-    graded_on_sands = graded_on(results.sands, same=results.campaign.reenacted)
+    graded_on_legs, graded_on_sands = graded_on(results.laboratory), graded_on(results.sands)
     listed = []
     if predicted["force_z_model_lo_N"].notna().any():
         is_estimated_here = results.model_error != EPS

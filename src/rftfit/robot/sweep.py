@@ -22,6 +22,7 @@ from rftfit.forces.planning import Target, largest_size
 from rftfit.measure.flags import REASON, Remark, attach_run, reason_cells, reason_columns, reason_of
 from rftfit.model.maps import Map
 from rftfit.model.profiles import Profile, TableProfile
+from rftfit.outputs.dictionary import columns_of
 from rftfit.robot.config import Robot
 from rftfit.robot.run import Condition, RobotRun, simulate
 from rftfit.store.environment import usable_cores
@@ -57,19 +58,9 @@ BEST_AT_HZ = 5.0
 BEST_CURVATURES = tuple(round(0.04 * index, 2) for index in range(15, 26))
 """Curvatures R'/r among which the fastest is searched at 5 Hz: 0.6 to 1 in steps of 0.04."""
 
-RUN_COLUMNS = (
-    "curvature_times_R",
-    "frequency_Hz",
-    "phase_turns",
-    "speed_cm_per_s",
-    "speed_sd_cm_per_s",
-    "outcome",
-    *REASON,
-    "warning",
-    "strides",
-    "averaged",
-)
-"""Columns of a table of runs; those that are no part of `Condition` are as in `RobotRun`."""
+RUN_COLUMNS = columns_of("robot/runs_table.csv")[2:]
+"""Columns of a table of runs, without profile and medium: the condition, speed and its standard deviation between strides,
+outcome, reason in words and as code, warning, and numbers of strides run and averaged (`RobotRun`)."""
 
 
 def paper_conditions(every: int = 1) -> list[Condition]:
@@ -160,7 +151,7 @@ def speed_table(runs: Iterable[RobotRun]) -> pd.DataFrame:
     """Return the table of runs, one row for each, with the columns `RUN_COLUMNS`."""
     # each row has further fields of `RobotRun`, which `columns` leaves out
     rows = [vars(run.condition) | vars(run) | reason_columns(run.why) for run in runs]
-    return pd.DataFrame(rows, columns=list(RUN_COLUMNS))
+    return pd.DataFrame(rows, columns=RUN_COLUMNS)
 
 
 def mean_speed(table: pd.DataFrame) -> pd.DataFrame:
