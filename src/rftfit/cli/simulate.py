@@ -113,9 +113,7 @@ def simulate(
     if not as_json:
         print_line(f"\nMotion and forces: {files['motion']}\nFigure: {files['figure']}")
     if animation:
-        shots, seconds = animate_run(
-            body, source, run, SAMPLES, f"{body.title}, {answer.condition}"
-        )
+        shots, seconds = animate_run(body, source, run, f"{body.title}, {answer.condition}")
         written = write_animation(output, shots, seconds)
         if not as_json:
             print_line(f"Animation: {', '.join(map(str, written))}")

@@ -1,4 +1,7 @@
-"""The running robot as moving pictures, the force on every element an arrow (movies S5 and S6)."""
+"""The running robot as moving pictures, the force on every element an arrow (movies S5 and S6); their gif and mp4.
+
+A picture is an array (height, width, 3) of bytes: red, green, blue.
+"""
 
 from __future__ import annotations
 
@@ -26,42 +29,46 @@ if TYPE_CHECKING:
     Picture = npt.NDArray[np.uint8]
 
 
-_BODY = "#444444"
-_TRIPODS = ("blue", "sky blue", "bluish green", "reddish purple")
-"""Colours of the elements of the body, and of the tripods."""
-
-
 def animate_run(
-    robot: Robot, profile: Profile, run: RobotRun, samples: int, title: str
+    robot: Robot, profile: Profile, run: RobotRun, title: str
 ) -> tuple[list[Picture], float]:
     """Draw the last two strides of a run. Returns the pictures, and the time that each is shown, s.
 
-    `samples`: Number of samples in a stride of the run.
+    `run`: On this robot and profile, with `rftfit.robot.motion.SAMPLES` samples for each stride. `title`: Above the
+    pictures; where they are slower than life, this is added.
     """
-    from rftfit.robot.motion import element_series
+    from rftfit.robot.motion import SAMPLES, STRIDES, element_series
 
     assert run.series is not None
     pictures_in_stride = 25
-    every = samples // pictures_in_stride
-    tail = run.series.last(2 * samples)  # forces are computed for the shown strides alone
+    every = SAMPLES // pictures_in_stride
+    # forces are computed for the shown strides alone
+    tail = run.series.last(STRIDES * SAMPLES)
     elements = element_series(robot, profile, run.condition, tail, every)
     x, time = tail.x_cm[::every], tail.time_s[::every]
     step_s = float(time[1] - time[0])
-    # a picture is shown for 30 ms, so that a stride of 5 Hz can be followed, but no motion is slowed down more than four times
+    # a picture is shown for at least 30 ms, so that a stride of 5 Hz can be followed; no motion is slowed down more than
+    # four times
     slowed = max(1.0, min(4.0, 0.03 / step_s))
     if slowed > 1:
         title += f", {slowed:.2g} times slower than life"
     return animation_frames(elements, x, time, title), step_s * slowed
 
 
+_BODY = "#444444"
+"""Colour of the elements of the body."""
+_TRIPODS = ("blue", "sky blue", "bluish green", "reddish purple")
+"""Colours of the tripods, which are the legs of one phase together; from the fifth on they repeat."""
+
+
 @style.styled()
 def animation_frames(
     elements: Mapping[str, ElementSeries], x_cm: FloatArray, time_s: FloatArray, title: str
 ) -> list[Picture]:
-    """Draw a picture of each sample of a run, shape (height, width, 3); the picture moves along with the robot.
+    """Draw a picture of each sample of a run; the picture moves along with the robot.
 
-    `elements`: Ends of the elements and forces on them, by part of the robot. `x_cm`, `time_s`: Position of the robot along
-    x, and time, of each sample.
+    `elements`: Ends of the elements and forces on them, arrays (samples, members, elements), by name of the group: a plate
+    of the body, or ``tripod_1``, ... `x_cm`, `time_s`: Position of the robot along x, and time, shape (samples,).
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.collections import LineCollection
@@ -79,6 +86,7 @@ def animation_frames(
         float(np.hypot(series.force_x_N, series.force_z_N).max(initial=0.0))
         for series in elements.values()
     )
+    # length of the arrow of the strongest force, in the picture's cm
     longest_cm = 4.0
     cm_per_N = longest_cm / strongest if strongest > 0 else 0.0
     shades = cycle(style.OKABE_ITO[name] for name in _TRIPODS)
@@ -92,11 +100,13 @@ def animation_frames(
     scale = f"arrows: force on an element, the longest {1000 * strongest:.0f} mN"
     axes.text(0.01, 0.03, scale, transform=axes.transAxes, fontsize=6)
     shots = []
+    # the artists are made once and moved for each picture, which is much faster than to draw all anew
     for index, (x, time) in enumerate(zip(x_cm, time_s, strict=True)):
         axes.set_xlim(x - 12, x + 12)
         sand.set_x(x - 24)
         clock.set_text(f"{time:.2f} s")
         for name, series in elements.items():
+            # (members, elements, ends, x and z) to segments (n, ends, x and z)
             ends = np.stack([series.ends_x_cm[index], series.ends_z_cm[index]], axis=-1)
             lines[name].set_segments(list(ends.reshape(-1, 2, 2)))
             starts = np.column_stack([series.at_x_cm[index].ravel(), series.at_z_cm[index].ravel()])
@@ -114,7 +124,7 @@ def gif_bytes(shots: Sequence[Picture], frame_s: float) -> bytes:
     """Join pictures to a gif that repeats for ever; `frame_s`: time of a picture, rounded to the hundredths of a gif."""
     from PIL import Image
 
-    # one palette for all, so that colours do not flicker
+    # a gif has at most 256 colours: one palette for all pictures, taken from about four, so that colours do not flicker
     palette_image = Image.fromarray(np.concatenate(shots[:: max(1, len(shots) // 4)])).quantize(64)
     first_frame, *later_frames = (
         Image.fromarray(shot).quantize(palette=palette_image, dither=Image.Dither.NONE)
@@ -128,7 +138,10 @@ def gif_bytes(shots: Sequence[Picture], frame_s: float) -> bytes:
 
 
 def mp4_bytes(shots: Sequence[Picture], frame_s: float) -> bytes | None:
-    """Join pictures to an mp4 by the program ffmpeg; None where ffmpeg is not installed, or fails."""
+    """Join pictures to an mp4 by the program ffmpeg; None where ffmpeg is not installed, or fails.
+
+    `frame_s`: Time that a picture is shown, s.
+    """
     import tempfile
     from pathlib import Path
 

@@ -15,11 +15,17 @@ if TYPE_CHECKING:
     from rftfit.compare.contrast import Comparison
 
 _COLOURS = {"a": style.OKABE_ITO["blue"], "b": style.OKABE_ITO["vermillion"]}
+"""Colours of the two media, which the comparison calls A and B."""
 
 
 @style.styled()
 def draw_comparison(comparison: Comparison) -> Figure:
-    """Draw alpha_z and alpha_x of both media with their intervals, and the ratio of B to A along the force."""
+    """Draw alpha_z and alpha_x of both media with their intervals, and the ratio of B to A along the force, by direction.
+
+    `comparison`: Its table ``directions`` has a row for each common direction: alpha of both with interval, ``ratio`` with
+    ``ratio_lo`` and ``ratio_hi``; its own ``ratio`` is that of all directions together. Without a common direction the
+    figure says why.
+    """
     if comparison.directions.empty:
         return style.missing(comparison.sentence, comparison.notes)
     table = comparison.directions.sort_values(

@@ -1,4 +1,8 @@
-"""Pictures of the page's first screen: a map of alpha, and peaks of legs or, without legs, residuals of fits."""
+"""Pictures of the page's first screen: a map of alpha, and peaks of legs or, without legs, residuals of fits.
+
+Each is one small panel. Functions with the name of a caption or of what is lacking serve the declaration above a figure
+(`rftfit.figures.registry`): they get `Results` and a name of a medium, which is empty here.
+"""
 
 from __future__ import annotations
 
@@ -33,9 +37,11 @@ def _new_panel(title: str) -> tuple[Figure, Axes]:
 
 
 def best_measured_medium(results: Results) -> tuple[str, pd.DataFrame, str]:
-    """Choose the medium whose map is shown: the one pushed in most directions.
+    """Choose the medium whose map is shown: the one pushed in most directions, among usable media if there are any.
 
-    Returns its name, its table of alpha, and ``measured`` or ``estimated``; the table is empty where there is no map.
+    With four directions or more on a grid its measured alpha is shown, else the estimated map of the first medium, in this
+    order, that has one. Returns its name; the table of alpha or of the map, empty where there is neither; and ``measured``
+    or ``estimated``.
     """
     media = usable_media(results, results.media) or results.media
     direction_counts = {
@@ -43,6 +49,7 @@ def best_measured_medium(results: Results) -> tuple[str, pd.DataFrame, str]:
     }
     ranked = sorted(direction_counts, key=direction_counts.__getitem__, reverse=True)
     alpha = results[ranked[0]].alpha
+    # fewer directions make no map
     fewest_for_map = 4
     if direction_counts[ranked[0]] >= fewest_for_map and maps.lies_on_grid(alpha):
         return ranked[0], alpha, "measured"
@@ -86,6 +93,7 @@ def plot_first_map(results: Results) -> Figure:
     maps.angle_axes(axes)
     values = table["alpha_z_N_per_cm3"]
     maps.add_bar(page, axes, maps.add_table(axes, table, values, signed=True))
+    # the last axes are those of the colour bar
     page.axes[-1].tick_params(labelsize=6)
     if maps.lies_on_grid(table):
         maps.add_signs(axes, "z", *maps.cells_of_map(table, "alpha_z_N_per_cm3"))
@@ -96,7 +104,10 @@ def plot_first_map(results: Results) -> Figure:
 
 
 def _select_peaks(results: Results) -> pd.DataFrame:
-    """Select measured peaks with those predicted by the measured table or, where the table gives none, by the map."""
+    """Select measured peaks with those predicted by the measured table or, where the table gives none, by the map.
+
+    Returns rows of ``leg_errors.csv`` in usable media, one for each medium, leg and component.
+    """
     errors = results.table("leg_errors.csv")
     errors = errors[errors["medium"].isin(usable_media(results, results.media))]
     rows_with_error = errors[
@@ -133,6 +144,7 @@ def plot_first_peaks(results: Results) -> Figure:
     """Draw the predicted peak of lift and of thrust on each leg in each medium against the measured one."""
     rows = _select_peaks(results)
     page, axes = _new_panel("peak force on a leg")
+    # measured, predicted, and the ends of the interval of the predicted one
     names = ["peak_measured_N", *with_end_names("peak_predicted_N")]
     # a negative measured peak is mirrored, so that it can stand on axes of logarithms
     signs = np.sign(rows[names[0]])
@@ -149,6 +161,7 @@ def plot_first_peaks(results: Results) -> Figure:
     axes.fill_between(along, *edges, color=style.WINDOW, linewidth=0)
     axes.plot(ends, ends, color="black", linewidth=0.6)
     entries: dict[str, Any] = {}
+    # one entry of the legend for each component, with the markers of all legs
     names_of_components = {"z": "lift (filled)", "x": "thrust (hollow)"}
     dots_of_components: dict[str, list[Any]] = {c: [] for c in names_of_components}
     for leg, (colour_name, marker) in leg_panels.leg_looks(leg_panels.leg_order([rows])).items():
@@ -217,6 +230,7 @@ def plot_first_lines(results: Results) -> Figure:
     )
     table = results[medium].fits.set_index("run_id")
     fits = table.loc[table["direction"] != "horizontal", "alpha_z_N_per_cm3"].dropna()
+    # depth and stress of each run inside its window, NaN outside of it
     curves = {}
     for run, trace in by_run(stress_of(results, medium)).items():
         inside = trace["in_window"] > 0
@@ -236,7 +250,10 @@ def plot_first_lines(results: Results) -> Figure:
 
 
 def _medium_with_line(results: Results) -> str:
-    """Return the first medium with a slanted run that has a fitted line; empty where there is none."""
+    """Return the first medium with a run, not a horizontal one, that has a fitted line; empty where there is none.
+
+    A horizontal run stays at one depth: its fit is no line over depth.
+    """
     for name in usable_media(results, results.media) or results.media:
         fits = results[name].fits
         if (fits["alpha_z_N_per_cm3"].notna() & (fits["direction"] != "horizontal")).any():

@@ -1,4 +1,8 @@
-"""The generic profile, scaled by zeta, beside the profiles of all media."""
+"""The generic profile, scaled by zeta, beside the profiles of all media: coefficients, maps, and alpha over zeta.
+
+Zeta of a medium is its fitted alpha_z straight down on a flat plate, N/cm^3. The generic profile M0 is the mean over media
+of their nine coefficients over zeta, so it has no unit. In tables of coefficients it stands as the medium `GENERIC`.
+"""
 
 from __future__ import annotations
 
@@ -35,14 +39,17 @@ TERM_LABELS = {
     "Cm1": "$C_{-1,1}$",
     "D10": "$D_{1,0}$",
 }
-"""The nine terms as the paper writes them."""
+"""The nine terms of the Fourier fit as the paper writes them, by their name in tables."""
 
 _WITH_ENDS = ["value_N_per_cm3", "lo", "hi"]
 """Columns of the table of coefficients: a coefficient and the ends of its interval."""
 
 
 def _read_tables(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Read coefficients, and the table with zeta of the media; zeta is NaN where there is no generic profile."""
+    """Read the coefficients of all media (a row a term) and the table with ``zeta`` of each medium, by the configured method.
+
+    Zeta is NaN everywhere where there is no generic profile.
+    """
     rows, scaled = (labels.of_method(results, f"{n}.csv") for n in ("coefficients", "penetration"))
     # the generic profile is the mean of the usable media: without a usable medium there is none
     has_generic = (rows["medium"] == GENERIC).any()
@@ -74,7 +81,10 @@ def _lacking(results: Results, _: str) -> Sequence[str]:
     lacking=_lacking,
 )
 def plot_generic_profile(results: Results) -> Figure:
-    """Draw the media scaled onto the generic profile; the intervals take zeta as known."""
+    """Draw the media scaled onto the generic profile: coefficients above; maps of M0 and alpha against it below.
+
+    The intervals take zeta as known: only the errors of the coefficients, or of alpha, are divided by it.
+    """
     method = results.config.fourier.method
     rows, scaled = _read_tables(results)
     generic = kept_coefficients(results, GENERIC)
@@ -107,7 +117,11 @@ def plot_generic_profile(results: Results) -> Figure:
 def _draw_coefficients(
     axes: Axes, results: Results, coefficients: pd.DataFrame, zetas: Mapping[str, float]
 ) -> None:
-    """Draw the coefficients of each medium over its zeta, and those of the generic profile, a column a term."""
+    """Draw the coefficients of each medium over its zeta, and those of the generic profile, a column a term; adds a legend.
+
+    `coefficients`: Of all media and `GENERIC`, a row a term; ``kept`` is False for a term that the fit dropped. `zetas`:
+    Zeta by medium, N/cm^3.
+    """
     looks = style.medium_looks(zetas)
     terms = [term for term in TERM_LABELS if term in set(coefficients["coefficient"])]
     x_of_term = {term: float(i) for i, term in enumerate(terms)}
@@ -126,6 +140,7 @@ def _draw_coefficients(
     for i, (medium, zeta) in enumerate(zetas.items()):
         rows = coefficients[coefficients["medium"] == medium]
         x = rows["coefficient"].map(x_of_term).to_numpy(float)
+        # the media stand side by side in the column of the term
         x = x + 0.7 * ((i + 0.5) / len(zetas) - 0.5)
         colour, marker = looks[medium]
         value, low, high = rows[_WITH_ENDS].to_numpy(float).T / zeta
@@ -145,11 +160,12 @@ def _draw_coefficients(
 def _draw_collapse(
     axes: Axes, c: str, results: Results, zetas: Mapping[str, float], generic: FloatArray
 ) -> None:
-    """Draw measured alpha over zeta against generic alpha, one component: equal media fall on one line.
+    """Draw measured alpha over zeta against generic alpha, one component: media that differ by zeta alone fall on one line.
 
-    `generic`: Coefficients of the generic profile.
+    `c`: Component, ``z`` or ``x``. `zetas`: Zeta by medium, N/cm^3. `generic`: The nine coefficients of the generic profile.
     """
     looks = style.medium_looks(zetas)
+    # all numbers on both axes, for their range
     ends: list[float] = []
     for medium, zeta in zetas.items():
         rows = results[medium].alpha

@@ -1,4 +1,10 @@
-"""Parts of several figures of legs: the sketch of a leg, and panels of forces against theta."""
+"""Parts of several figures of legs: the sketch of a leg, panels of forces against theta, looks of profiles and legs.
+
+A leg turns about its axle; theta is the angle from straight down to the line from axle to tip, degrees, negative in front.
+Forces are those of the medium on the leg, N: x forward, z up. Tables of forces have a row for each angle: ``medium``, ``leg``,
+``theta_deg``, ``force_z_N``, ``force_x_N``; predicted ones also ``profile`` (which alpha was used: `PROFILE_LOOKS`) and
+intervals, measured ones ``run_id``. `component`: ``z`` or ``x``.
+"""
 
 from __future__ import annotations
 
@@ -39,18 +45,20 @@ LEG_LOOKS = {
     "flat_leg": ("vermillion", "s"),
     "reversed_c_leg": ("bluish green", "D"),
 }
-"""Colour and marker of each leg of the paper; the marker serves grey prints."""
+"""Colour (a name in `style.OKABE_ITO`) and marker of each leg of the paper; the marker serves grey prints."""
 _LOOKS_OF_OTHER_LEGS = (("reddish purple", "^"), ("orange", "v"), ("sky blue", "P"))
 
 PROFILE_TITLES = labels.PROFILE_NAMES | {"generic": r"generic $\times$ $\zeta$"}
+"""Names of the profiles in figures."""
 
 THETA_LABEL = r"leg angle $\theta$ (deg)"
 THETA_DEG = (-135.0, 135.0)
 MEASURED = "#4d4d4d"
+"""Label and range of the axis of theta; colour of measured forces beside several predicted ones."""
 
 
 def leg_title(leg: str) -> str:
-    """Return the name of a leg in figures."""
+    """Return the name of a leg in figures; a leg that is not the paper's keeps its key."""
     return labels.LEG_NAMES.get(leg, style.plain(leg))
 
 
@@ -67,13 +75,13 @@ def leg_order(tables: Iterable[pd.DataFrame]) -> list[str]:
 
 
 def leg_looks(legs: Iterable[str]) -> dict[str, tuple[str, str]]:
-    """Return colour and marker of each leg; legs that are not the paper's take the further looks in turn."""
+    """Return colour (a name in `style.OKABE_ITO`) and marker of each leg; others than the paper's take further looks in turn."""
     further = itertools.cycle(_LOOKS_OF_OTHER_LEGS)
     return {leg: LEG_LOOKS.get(leg) or next(further) for leg in legs}
 
 
 def read_curves(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Read predicted and measured forces on legs in all media."""
+    """Read the tables of predicted and of measured forces on legs in all media."""
     return results.table("predicted.csv"), results.joined("legs/{medium}.csv")
 
 
@@ -81,7 +89,10 @@ def read_curves(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
 
 
 def leg_line(leg: Leg, theta_deg: float) -> FloatArray:
-    """Return points (x, z) along a leg from axle to tip, cm in the lab frame, the axle over x = 0."""
+    """Return points along a leg from axle to tip, shape (n, 2): x, z in cm in the lab frame, the axle over x = 0.
+
+    `leg`: Of the config, with the height of its axle above the surface. `theta_deg`: Its angle.
+    """
     # middles, tangents and half lengths of the elements
     x, z, tx, tz, half = leg_outline(leg).body.T
     tip = [x[-1] + half[-1] * tx[-1], z[-1] + half[-1] * tz[-1]]
@@ -106,6 +117,7 @@ def add_sketch(axes: Axes, leg: Leg) -> None:
         axes.plot(
             *line.T, color=colour, linewidth=1.4 if is_upright else 0.9, solid_capstyle="round"
         )
+        # unit vector from the axle to the tip, beyond which the angle is written
         outward = np.array([-np.sin(np.radians(theta)), -np.cos(np.radians(theta))])
         x, z = [0.0, hip] + outward * (1.17 * reach)
         axes.text(x, z, style.degrees(theta), ha="center", va="center", fontsize=5.5, color=colour)
@@ -118,7 +130,10 @@ def add_sketch(axes: Axes, leg: Leg) -> None:
 
 
 def _turn_arrow(axes: Axes, reach: float, hip: float, side: int) -> None:
-    """Draw an arrow in the direction in which theta grows; `side`: -1 for a letter at its left, 1 at its right."""
+    """Draw an arrow in the direction in which theta grows, above the axle at height `hip`, cm.
+
+    `reach`: Length of the leg, cm, which scales the arrow. `side`: -1 for a letter at its left, 1 at its right.
+    """
     angles = np.radians([150.0, 210.0])
     x, z = -0.32 * reach * np.sin(angles), hip - 0.32 * reach * np.cos(angles)
     start, end = zip(x, z, strict=True)
@@ -133,7 +148,7 @@ def _turn_arrow(axes: Axes, reach: float, hip: float, side: int) -> None:
 
 
 def matching_rows(table: pd.DataFrame, **wanted: str) -> pd.DataFrame:
-    """Select the rows of a table by the `wanted` content of columns, in the order of runs and theta."""
+    """Select the rows of a table by the `wanted` content of columns, such as ``leg="c_leg"``, in the order of runs and theta."""
     for name, content in wanted.items():
         table = table[table[name] == content]
     order = [name for name in ("run_id", "theta_deg") if name in table]
@@ -141,7 +156,10 @@ def matching_rows(table: pd.DataFrame, **wanted: str) -> pd.DataFrame:
 
 
 def with_gaps(rows: pd.DataFrame, *columns: str) -> list[FloatArray]:
-    """Return ``theta_deg`` and `columns` of `matching_rows`, with NaN in each gap and between runs, where lines shall break."""
+    """Return ``theta_deg`` and `columns` of `matching_rows`, with NaN in each gap and between runs, where lines shall break.
+
+    All arrays have the same length, the number of rows and of the inserted NaN.
+    """
     step_deg = np.diff(rows["theta_deg"].to_numpy(float))
     # a step wider than 2.5 degrees is a gap; theta falls where the next run begins
     cuts = np.flatnonzero((step_deg > 2.5) | (step_deg < 0)) + 1
@@ -153,12 +171,12 @@ MODEL_EDGE: dict[str, Any] = {"linewidth": 0.5, "alpha": 0.6}
 
 
 def has_model_error(rows: pd.DataFrame, component: str) -> bool:
-    """Tell whether any row has an interval with the model's own error."""
+    """Return True if any row has an interval with the model's own error; False also if the table has no such columns."""
     return bool(rows.filter(model_end_names(f"force_{component}_N")).notna().to_numpy().any())
 
 
 def has_force(rows: pd.DataFrame, component: str) -> bool:
-    """Tell whether any row has a finite force."""
+    """Return True if any row has a finite force: there is something to draw."""
     return bool(np.isfinite(rows[f"force_{component}_N"].to_numpy(float)).any())
 
 
@@ -180,9 +198,10 @@ def add_predicted(
 ) -> FloatArray:
     """Draw a predicted curve of one medium, leg and profile with its interval of alpha.
 
-    `line`: Dashes of the curve and of these ends. `model`: ``band`` or ``edges`` draw also the interval with the model's own error, as a
-    paler band or its ends. `of_alpha`: Draw the interval of alpha. Returns the forces, N, that shall lie in the range of
-    the panel: those of the curve and the ends of both intervals.
+    `rows`: Of this medium, leg and profile, by theta. `line`: Dashes of the curve, and of ends drawn as lines. `model`: How
+    the interval with the model's own error is drawn: ``band`` (paler), ``edges`` (its ends as lines), empty: not. `of_alpha`:
+    False where the interval of alpha is withheld. Returns the forces, N, that shall lie in the range of the panel: those
+    of the curve and the ends of the intervals drawn.
     """
     quantity = f"force_{component}_N"
     names = with_end_names(quantity)
@@ -216,13 +235,15 @@ def force_range(
 ) -> None:
     """Set the range of the axis of force, N, with room above the curves for notes, and write the notes.
 
-    `forces`: Forces that the range holds. `notes`: Sentences on what is missing. `inset`: Share of the panel's height that an inset at the upper right covers,
-    and share of the width that is left of it.
+    `forces`: Forces that the range holds, with zero. `notes`: Sentences on what is missing. `inset`: Share of the panel's
+    height that an inset at the upper right covers, and share of the width that is left of it. A panel without any force
+    gets no ticks, and its notes stand in the middle.
     """
     all_forces = np.concatenate([np.zeros(1), *forces])
     low, high = float(np.nanmin(all_forces)), float(np.nanmax(all_forces))
     box = axes.get_window_extent()
     width_pt, height_pt = (size_px * 72 / axes.figure.dpi for size_px in (box.width, box.height))
+    # points; larger in an empty panel
     size = style.NOTE_PT + (low == high)
     letters = max(12, style.letters_in(0.94 * inset[1] * width_pt, size))
     lines = [line for note in notes for line in textwrap.wrap(note, letters)]

@@ -1,4 +1,10 @@
-"""Forces on legs: in one medium, in all media, divided by zeta, and errors of their peaks."""
+"""Forces on legs: in one medium, in all media, divided by zeta, and errors of their peaks.
+
+Tables of forces are those of `rftfit.figures.leg_panels`: a row for each angle theta of a leg in a medium, predicted or
+measured. A profile is what alpha a prediction used: ``table`` (measured), ``map``, ``fourier`` (nine terms), ``generic``
+(scaled by zeta), ``depth_only``. `c` or `component`: ``z`` (vertical, lift) or ``x`` (horizontal, thrust). Each predicted
+force has an interval by the errors of alpha, axle and arc; a wider one adds the error of the force model itself.
+"""
 
 from __future__ import annotations
 
@@ -40,6 +46,7 @@ DRAWN_PROFILES = ("table", "map", "fourier", "depth_only")
 """Profiles whose predictions the figure of one medium shows."""
 
 _FORCE_LABELS = r"vertical force $F_z$ (N)", r"horizontal force $F_x$ (N)"
+"""Labels of the rows of z and of x."""
 
 
 def _legs_caption(results: Results, medium: str) -> str:
@@ -63,7 +70,7 @@ def _legs_caption(results: Results, medium: str) -> str:
     caption=_legs_caption,
 )
 def plot_legs(results: Results, medium: str) -> Figure:
-    """Draw F_z and F_x on each leg in one medium against theta, measured and predicted."""
+    """Draw F_z and F_x on each leg in one medium against theta, measured and predicted, below a sketch of the leg."""
     predicted, measured = (
         matching_rows(table, medium=medium) for table in leg_panels.read_curves(results)
     )
@@ -91,7 +98,10 @@ def plot_legs(results: Results, medium: str) -> Figure:
 def _make_model_entries(
     results: Results, predicted: pd.DataFrame, measured: pd.DataFrame
 ) -> dict[str, Any]:
-    """Make the entries of the legend for the curves of several models that are drawn."""
+    """Make the entries of the legend for the curves of several models that are drawn in `plot_legs`.
+
+    `predicted`, `measured`: Forces on all legs in the medium.
+    """
     entries: dict[str, Any] = {}
     if any(leg_panels.has_force(measured, c) for c in "zx"):
         entries["measured"] = style.dots(leg_panels.MEASURED, 2, markeredgewidth=0)
@@ -116,12 +126,18 @@ def _make_model_entries(
 
 
 def _profile_with_both_bands(predicted: pd.DataFrame) -> str:
-    """Choose the profile whose interval with the model's own error is drawn, too: one alone, so that bands stay readable."""
+    """Choose the profile whose interval with the model's own error is drawn, too: one alone, so that bands stay readable.
+
+    The map if there is one, since it stands in where the table has holes.
+    """
     return "map" if predicted["profile"].eq("map").any() else "table"
 
 
 def _draw_models(axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, c: str) -> None:
-    """Draw component `c` of the force on a leg: measured, and predicted by all profiles; by depth-only in an inset."""
+    """Draw component `c` of the force on a leg: measured, and predicted by all profiles; by depth-only in an inset.
+
+    `predicted`, `measured`: Forces on this leg. The inset has a range of its own, as depth-only forces may be far larger.
+    """
     notes, drawn_forces = [], []
     dots: style.Look = {"color": leg_panels.MEASURED, "markeredgewidth": 0}
     measured_curve = leg_panels.with_gaps(measured, f"force_{c}_N")
@@ -145,6 +161,7 @@ def _draw_models(axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, c:
     has_inset = leg_panels.has_force(baseline, c)
     # shares of the panel that the inset covers, and the labels below it
     wide, high, labels_high = 0.36, 0.27, 0.12
+    # what the notes and curves must leave free (`leg_panels.force_range`)
     room = (high + labels_high, 1 - wide) if has_inset and drawn_forces else (0, 1)
     leg_panels.force_range(axes, drawn_forces, notes, room)
     if has_inset:
@@ -227,7 +244,10 @@ _SECOND_PROFILE: dict[str, Any] = {"linestyle": style.DASHES["dotted"], "linewid
 def _draw_media(
     results: Results, media: Sequence[str], profile: str, second_profile: str = ""
 ) -> Figure:
-    """Draw forces by one profile with intervals and, dotted, by a second one if there is one; one row of panels a medium."""
+    """Draw forces by one profile with intervals and, dotted, by a second one if there is one; one row of panels a medium.
+
+    `profile`, `second_profile`: Keys of profiles; empty for no second one.
+    """
     predicted, measured = (
         table[table["medium"].isin(list(media))] for table in leg_panels.read_curves(results)
     )
@@ -252,7 +272,8 @@ def _draw_media(
             leg_panels.theta_axes(axes, is_last_row=medium == media[-1])
             tables_of_leg = [matching_rows(table, medium=medium, leg=leg) for table in tables]
             peak_rows = matching_rows(peaks, medium=medium, leg=leg)
-            # a withheld interval of the peak is withheld along the curve
+            # `STEEP`: the force changes with the attack angle faster than the interval of alpha between pushes allows; this
+            # withholds the interval of the peak, and so that along the curve
             is_steep = [STEEP in codes.split() for codes in peak_rows["reason_code"]]
             withheld = {*peak_rows.loc[is_steep, "component"]}
             _draw_leg(axes, tables_of_leg, lines, withheld)
@@ -344,7 +365,10 @@ def _draw_leg(
 
 
 def _without_zeta(results: Results, _: str) -> Sequence[str]:
-    """Say why forces cannot be compared over zeta by the configured method; empty where they can."""
+    """Say why forces cannot be compared over zeta by the configured method (``fourier.method``); empty where they can.
+
+    Two laboratory media with a zeta are needed.
+    """
     penetration = labels.of_method(results, "penetration.csv")
     if reasons := why_no_fit(results, penetration, "zeta"):
         method = results.config.fourier.method
@@ -405,7 +429,7 @@ def plot_forces_over_zeta(results: Results) -> Figure:
 
 
 def _choose_line_looks(media: Iterable[str]) -> dict[str, style.Look]:
-    """Choose colour and dashes of the curve of each medium."""
+    """Choose colour and dashes of the curve of each medium, in the order of `media`."""
     dashes = itertools.cycle(style.DASHES.values())
     return {
         medium: {"color": colour, "linestyle": next(dashes)}
@@ -417,7 +441,8 @@ def _generic_curve(predicted: pd.DataFrame, c: str, zetas: Mapping[str, float]) 
     """Return theta, degrees, the generic force over zeta, and the ends of its widest interval; empty without prediction.
 
     An interval that is not known where the force is largest is left out: its pieces elsewhere would look like a narrow one.
-    `predicted`: Forces by the generic profile on one leg. `c`: Component.
+    `predicted`: Forces by the generic profile on one leg, in all media. `zetas`: Zeta by medium, NaN for none. All four
+    arrays have shape (angles,).
     """
     names = with_end_names(f"force_{c}_N")
     scaled = predicted[names].div(predicted["medium"].map(dict(zetas)), axis="index")
@@ -495,7 +520,10 @@ def _without_peaks(results: Results, _: str) -> Sequence[str]:
     lacking=_without_peaks,
 )
 def plot_peak_errors(results: Results) -> Figure:
-    """Draw predicted over measured peak lift, one panel per leg, one row per medium."""
+    """Draw predicted over measured peak lift, one panel per leg, one row per medium, on a logarithmic axis.
+
+    A ratio of 2 is an error of +100 %, and lies as far from no error as a ratio of 1/2.
+    """
     table = results.table("leg_errors.csv")
     ratios = _ratios(table[table["component"] == "z"])
     media = [medium for medium in results.config.media if medium in {*ratios["medium"]}]
@@ -537,11 +565,14 @@ def plot_peak_errors(results: Results) -> Figure:
 
 
 _RATIO_NAMES = ["ratio", "ratio_lo", "ratio_hi"]
-"""Columns of `_ratios` beside those of ``results/leg_errors.csv``."""
+"""Columns that `_ratios` adds to those of ``results/leg_errors.csv``: predicted over measured peak, ends of its interval."""
 
 
 def _ratios(rows: pd.DataFrame) -> pd.DataFrame:
-    """Divide the predicted peak and its interval by the measured peak; NaN where the ratio is no positive number."""
+    """Divide the predicted peak and its interval by the measured peak; NaN where the ratio is no positive number.
+
+    `rows`: Of ``results/leg_errors.csv``. Returns them with the columns `_RATIO_NAMES`.
+    """
     measured = rows["peak_measured_N"].to_numpy(float)
     names = with_end_names("peak_predicted_N")
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -556,7 +587,7 @@ def _ratios(rows: pd.DataFrame) -> pd.DataFrame:
 def _set_error_axis(axes: Axes, span: tuple[float, float]) -> None:
     """Make x a logarithmic axis of predicted over measured peaks, with errors in percent at its ticks.
 
-    `span`: Smallest and largest ratio.
+    `span`: Smallest and largest ratio. Errors that the paper states are shaded (`_BANDS`).
     """
     axes.set(xscale="log")
     for percent, shade in _BANDS.items():
@@ -565,6 +596,7 @@ def _set_error_axis(axes: Axes, span: tuple[float, float]) -> None:
     axes.axvline(1, color="black", linewidth=0.5, zorder=0.5)
     # ticks are placed outward from no error, at least as far apart as their numbers are wide
     width_pt = axes.get_window_extent().width * 72 / axes.figure.dpi
+    # smallest distance of two ticks, as a logarithm of ratios: 15 points
     gap = np.log(span[1] / span[0]) * (15 / width_pt)
     ticks = [1.0]
     round_ratios = (0.05, 0.1, 0.2, 0.5, 2.0, 5.0, 10.0, 20.0, 50.0)
@@ -580,7 +612,10 @@ def _set_error_axis(axes: Axes, span: tuple[float, float]) -> None:
 
 
 def _prepare_panel(axes: Axes, span: tuple[float, float], media: Sequence[str]) -> None:
-    """Set up the axes of one leg: errors from left to right within `span`, media from top to bottom."""
+    """Set up the axes of one leg: errors from left to right, media from top to bottom.
+
+    `span`: Smallest and largest ratio. `media`: Titles, in the order of the rows.
+    """
     _set_error_axis(axes, span)
     axes.set(ylim=(len(media) - 0.5, -0.5))
     axes.set_yticks(range(len(media)), media)
@@ -597,8 +632,10 @@ _CONTINUES |= {"markeredgewidth": 0.6}
 def _draw_row(axes: Axes, row: int, ratios: Mapping[str, Row]) -> None:
     """Draw the errors of one medium by all profiles in its row, and say which profile has no number.
 
-    `row`: Number of the row. `ratios`: Rows of `_ratios` by profile, in the order of drawing.
+    `row`: Number of the row from 0, its height on the axis. `ratios`: Rows of `_ratios` on one leg by profile, in the order
+    of drawing.
     """
+    # titles of profiles without a ratio; ratios and ends that are drawn
     missing, points = [], []
     for i, (profile, ratios_of_profile) in enumerate(ratios.items()):
         ratio, low, high = (float(ratios_of_profile[name]) for name in _RATIO_NAMES)
@@ -606,6 +643,7 @@ def _draw_row(axes: Axes, row: int, ratios: Mapping[str, Row]) -> None:
             missing.append(PROFILE_TITLES[profile])
             continue
         colour, _, marker = PROFILE_LOOKS[profile]
+        # the profiles share the height of the row
         y = row + 0.84 * ((i + 0.5) / len(ratios) - 0.5)
         if np.isfinite(high) and not np.isfinite(low):
             # an interval that includes zero has no end on this axis
@@ -624,6 +662,7 @@ def _draw_row(axes: Axes, row: int, ratios: Mapping[str, Row]) -> None:
     # the message stands on the side with more free room
     axis_start, axis_end = axes.get_xlim()
     finite_points = [point for point in points if np.isfinite(point)] or [axis_start]
+    # the axis is logarithmic: ratios of its ends to the outer points are the free room
     at_right = axis_end / max(finite_points) >= min(finite_points) / axis_start
     x, alignment = (0.985, "right") if at_right else (0.015, "left")
     note_look: style.Look = {"ha": alignment, "transform": axes.get_yaxis_transform()}

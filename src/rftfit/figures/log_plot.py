@@ -1,4 +1,4 @@
-"""All columns of a log against time, one panel each."""
+"""All columns of a log against time, one panel each: the picture of a log that is inspected (`draw_log`)."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 def plot_log(reader: Reader, surveys: Sequence[Survey]) -> Figure:
     """Draw a log from its file, thinned where it is long.
 
-    `surveys`: One for each clock of the file, with the columns that run on it.
+    `reader`: Reader of the file. `surveys`: What was found in it, one for each clock of the file: the columns that run on
+    it, how many rows can be used, and which columns were not read.
     """
     logs = []
     for survey in surveys:
@@ -37,7 +38,10 @@ def plot_log(reader: Reader, surveys: Sequence[Survey]) -> Figure:
 
 
 def thinned(blocks: Iterable[Log], rows: int) -> Log:
-    """Keep every k-th row, so that a long log can be drawn in bounded memory; `rows`: number of its rows."""
+    """Keep every k-th row, so that a long log can be drawn in bounded memory, and note that it was thinned.
+
+    `blocks`: Successive parts of the log, read one at a time. `rows`: Number of its rows.
+    """
     most_rows = 200_000
     row_step = max(1, math.ceil(rows / most_rows))
     note = (f"every {row_step}. row is drawn",) if row_step > 1 else ()
@@ -51,9 +55,9 @@ def thinned(blocks: Iterable[Log], rows: int) -> Log:
 
 @style.styled()
 def draw_log(*logs: Log, time_name: str = "time") -> Figure:
-    """Draw one panel for each column of a log, or of the logs of each clock of a file.
+    """Draw one panel for each column of a log, or of the logs of each clock of a file, one below the other.
 
-    Where no column has the name of the time, rows are counted.
+    `time_name`: Name of the column of time, s; where no column has it, rows are counted.
     """
     drawn_columns = [(log, name) for log in logs for name in _columns_to_draw(log, time_name)]
     figure = style.new_figure(style.DOUBLE_CM, 3.0 * len(drawn_columns) + 1.5)
@@ -89,7 +93,10 @@ def _time_of(log: Log, name: str) -> FloatArray:
 
 
 def _break_at_gaps(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Insert NaN into a curve where rows are missing, so that no line is drawn over a gap."""
+    """Insert NaN into a curve, shape (n,), where rows are missing, so that no line is drawn over a gap.
+
+    A gap is a step of more than `GAP_STEPS` usual ones.
+    """
     steps = np.diff(time)
     forward = steps[steps > 0]
     if not forward.size:

@@ -1,4 +1,12 @@
-"""Maps of alpha over the angles: measured, by the nine-term fit, by the depth-only model."""
+"""Maps of alpha over the angles: measured, estimated, by the nine-term fit, by the depth-only model.
+
+A map is a panel with gamma (direction of motion) across and beta (attack angle) up, both from -90 to 90 degrees, and alpha_z
+or alpha_x (N/cm^3), or a number made of it, as colour. An alpha table has a row for each measured direction of a medium,
+with ``beta_deg``, ``gamma_deg`` and ``alpha_z_N_per_cm3``, ``alpha_x_N_per_cm3``; NaN where no run could be used. Where its
+directions lie on a grid, each row is a cell of the map, else a dot. `component`, or `c`: ``z`` or ``x``.
+
+Three parts: the figures; tables as grids; and what is drawn in one map. Arrays over a map have shape (beta, gamma).
+"""
 
 from __future__ import annotations
 
@@ -47,6 +55,7 @@ PITCH_CM = 4.08
 """Distance from one map to the next in a row, cm, with room for the colour bar and its numbers."""
 
 LEFT_CM, ROW_CM, TOP_CM, BOTTOM_CM = 1.25, SIDE_CM + 0.95, 1.0, 0.85
+"""Left edge of the first map, height of a row of maps, room above the first row and below the last one, cm."""
 
 
 _MAPS_CAPTION = (
@@ -85,6 +94,7 @@ def plot_alpha_maps(results: Results) -> Figure:
 def plot_alpha_maps_of_one(results: Results, medium: str) -> Figure:
     """Draw maps of the measured alpha of one medium."""
     shown_runs = _shown_runs(results, medium)
+    # entries of the legend for the marks that are added below
     plate = style.line("black", linewidth=1.5), style.line("black", marker=">", linestyle="")
     entries: dict[str, Any] = {"plate and its motion": plate}
     if shown_runs:
@@ -94,6 +104,7 @@ def plot_alpha_maps_of_one(results: Results, medium: str) -> Figure:
     for axes in page.axes[:4:2]:
         _add_plates(axes)
         for run in shown_runs:
+            # a pull stands in the table at other angles than in the run sheet
             beta, gamma = run.beta_deg, run.gamma_deg
             if run.direction == "extraction":
                 beta, gamma, _ = conventions.file_extraction(beta, gamma)
@@ -110,7 +121,7 @@ def _shown_runs(results: Results, medium: str) -> list[Run]:
 
 
 def _media_with_few_pushes(campaign: Campaign) -> tuple[str, ...]:
-    """List the media that were pushed in few directions, such as natural sands."""
+    """List the media that were pushed in one to nineteen directions, such as natural sands: these get an estimated map."""
     pushes = {
         (run.medium, run.beta_deg, run.gamma_deg, run.direction)
         for run in campaign.runs
@@ -123,7 +134,7 @@ def _media_with_few_pushes(campaign: Campaign) -> tuple[str, ...]:
 
 
 def _without_map(results: Results, _: str) -> Sequence[str]:
-    """Say why no medium with few pushes has a map; empty where one has."""
+    """Say why no medium with few pushes has an estimated map; empty where one has."""
     if _media_with_estimated_map(results):
         return ()
     reasons = (results.map_reason(name) for name in _media_with_few_pushes(results.campaign))
@@ -168,7 +179,7 @@ _PUSHED: style.Look = {"color": "black", "markersize": 4, "markerfacecolor": "wh
 
 
 def add_pushes(axes: Axes, alpha: pd.DataFrame) -> None:
-    """Mark the directions of an alpha table that were pushed."""
+    """Mark the directions of an alpha table that were pushed and gave alpha, on a map that was estimated from them."""
     pushed = alpha.dropna(subset=["alpha_z_N_per_cm3"])
     axes.plot(pushed["gamma_deg"], pushed["beta_deg"], "o", zorder=3, **_PUSHED)
 
@@ -176,13 +187,13 @@ def add_pushes(axes: Axes, alpha: pd.DataFrame) -> None:
 def _draw_maps(
     results: Results, tables: pd.DataFrame, origin: str, entries: Mapping[str, Artist] | None = None
 ) -> Figure:
-    """Draw maps of alpha and of the half widths of its interval, one row a medium.
+    """Draw maps of alpha and of the half widths of its interval, one row a medium: those of z, then those of x.
 
     Measured cells are drawn as they are (the gamma grid is not uniform), with the zero contour interpolated between them;
     directions that lie on no grid are dots over an interpolated surface.
 
-    `tables`: Alpha of all media. `origin`: ``measured`` or ``estimated``. `entries`: Entries of the legend for marks that
-    the caller adds.
+    `tables`: Alpha tables of all media, one below the other, with a column ``medium``. `origin`: ``measured`` or
+    ``estimated``, for the heads. `entries`: Entries of the legend for marks that the caller adds to the page.
     """
     heads = []
     # half widths below 0.05 are in thousandths: four digits after the point would run into the next map
@@ -197,12 +208,14 @@ def _draw_maps(
     page, axes_of_maps = _new_page(results, media, heads)
     for medium, row_of_axes in zip(media, axes_of_maps, strict=True):
         table = tables[tables["medium"] == medium]
+        # alpha_z and alpha_x at `middles`; None where cells are drawn
         interpolated = None
         if not lies_on_grid(table):
             interpolated = TableProfile.from_table(table).alpha(*middles())
         for index, c in enumerate("zx"):
             name = f"alpha_{c}_N_per_cm3"
             alpha_axes, half_width_axes = row_of_axes[2 * index : 2 * index + 2]
+            # `surface`: beta and gamma, degrees, and alpha on them, for the zero contour
             if interpolated is None:
                 surface = cells_of_map(table, name)
             else:
@@ -219,11 +232,11 @@ def _draw_maps(
 
 
 def _add_plates(axes: Axes) -> None:
-    """Draw small plates at representative angles, each with the direction in which it moves."""
+    """Draw small plates at representative angles, each with the direction in which it moves, to show what the angles mean."""
     gamma, beta = np.reshape(np.meshgrid([-67.5, -22.5, 22.5, 67.5], [-60.0, 0.0, 60.0]), (2, -1))
     b, g = np.radians(beta), np.radians(gamma)
     half_plate = 0.17 * style.CM
-    # lengths in inches
+    # of matplotlib's arrows: lengths in inches, directions on paper; a plate is an arrow without a head
     arrow: style.Look = {"units": "inches", "scale_units": "inches", "scale": 1, "angles": "uv"}
     plate = 2 * half_plate * np.cos(b), -2 * half_plate * np.sin(b)
     no_head: style.Look = dict.fromkeys(("headwidth", "headlength", "headaxislength"), 0)
@@ -234,7 +247,7 @@ def _add_plates(axes: Axes) -> None:
 
 
 def has_holes(table: pd.DataFrame, column: str) -> bool:
-    """Tell whether any direction of an alpha table has no number in a column."""
+    """Return True if any direction of an alpha table has no number in a column."""
     return bool(table[column].isna().any())
 
 
@@ -267,7 +280,7 @@ def plot_fit_maps(results: Results) -> Figure:
 
 
 def _depth_only(results: Results, medium: str) -> DepthOnlyProfile:
-    """Make the depth-only profile of a medium from its measured table."""
+    """Make the depth-only profile of a medium, the baseline that knows no angles, from its measured table."""
     return DepthOnlyProfile.of(TableProfile.from_table(results[medium].alpha))
 
 
@@ -307,7 +320,8 @@ def _draw_models(
 ) -> Figure:
     """Draw maps of a model, one row a medium, each beside the map of measured minus model.
 
-    `models`: Model by medium. `name`, `residual_name`: Heads of the two sorts of maps.
+    `models`: Function of beta and gamma, rad, that returns alpha_z and alpha_x, by medium. `name`, `residual_name`: Heads of
+    the two sorts of maps. A dot marks where less was measured than the model gives.
     """
     heads = [f"{head}\n{style.alpha_label(c)}" for c in "zx" for head in (name, residual_name)]
     page, axes_of_maps = _new_page(results, list(models), heads)
@@ -330,7 +344,10 @@ def _draw_models(
 
 
 def why_no_fit(results: Results, fits: pd.DataFrame, column: str) -> list[str]:
-    """Say for every medium why its fit has no number in a column; empty where any medium has one."""
+    """Say for every medium why its fit has no number in a column; empty where any medium has one.
+
+    `fits`: Rows of a table of fits, with ``medium`` and ``reason``. Used by all figures that need nine terms or zeta.
+    """
     if fits[column].notna().any():
         return []
     rows = fits.drop_duplicates("medium")
@@ -343,7 +360,10 @@ def why_no_fit(results: Results, fits: pd.DataFrame, column: str) -> list[str]:
 
 
 def kept_coefficients(results: Results, medium: str) -> FloatArray:
-    """Return the nine coefficients by the configured method, N/cm^3: 0 for a dropped term, all NaN without a fit."""
+    """Return the nine coefficients by the configured method, shape (9,) in the order of `TERMS`, N/cm^3.
+
+    0 for a term that the fit dropped; all NaN without a fit. `medium`: Or `GENERIC`, whose coefficients have no unit.
+    """
     table = labels.of_method(results, "coefficients.csv")
     rows = table[table["medium"] == medium].set_index("coefficient")
     values = rows["value_N_per_cm3"].where(rows["kept"].astype(bool), 0.0)
@@ -359,7 +379,10 @@ def middles() -> tuple[FloatArray, FloatArray]:
 def _new_page(
     results: Results, media: Sequence[str], heads: Sequence[str]
 ) -> tuple[Figure, list[list[Axes]]]:
-    """Make a page of empty maps, a row a medium and a column a head. Returns the page, and the axes of its maps by row."""
+    """Make a page of empty maps, a row a medium and a column a head. Returns the page, and the axes of its maps by row.
+
+    `heads`: Heads of the columns, which may have two lines.
+    """
     page = style.new_figure(style.DOUBLE_CM, TOP_CM + len(media) * ROW_CM + BOTTOM_CM)
     for column, head in enumerate(heads):
         middle = LEFT_CM + column * PITCH_CM + SIDE_CM / 2
@@ -388,7 +411,8 @@ def pivot(table: pd.DataFrame, column: str) -> tuple[FloatArray, FloatArray, Flo
     """Arrange one column of a medium's alpha table as a grid.
 
     Returns ascending beta and gamma, degrees, and the numbers of the column, shape (beta, gamma), NaN where the table has no
-    such direction.
+    such direction. A row for beta = 90 degrees is repeated at -90, which is the same plate. Raises ValueError for a
+    direction that stands in the table twice.
     """
     # rounded: a printed 18.43 and the exact angle are the same cell
     rounded = table.assign(beta=table["beta_deg"].round(2), gamma=table["gamma_deg"].round(2))
@@ -404,9 +428,13 @@ def pivot(table: pd.DataFrame, column: str) -> tuple[FloatArray, FloatArray, Flo
 
 
 def cells_of_map(table: pd.DataFrame, column: str) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Arrange one column as `pivot` does, with rows and columns of NaN in gaps too wide to interpolate, so that no cell covers them."""
+    """Arrange one column as `pivot` does, with rows and columns of NaN in gaps that are too wide to interpolate.
+
+    A cell reaches half way to its neighbours; without the NaN, cells beside a gap would cover it as if it were measured.
+    """
     *angles, numbers = pivot(table, column)
     for axis, lines in enumerate(angles):
+        # angles inside all gaps along this axis
         inserted = [np.zeros(0)]
         for low, high in pairwise(lines):
             if high - low > WIDEST_DEG:
@@ -421,13 +449,19 @@ def cells_of_map(table: pd.DataFrame, column: str) -> tuple[FloatArray, FloatArr
 
 
 def lies_on_grid(table: pd.DataFrame) -> bool:
-    """Tell whether the directions of one medium fill a grid: at least half of all pairs of its betas and gammas."""
+    """Return True if the directions of one medium fill a grid: at least half of all pairs of its betas and gammas.
+
+    Then each row of its table can be drawn as a cell; scattered directions are drawn as dots.
+    """
     lines = [table[f"{angle}_deg"].round(2).nunique() for angle in ("beta", "gamma")]
     return 2 * len(table) >= lines[0] * lines[1]
 
 
 def edges(centres: npt.ArrayLike) -> FloatArray:
-    """Return the borders of cells, degrees: midway between the measured angles, and not beyond +-90 degrees."""
+    """Return the borders of cells, shape (n + 1,), degrees: midway between the n measured angles, not beyond +-90 degrees.
+
+    `centres`: Ascending. The outer cells are as wide to both sides; a single one is 10 degrees wide.
+    """
     centres = np.asarray(centres, dtype=float)
     if centres.size == 1:
         return np.array([centres[0] - 5.0, centres[0] + 5.0])
@@ -452,7 +486,8 @@ def refine(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Interpolate `values`, shape (beta, gamma), bilinearly onto a finer grid through the measured angles.
 
-    Returns beta, gamma and values of the finer grid; values are NaN beside a missing cell.
+    The contour of zero over coarse cells would be a jagged line. Returns beta, gamma (degrees) and values of the finer grid;
+    values are NaN beside a missing cell.
     """
     beta, gamma = _refine_angles(beta_deg), _refine_angles(gamma_deg)
     along_gamma = np.array([np.interp(gamma, gamma_deg, row) for row in values])
@@ -462,7 +497,7 @@ def refine(
 def along_motion(component: str, gamma_deg: FloatArray, alpha: FloatArray) -> FloatArray:
     """Multiply a component of the force by that of the velocity: positive where alpha does not oppose the motion.
 
-    `alpha`: Component `component`, shape (beta, gamma). The product is zero where the velocity has no such component.
+    Such a force would drive the plate; it occurs where the plate is inclined, and the maps hatch it. `alpha`: Component `component`, shape (beta, gamma). The product is zero where the velocity has no such component.
     """
     vx, vz = conventions.direction(np.radians(gamma_deg))
     velocity = vz if component == "z" else vx
@@ -474,12 +509,6 @@ def along_motion(component: str, gamma_deg: FloatArray, alpha: FloatArray) -> Fl
 # One map: cells or a continuous surface, zero contour, shading, colour bar
 
 
-_SHADING = "////"
-"""Hatching where alpha does not oppose the motion."""
-
-_MISSING: dict[str, Any] = {"facecolor": "#d0d0d0", "edgecolor": "#808080", "hatch": "xxxxxx"}
-"""Look of a cell whose runs gave no number."""
-
 _FINE_DEG = 2.5
 """Widest step of a grid on which the zero contour is drawn, degrees."""
 
@@ -488,7 +517,10 @@ _FINE = np.arange(-89.5, 90, 1.0)
 
 
 def angle_axes(axes: Axes, name_beta: bool = True, name_gamma: bool = True) -> None:
-    """Set limits and ticks of a map's axes; `name_beta`, `name_gamma`: write label and numbers of this axis."""
+    """Set limits and ticks of a map's axes, gamma across and beta up.
+
+    `name_beta`, `name_gamma`: Write label and numbers of this axis; False inside of a row or column of maps.
+    """
     axes.set(xlim=(-90, 90), ylim=(-90, 90), xticks=range(-90, 91, 45), yticks=range(-90, 91, 30))
     labelled_axes = (
         (axes.xaxis, r"$\gamma$ (degrees)", name_gamma),
@@ -502,8 +534,10 @@ def angle_axes(axes: Axes, name_beta: bool = True, name_gamma: bool = True) -> N
 
 
 def widen_for_marks(page: Figure) -> None:
-    """Widen all maps of a page by a free margin where a mark near +-90 degrees needs room."""
+    """Widen all maps of a page by a free margin if a mark on any of them lies near +-90 degrees, where it would be cut."""
+    # without the colour bars
     maps = [axes for axes in page.axes if axes.get_xlim() == (-LIMIT_DEG, LIMIT_DEG)]
+    # sizes of the angles of all marks; a first mark at 0, 0, since there may be none
     marked = np.abs(
         np.concatenate(
             [np.zeros((1, 2)), *(line.get_xydata() for axes in maps for line in axes.lines)]
@@ -516,12 +550,20 @@ def widen_for_marks(page: Figure) -> None:
             axes.set(xlim=ends, ylim=ends)
 
 
+_MISSING: dict[str, Any] = {"facecolor": "#d0d0d0", "edgecolor": "#808080", "hatch": "xxxxxx"}
+"""Look of a cell whose runs gave no number."""
+
+
 def _add_cells(axes: Axes, table: pd.DataFrame, column: str, signed: bool) -> ScalarMappable:
-    """Draw the cells of a column; those whose runs gave no number are grey and hatched. `signed`: as for `colours`."""
+    """Draw the cells of a column; those whose runs gave no number are grey and hatched. Returns what `add_bar` needs.
+
+    `signed`: As for `colours`.
+    """
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
 
     beta_deg, gamma_deg, values = cells_of_map(table, column)
+    # True for directions with a row in the table, with a number or without
     has_runs = np.isfinite(cells_of_map(table.assign(runs=1.0), "runs")[2])
     rows, columns = edges(beta_deg), edges(gamma_deg)
     mesh = axes.pcolormesh(columns, rows, np.ma.masked_invalid(values), **colours(values, signed))
@@ -540,7 +582,8 @@ def add_table(
 ) -> ScalarMappable:
     """Draw a number of each row of an alpha table: as cells where the directions lie on a grid, else as dots; a cross for NaN.
 
-    `values`: The numbers, with the index of `table`. `signed`: as for `colours`.
+    `values`: The numbers, with the index of `table`. `signed`: As for `colours`. Returns what `add_bar` needs for the colour
+    bar.
     """
     if lies_on_grid(table):
         return _add_cells(axes, table.assign(shown=values), "shown", signed)
@@ -562,7 +605,10 @@ def add_table(
 def add_surface(
     axes: Axes, values: FloatArray, limits: dict[str, Any] | None = None
 ) -> ScalarMappable:
-    """Draw a continuous signed function, given at `middles`; `limits`: as of `colours`."""
+    """Draw a continuous signed function, given at `middles`, shape (180, 180); returns what `add_bar` needs.
+
+    `limits`: As `colours` returns them, of measured dots that are drawn over it; None: its own.
+    """
     return axes.imshow(
         values,
         extent=(-90, 90, -90, 90),
@@ -574,7 +620,10 @@ def add_surface(
 
 
 def colours(values: FloatArray, signed: bool) -> dict[str, Any]:
-    """Choose a colour map and its limits: diverging and symmetric about zero for `signed` values, else from zero."""
+    """Choose a colour map and its limits, as options of matplotlib's functions: by the largest of the finite values.
+
+    `signed`: True for a diverging map, symmetric about zero; False for one that begins at zero.
+    """
     finite = np.abs(values[np.isfinite(values)])
     top = float(finite.max(initial=0.0)) or 1.0
     if signed:
@@ -582,12 +631,17 @@ def colours(values: FloatArray, signed: bool) -> dict[str, Any]:
     return {"cmap": style.SEQUENTIAL, "vmin": 0.0, "vmax": top}
 
 
+_SHADING = "////"
+"""Hatching where alpha does not oppose the motion."""
+
+
 def add_signs(
     axes: Axes, component: str, beta_deg: FloatArray, gamma_deg: FloatArray, alpha: FloatArray
 ) -> None:
-    """Draw the zero contour, and shade where alpha, interpolated, does not oppose the motion.
+    """Draw the zero contour, and hatch where alpha, interpolated, does not oppose the motion.
 
-    `alpha`: Component `component` of alpha, shape (beta, gamma).
+    `alpha`: Component `component` of alpha, shape (beta, gamma), at ascending `beta_deg` and `gamma_deg`. Draws nothing for
+    a single row or column, between which there is no contour.
     """
     if min(alpha.shape) < 2:
         return
@@ -596,6 +650,7 @@ def add_signs(
     finite = alpha[np.isfinite(alpha)]
     if finite.size == 0:
         return
+    # positive where alpha does not oppose the motion
     push = np.ma.masked_invalid(along_motion(component, gamma_deg, alpha))
     # a smaller product is zero but for rounding errors, and must not be shaded
     tolerance, highest = 1e-9 * float(np.abs(finite).max()), float(push.max())
@@ -621,7 +676,11 @@ _ARROWS = {
 
 
 def add_bar(figure: Figure, axes: Axes, mappable: ScalarMappable, component: str = "") -> None:
-    """Add a colour bar at the right of a map; `component`: ``z`` or ``x`` draws arrows of the force at the ends of the bar."""
+    """Add a colour bar at the right of a map, in axes of its own, the last ones of the figure.
+
+    `mappable`: What a function that draws a map returned. `component`: ``z`` or ``x`` draws arrows of the force at the ends
+    of the bar; empty: none.
+    """
     from matplotlib.ticker import MaxNLocator
 
     box = axes.get_position()
@@ -663,12 +722,16 @@ def add_bar(figure: Figure, axes: Axes, mappable: ScalarMappable, component: str
 
 
 def add_legend(figure: Figure, more: Mapping[str, Any] | None = None) -> None:
-    """Add the legend below the maps: contour, shading and hatched cells, each where a map has it, and the entries `more`."""
+    """Add the legend below the maps: contour, shading and hatched cells, each where a map has it, and the entries `more`.
+
+    Call it when the maps are drawn: what they show is read from their artists.
+    """
     from matplotlib.contour import ContourSet
 
     artists = [artist for axes in figure.axes for artist in axes.collections]
     contours = [artist for artist in artists if isinstance(artist, ContourSet)]
     entries: dict[str, Any] = {}
+    # `add_signs` draws the zero contour as lines, and the hatching as a filled contour
     is_filled = {contour.filled for contour in contours}
     if False in is_filled:
         entries["zero contour (interpolated)"] = style.line("black", linewidth=0.9)

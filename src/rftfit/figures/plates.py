@@ -1,4 +1,9 @@
-"""Stress on plates against depth: in single runs, and in all media at a few angles."""
+"""Stress on plates against depth: in single runs, and in all media at a few angles.
+
+Stress is tared force over the area of one face, N/cm^2; alpha its slope over depth through zero, N/cm^3. `c`: Component,
+``z`` (vertical) or ``x`` (horizontal). A cell is a direction (beta, gamma) of a medium with its row of the table of alpha,
+the mean of its runs.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +51,11 @@ PUSH = (30.0, 45.0)
 
 
 def stress_runs(campaign: Campaign) -> list[str]:
-    """Choose the runs that are shown, by run_id: those the config names, or a push and its pull near `PUSH`."""
+    """Choose the runs that are shown, by run_id: those the config names, or a push and its pull near `PUSH`.
+
+    Empty where no plate moved up or down. Raises InputError for names in ``figures.stress_runs`` that cannot be shown. Maps
+    mark the same runs.
+    """
     chosen = campaign.config.figures.stress_runs
     if chosen:
         message_head = "config, figures.stress_runs: found"
@@ -57,7 +66,7 @@ def stress_runs(campaign: Campaign) -> list[str]:
             allowed = "horizontal runs at one depth; allowed: intrusions and extractions"
             raise InputError(f"{message_head} {', '.join(horizontal)}, {allowed}")
         return list(chosen)
-    # run_id of the first run in each direction of the first medium with slanted pushes, by angles
+    # run_id of the first intrusion and extraction at each pair of angles, in the first medium that has any
     runs_by_angles: dict[tuple[float, float], dict[str, str]] = {}
     for medium in campaign.config.media:
         for run in campaign.runs_of(medium):
@@ -96,7 +105,10 @@ def stress_runs(campaign: Campaign) -> list[str]:
     ),
 )
 def plot_stress_of_runs(results: Results) -> Figure:
-    """Draw stress against depth of chosen intrusions and extractions, one panel per run."""
+    """Draw stress against depth of chosen intrusions and extractions, one panel per run.
+
+    If none of them has a fit, the first run in order of names that has one stands in.
+    """
     campaign = results.campaign
     chosen = stress_runs(campaign)
     samples: dict[str, Trace] = {}
@@ -113,6 +125,7 @@ def plot_stress_of_runs(results: Results) -> Figure:
         return style.missing("no run has a tared stroke to draw against depth", reasons)
     most_in_row = 4
     page, panels = style.panels_in_rows(len(drawn_runs), most_in_row, 5.4, 4.5)
+    # depth of the tip of each leg that hangs straight down; the deepest is marked at the head of each panel
     tips_cm = [leg.max_length_cm - leg.hip_height_cm for leg in campaign.config.legs.values()]
     deepest = max(tips_cm, default=0.0)
     for i, (run, axes) in enumerate(zip(drawn_runs, panels, strict=True)):
@@ -149,6 +162,7 @@ def plot_stress_of_runs(results: Results) -> Figure:
 CELLS = ((0.0, 90.0), (30.0, 45.0), (90.0, 0.0), (-30.0, -45.0), (0.0, -90.0))
 """Directions in the paper's figure: beta and gamma as filed, degrees; gamma 0 is a horizontal run."""
 
+# looks of the line of a fit, and of the point at its end or at the depth of a horizontal run
 _FIT_LOOK: style.Look = {"color": "black", "linestyle": style.DASHES["dashed"], "linewidth": 0.6}
 _POINT: style.Look = {"markeredgecolor": "white", "markersize": 4, "markeredgewidth": 0.3}
 _STRESS_LABELS = {"z": "vertical stress\n$\\sigma_z$", "x": "horizontal stress\n$\\sigma_x$"}
@@ -171,12 +185,13 @@ _STRESS_LABELS = {"z": "vertical stress\n$\\sigma_z$", "x": "horizontal stress\n
     ),
 )
 def plot_linearity(results: Results) -> Figure:
-    """Draw stress against depth, one column per cell and one colour per medium."""
+    """Draw stress against depth, one column per direction of `nearest_cells` and one colour per medium."""
     media = results.laboratory
     alpha = results.joined("alpha/{medium}.csv", media)
     cells = nearest_cells(alpha)
     tolerance_deg = results.config.grid.angle_tolerance_deg
     rows_of_cells = [_rows_by_medium(alpha, *cell, tolerance_deg) for cell in cells]
+    # only runs of these cells are drawn
     run_ids = {
         run for rows in rows_of_cells for row in rows.values() for run in row["run_ids"].split()
     }
@@ -224,7 +239,10 @@ def plot_linearity(results: Results) -> Figure:
 
 
 def nearest_cells(alpha: pd.DataFrame) -> list[tuple[float, float]]:
-    """Find for each direction of `CELLS` the nearest one of the campaign; each only once, in the order of `CELLS`."""
+    """Find for each direction of `CELLS` the nearest one of the campaign; each only once, in the order of `CELLS`.
+
+    `alpha`: Table of alpha of all media; `CELLS` themselves where it is empty. Returns pairs of beta and gamma, degrees.
+    """
     angles = alpha[["beta_deg", "gamma_deg"]].to_numpy(float)
     if not len(angles):
         return list(CELLS)
@@ -236,7 +254,10 @@ def nearest_cells(alpha: pd.DataFrame) -> list[tuple[float, float]]:
 def _rows_by_medium(
     alpha: pd.DataFrame, beta_deg: float, gamma_deg: float, tolerance_deg: float
 ) -> dict[str, Row]:
-    """Select the rows of alpha tables in one direction, by medium."""
+    """Select the row of each medium in one direction, by medium; without media that were not pushed there.
+
+    `alpha`: Table of alpha of all media. `tolerance_deg`: By how much the angles may differ.
+    """
     cells = {
         str(medium): cell_at(table, beta_deg, gamma_deg, tolerance_deg)
         for medium, table in alpha.groupby("medium")
@@ -270,11 +291,13 @@ def _draw_cell(
 ) -> None:
     """Draw one component of stress in one direction and medium: the samples of its runs, alpha times depth, and its interval.
 
-    `row`: Row of the table of alpha. `look`: Colour and marker. `samples`, `fits`: Samples and rows of fits by run_id.
+    `row`: Row of the table of alpha. `look`: Colour and marker. `samples`, `fits`: Samples and rows of fits by run_id. A
+    horizontal run stays at one depth: it is a point with its interval instead of a curve.
     """
     alpha, low, high = alpha_with_interval(row, c)
     colour, marker = look
     is_horizontal = row["gamma_deg"] == 0
+    # greatest depth of each run, cm: the line is drawn to the deepest
     ends = []
     for run in row["run_ids"].split():
         fit, trace = fits[run], samples.get(run)
@@ -299,7 +322,7 @@ def _draw_cell(
 
 
 def _finish_axes(axes: Axes, media_without_run: list[str], any_drawn: bool) -> None:
-    """Write which media have no run in a panel, and set its ticks; none where nothing is drawn."""
+    """Write which media have no run in a panel, by title, and set its ticks; no ticks where nothing is drawn."""
     if media_without_run:
         style.write_note(axes, "\n".join(["no usable run:", *media_without_run]))
     if not any_drawn:

@@ -1,4 +1,9 @@
-"""Figures of single runs from recording to result: one run of each kind, a tare, the clocks and the surface."""
+"""Figures of single runs from recording to result: one run of each kind, a tare, the clocks and the surface.
+
+Three figures: `plot_protocol` shows how force becomes stress and slope; `plot_tare` the force on rod and mount alone, which
+is subtracted; `plot_clocks` how the clocks of force and motion log were set against each other, by pushes straight down.
+The stroke of a run is its motion through the medium, from which stress is taken; the pause is a rest at the surface.
+"""
 
 from __future__ import annotations
 
@@ -47,7 +52,7 @@ if TYPE_CHECKING:
 
 _RECORDED = ("time_s", "depth_cm", "x_cm", "angle_deg", "force_z_N", "force_x_N")
 _CURVE = ("theta_deg", "force_z_N", "force_x_N")
-"""Columns of a recording, and of the result of a run of a leg, that the figure shows."""
+"""Columns of a recording, and of the result of a run of a leg, that the figure shows. Force: of the medium on the body."""
 
 _PHASES: dict[str, style.Look] = {
     "pause": {"facecolor": "#f3e3b3", "edgecolor": "#a08c4a", "hatch": "//////", "linewidth": 0},
@@ -58,7 +63,7 @@ _PHASES: dict[str, style.Look] = {
 
 @dataclass(frozen=True)
 class PanelColumn:
-    """One column of the figure.
+    """One column of `plot_protocol`: a run, and all that its three panels show.
 
     `kind`: Direction of the run: ``intrusion``, ``extraction``, ``horizontal``, or ``rotation`` of a leg.
     `about`: Which body moved, and how: the second line of the heading.
@@ -81,7 +86,10 @@ class PanelColumn:
 
 
 def columns_of(results: Results, medium: str) -> list[PanelColumn]:
-    """Choose one run of each kind that gave a result, and collect what its column of the figure shows."""
+    """Choose one run of each kind that gave a result, and collect what its column of the figure shows.
+
+    Intrusion, extraction, horizontal run and rotation of a leg, in this order; a kind without such a run has no column.
+    """
     samples = results.table(f"traces/{medium}.parquet")
     run_ids = samples["run_id"].astype(str)
     fits, leg_curves = results[medium].fits, results[medium].legs
@@ -106,7 +114,10 @@ def columns_of(results: Results, medium: str) -> list[PanelColumn]:
 def _choose_plate_runs(
     campaign: Campaign, fits: pd.DataFrame, runs_with_stress: set[str]
 ) -> Iterator[Run]:
-    """Choose for each direction, among the runs with stress and alpha, the one nearest to the angles of `PUSH` and its pull."""
+    """Choose for each direction, among the runs with stress and alpha, the one nearest to the angles of `PUSH` and its pull.
+
+    `fits`: A row for each run. `runs_with_stress`: Their ids. Yields at most one run for each direction.
+    """
     beta, gamma = PUSH
     target_angles = {
         "intrusion": (beta, gamma),
@@ -128,7 +139,10 @@ def _choose_plate_runs(
 
 
 def _choose_leg_run(campaign: Campaign, medium: str, curves: pd.DataFrame) -> Iterator[Run]:
-    """Choose a run of the measured leg that the configuration names first; none where no leg was measured."""
+    """Choose a run of the measured leg that the configuration names first; yields none where no leg was measured.
+
+    `curves`: Forces on legs, with ``run_id``.
+    """
     run_ids = set(curves.loc[curves["force_z_N"].notna(), "run_id"])
     runs = [run for run in campaign.runs_of(medium) if run.kind == "leg" and run.run_id in run_ids]
     order = list(campaign.config.intruders)
@@ -136,7 +150,10 @@ def _choose_leg_run(campaign: Campaign, medium: str, curves: pd.DataFrame) -> It
 
 
 def _read_recording(samples: pd.DataFrame) -> tuple[Trace, dict[str, tuple[float, float]]]:
-    """Return the recording of one run, its time counted from the begin of the stroke, and the phases of `PanelColumn`."""
+    """Return the recording of one run, its time counted from the begin of the stroke, and the phases of `PanelColumn`.
+
+    `samples`: Rows of the table of traces of this run; both results are empty for none.
+    """
     if samples.empty:
         return {}, {}
     trace = {name: samples[name].to_numpy(float) for name in _RECORDED}
@@ -250,7 +267,7 @@ def _draw_position(axes: Axes, column: PanelColumn) -> None:
 
 
 def _draw_forces(axes: Axes, column: PanelColumn) -> None:
-    """Draw the forces of the run and of its tare against time."""
+    """Draw the forces of the run and of its tare against time, both counted from the begin of their strokes."""
     _shade_phases(axes, column)
     if not column.tare:
         style.write_note(axes, "no tare")
@@ -307,13 +324,16 @@ def _draw_leg(axes: Axes, column: PanelColumn) -> str:
 
 
 def _runs_with_tare(results: Results, medium: str) -> pd.DataFrame:
-    """Select from the table of tares the slanted plate runs that have one."""
+    """Select from the table of tares the plate runs with a tare over depth: a horizontal run has it over its path.
+
+    ``valid_to`` is the depth to which the tare may be subtracted, cm; NaN where there is none.
+    """
     tares = results.table(f"tares/{medium}.csv")
     return tares[(tares["abscissa"] == "depth_cm") & tares["valid_to"].notna()]
 
 
 def _without_tare(results: Results, medium: str) -> Sequence[str]:
-    """Say why no plate run of a medium has a tare; empty where one has."""
+    """Say why no plate run of a medium has a tare to draw; empty where one has."""
     if len(_runs_with_tare(results, medium)):
         return ()
     without_reason = str(remark("no-tare"))
@@ -343,6 +363,7 @@ def plot_tare(results: Results, medium: str) -> Figure:
     deepest = runs_with_tare.sort_values(["valid_to", "run_id"], ascending=[False, True]).iloc[0]
     samples_of_run = samples[(samples["run_id"] == deepest["run_id"]).to_numpy()]
     depth = samples_of_run["depth_cm"].to_numpy(float)
+    # a tare is NaN at depths that the rod alone did not reach
     valid = samples_of_run["tare_z_N"].notna().to_numpy() & np.isfinite(depth)
     page, ((axes,),) = style.panels([5.2])
     if valid.any():
@@ -362,8 +383,7 @@ def plot_tare(results: Results, medium: str) -> Figure:
         style.write_note(axes, "valid nowhere", 0.5, 0.5, ha="center", va="center")
     title = style.plain(f"{results[medium].title}: tare {deepest['tare_run']}")
     page.suptitle(title, x=0.01, ha="left", fontsize=7)
-    handles, names = axes.get_legend_handles_labels()
-    style.legend(page, dict(zip(names, handles, strict=True)))
+    style.legend(page, style.list_labelled(page))
     return page
 
 
@@ -371,6 +391,7 @@ def plot_tare(results: Results, medium: str) -> Figure:
 
 
 _BLUE, _RED = (style.COMPONENT_COLOURS[c] for c in "zx")
+"""Colours of what was measured, and of what was fitted to it or stands out."""
 
 
 @figure(
@@ -398,7 +419,7 @@ _BLUE, _RED = (style.COMPONENT_COLOURS[c] for c in "zx")
     ),
 )
 def plot_clocks(results: Results, medium: str) -> Figure:
-    """Draw how the clocks of force and motion were aligned for each push straight down in a medium."""
+    """Draw how the clocks of force and motion were aligned for each push straight down in a medium; reads all its logs."""
     from rftfit.measure.alignment import Alignment
     from rftfit.measure.ingest import ingest_traces
     from rftfit.measure.session_clocks import align_pushes
@@ -422,6 +443,10 @@ def plot_clocks(results: Results, medium: str) -> Figure:
 def draw_clocks(pushes: Sequence[tuple[Ingested, Alignment]]) -> Figure:
     """Draw the clock offset of each push relative to its session, and below the alignment of the push that differs most.
 
+    The offset is time of the motion log minus time of the force log, s. A session is a series of runs on the same clocks,
+    whose offset is estimated from all its pushes. `pushes`: Trace and alignment of each; the one whose difference is
+    largest relative to its interval is drawn below.
+
     First panel below: the share of the force's variance that no smooth function of depth explains, against the lag that was
     tried; dots are the offsets that were fitted, a line is the offset of the session. Second: force over depth at the
     estimated offset, and the smooth function. Third, where a surface was estimated: force beside the surface, and its model.
@@ -431,6 +456,7 @@ def draw_clocks(pushes: Sequence[tuple[Ingested, Alignment]]) -> Figure:
     worst = int(np.argmax(np.abs(differences) / np.where(half_widths > 0, half_widths, 1.0)))
     trace, alignment = pushes[worst]
     page, panels = style.panels((4.6, 4.9), 3 if trace.surface else 2, 6.1)
+    # a single panel takes the place of the first row
     grid = panels[0, 0].get_gridspec()
     for axes in panels[0]:
         axes.remove()
@@ -456,14 +482,20 @@ def draw_clocks(pushes: Sequence[tuple[Ingested, Alignment]]) -> Figure:
 
 
 def _difference_s(trace: Ingested, alignment: Alignment) -> float:
-    """Subtract from the clock offset of a push that of its session at the same moment, s."""
+    """Subtract from the clock offset of a push that of its session at the same moment, s.
+
+    The offset of a session may drift, so it is taken at the moment to which the estimate of the push belongs.
+    """
     reference_s = alignment.clock.reference_s
     session_offset_s = float(trace.clock.motion_time(np.array([reference_s]))[0]) - reference_s
     return alignment.clock.offset_s - session_offset_s
 
 
 def _draw_offsets(axes: Axes, differences: FloatArray, half_widths: FloatArray, worst: int) -> None:
-    """Draw the offset of each push from its session with its interval, s; mark the push that differs most, of index `worst`."""
+    """Draw the offset of each push from its session with its interval, s; mark the push that differs most, of index `worst`.
+
+    `differences`, `half_widths`: Of each push and of its interval, s, shape (pushes,).
+    """
     numbers = np.arange(1, len(differences) + 1)
     axes.axhline(0, color="black", linewidth=0.8, linestyle=":")
     low, high = differences - half_widths, differences + half_widths
@@ -477,7 +509,10 @@ def _draw_offsets(axes: Axes, differences: FloatArray, half_widths: FloatArray, 
 
 
 def _format_offset(clock: ClockFit) -> str:
-    """Write the offset of two clocks with its interval; whole hours, as of a time zone, stand apart."""
+    """Write the offset of two clocks with its interval; whole hours, as of a time zone, stand apart.
+
+    `clock`: ``offset_s`` is the whole offset, of which ``hours`` are whole hours; ``se_s`` its standard error, or None.
+    """
     hours = f"{style.format_number(clock.hours, 0)} h " if clock.hours else ""
     seconds = style.format_number(clock.offset_s - 3600 * (clock.hours or 0))
     if clock.se_s is None:
@@ -489,7 +524,8 @@ def _format_offset(clock: ClockFit) -> str:
 def _draw_lags(axes: Axes, alignment: Alignment, session_s: float) -> None:
     """Draw the variance of the force that no curve over depth explains, against the lag from the estimate.
 
-    `session_s`: Offset of the session minus that of the push, s.
+    At the true offset force is a smooth function of depth, so the variance that is left has its minimum there. Dots are the
+    ``candidates``, at which fits from several starts ended. `session_s`: Offset of the session minus that of the push, s.
     """
     limit_s = max(10.0, 1.2 * abs(session_s))
     lag = alignment.profile.lag - alignment.clock.offset_s
@@ -508,6 +544,7 @@ def _draw_lags(axes: Axes, alignment: Alignment, session_s: float) -> None:
 
 def _draw_lift(axes: Axes, alignment: Alignment) -> None:
     """Draw lift over the last 6 cm of depth, relative to its start, and the smooth function fitted to it."""
+    # the first readings are in air
     start = float(np.median(alignment.force[:8]))
     is_deep = alignment.depth > alignment.depth.max() - 6
     curves = alignment.depth, alignment.force, alignment.fitted
@@ -526,7 +563,8 @@ def _draw_lift_and_model(
 
 
 def _draw_contact(axes: Axes, surface: Surface) -> None:
-    """Draw lift over depth near the estimated surface, its model, and the interval of the surface."""
+    """Draw lift over depth near the estimated surface, its model, and the interval (95 %) of the surface."""
+    # depth below the estimated surface, cm
     depth = surface.depth - surface.depth_cm
     limit_cm = 0.6
     is_near = np.abs(depth) < limit_cm

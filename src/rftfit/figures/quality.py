@@ -1,4 +1,11 @@
-"""Quality sheets: every plate run of a medium as a small panel, on paper up to A3; runs compared with others of their medium."""
+"""Quality sheets: every plate run of a medium as a small panel, up to A3; each run against others of its medium.
+
+Two figures. `plot_quality`: sheets with a panel for each plate run, in rows of beta (attack angle) and columns of gamma
+(direction), whose pages are made of `SheetLayout` (where each run stands) and `Sheet` (what is drawn). And
+`plot_runs_side_by_side`: alpha of each run minus that of comparable runs. A run is marked if it has flags, or no alpha; flags
+that all runs of a medium share mark none and stand in the heading instead. A fit is a row of the table of fits, one for
+each run, with its direction, angles, alpha and window.
+"""
 
 from __future__ import annotations
 
@@ -41,20 +48,20 @@ if TYPE_CHECKING:
 
 
 def _describe_counts(fits: pd.DataFrame, flags: Flags, title: str, noun: str = "run") -> str:
-    """Say how many plate runs a medium has, and how many of them are marked for a problem."""
+    """Say how many plate runs a medium has, and how many of them are marked for a problem; `fits`: a row for each run."""
     marked = len(_list_problems(fits, flags))
     return f"{title}: {count(len(fits), noun)}, {marked} marked"
 
 
 def _list_problems(fits: pd.DataFrame, flags: Flags) -> list[str]:
-    """Describe the problem of each run that has one."""
+    """Describe the problem of each run that has one, in the order of `fits`."""
     shared = flags.shared(fits)
     problems = (describe_problem(fit, flags, shared) for fit in fits.to_dict("records"))
     return [problem for problem in problems if problem]
 
 
 def _caption(results: Results, medium: str) -> str:
-    """Say how many runs a medium has and how many are marked, and the reason where all marked runs have the same."""
+    """Write the caption: how many runs a medium has, how many are marked, and the reason where it is the same in all."""
     fits, flags, title = results[medium].fits, results[medium].flags, results[medium].title
     reasons = {*_list_problems(fits, flags)}
     return _describe_counts(fits, flags, title) + (
@@ -93,13 +100,14 @@ def draw_quality(
 ) -> list[Figure]:
     """Draw a panel for each plate run of a medium, in rows of beta and columns of gamma; repeats on pages of their own.
 
-    `stress`: Table of `stress_samples`; a run of `fits` without samples has an empty panel.
+    `stress`: Table of `stress_samples`; a run of `fits` without samples has an empty panel. `fits`: A row for each run.
     """
     fits = fits.assign(run_id=fits["run_id"].astype(str))
     samples = by_run(stress)
     horizontal = set(fits.loc[fits["direction"] == "horizontal", "run_id"])
+    # depth at which each horizontal run was made; of other runs it is not used
     depth_cm = fits.set_index("run_id")["depth_from_cm"].astype(float)
-    # at least 1 cm; no path where the medium has no horizontal run
+    # ends of all runs: at least 1 cm; no path where the medium has no horizontal run
     depths, paths = [1.0], [float(bool(horizontal))]
     for run, trace in samples.items():
         along = trace["path_cm" if run in horizontal else "depth_cm"]
@@ -126,7 +134,7 @@ def draw_quality(
 
 
 def _describe_notes(fits: pd.DataFrame, shared: tuple[Remark, ...]) -> str:
-    """Write the flags that all runs share, and each note with the number of runs that have it."""
+    """Write the flags that all runs share, and each note of the run sheet with the number of runs that have it."""
     counts = fits["note"].replace("", np.nan).dropna().value_counts().sort_index()
     notes = [f"{count(runs, 'run')}: {note}" for note, runs in counts.items()]
     return "; ".join([*describe_shared(shared), *notes])
@@ -136,9 +144,10 @@ def _describe_notes(fits: pd.DataFrame, shared: tuple[Remark, ...]) -> str:
 
 
 MAX_COLUMNS = 15
-"""Six extractions, three horizontal depths, six intrusions."""
+"""Most columns of a sheet: six extractions, three horizontal depths, six intrusions of the paper's grid."""
 
 MAX_ROWS = 7
+"""Most rows of a sheet: the attack angles of the paper's grid."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +155,7 @@ class SheetLayout:
     """Layout of one sheet of paper: a grid of places for runs.
 
     `row_labels`, `column_labels`: Text beside each row and above each column.
-    `places`: Row and column of each run, by run_id.
+    `places`: Row and column of each run, from 0, by run_id.
     `is_first`: True for a sheet of first runs, where an empty place means that nothing was measured there. On sheets of
         repeated runs it means nothing.
     """
@@ -158,7 +167,10 @@ class SheetLayout:
 
 
 def depth_levels(depth_cm: pd.Series[float]) -> pd.Series[float]:
-    """Replace the depths of horizontal runs, cm, by the mean of the level to which each belongs; NaN stays."""
+    """Replace the depths of horizontal runs, cm, by the mean of the level to which each belongs; NaN stays.
+
+    Runs that were meant to be at one depth differ by a little, and shall stand in one column.
+    """
     finite = depth_cm.dropna()
     means = finite.groupby(number_depths(np.asarray(finite, dtype=np.float64))).transform("mean")
     return means.reindex(depth_cm.index)
@@ -175,7 +187,9 @@ def _format_column_label(gamma_deg: float, direction: str, level_cm: float) -> s
 def runs_on_pages(fits: pd.DataFrame, depth_cm: pd.Series[float]) -> list[SheetLayout]:
     """Place the runs of one medium on sheets; the k-th repeats of all directions have sheets of their own.
 
-    `depth_cm`: Depth of horizontal runs by run_id.
+    A column is one gamma, direction (extraction, horizontal, intrusion) and, for horizontal runs, level of depth; a row is
+    one beta. A grid that is larger than a sheet is cut into several; one that would be mostly empty is given up, and its
+    runs stand in turn. `depth_cm`: Depth of horizontal runs by run_id.
     """
     runs = fits[["run_id", "direction"]].copy()
     for name in ("beta_deg", "gamma_deg"):
@@ -188,9 +202,11 @@ def runs_on_pages(fits: pd.DataFrame, depth_cm: pd.Series[float]) -> list[SheetL
     runs["order"] = runs["direction"].map(DIRECTIONS.index)
     keys = ["gamma_deg", "order", "level", "direction"]
     runs = runs.sort_values(["beta_deg", *keys, "run_id"], kind="stable")
+    # 0 for the first run in its place, 1 for the second, ...
     runs["repeat"] = runs.groupby(["beta_deg", *keys]).cumcount()
     pages = []
     for repeat, runs_of_repeat in runs.groupby("repeat"):
+        # `row`: number of the row of each run; `columns.ngroup()`: number of its column
         betas, row = np.unique(runs_of_repeat["beta_deg"], return_inverse=True)
         columns = runs_of_repeat.groupby(keys)
         keys_of_columns: Any = [key for key, _ in columns]
@@ -204,6 +220,7 @@ def runs_on_pages(fits: pd.DataFrame, depth_cm: pd.Series[float]) -> list[SheetL
             pages += _place_in_turn(list(places))
             continue
         sides = [f"β = {style.degrees(beta)}" for beta in betas]
+        # upper left place of each sheet into which the grid is cut
         first_places = product(range(0, len(sides), MAX_ROWS), range(0, len(heads), MAX_COLUMNS))
         for top, left in first_places:
             places_on_page = {
@@ -237,13 +254,13 @@ WIDTH_CM, HEIGHT_CM = 42.0, 29.7
 """Size of A3, the largest sheet."""
 
 LEFT, _RIGHT, _TOP, _BOTTOM, _GAP = 1.5, 0.4, 2.5, 1.5, 0.12
-"""Margins of a sheet, and the gap between panels, cm."""
+"""Margins of a sheet, with room for labels, title and legend, and the gap between panels, cm."""
 
 _HEAD = 1.05
 """Height of the text above the curves in a panel, cm."""
 
 _LARGEST, _NARROWEST = 5.0, 27.5
-"""Largest width and height of a panel, and least width of a sheet, cm."""
+"""Largest width and height of a panel, and least width of a sheet, whose title and legend need it, cm."""
 
 Pen = tuple[str, float, Any]
 """Colour, width and dashes of a line."""
@@ -272,8 +289,14 @@ _WINDOW = "#e4e4e4"
 class Sheet:
     """Collects the lines of all panels of a page by pen, then draws all lines of a pen at once, which is fast.
 
-    Coordinates are in cm from the upper left corner of the paper, up is positive. `reach`: Depth and, for horizontal runs,
-    path that the width of a panel spans, cm. `flags`: Flags of the runs. `shared`: Flags that all runs have.
+    All panels are drawn in a single matplotlib Axes, since a hundred of them would take minutes. Coordinates are in cm from
+    the upper left corner of the paper, up is positive. Call `add_panel` for each run, then `mark_empty_places`, then
+    `finish`.
+
+    `layout`: Where each run stands. `reach`: Depth and, for horizontal runs, path that the width of a panel spans, cm.
+    `flags`: Flags of the runs. `shared`: Flags that all runs have.
+    `width`, `height`: Of a place, a panel with the gap to the next. `paper`: Width and height of the sheet.
+    `lines`: Polylines (k, 2) by pen. `windows`, `frames`: Corners (4, 2) of shaded windows, and of frames by colour.
     """
 
     def __init__(
@@ -302,7 +325,7 @@ class Sheet:
         self.frames: dict[str, list[FloatArray]] = defaultdict(list)
 
     def corner(self, row: int, column: int) -> tuple[float, float]:
-        """Return left and top of a panel, cm."""
+        """Return left and top of the panel in a row and column, counted from 0, cm."""
         return LEFT + column * self.width, -_TOP - row * self.height
 
     def add_frame(self, left: float, top: float, colour: str) -> None:
@@ -311,7 +334,10 @@ class Sheet:
         self.frames[colour].append(_corners(left, right, bottom, top))
 
     def add_panel(self, place: tuple[int, int], trace: Trace, fit: Row) -> None:
-        """Collect lines and text of one run; `trace` is empty if the run has no samples."""
+        """Collect lines and text of one run; its frame is red if it is marked.
+
+        `place`: Row and column. `trace`: Samples of the run; empty if it has none. `fit`: Its row of the table of fits.
+        """
         left, top = self.corner(*place)
         problem = describe_problem(fit, self.flags, self.shared)
         self.add_frame(left, top, style.MARK if problem else "#9a9a9a")
@@ -324,6 +350,7 @@ class Sheet:
         is_horizontal = fit["direction"] == "horizontal"
         inner, tall = self.width - _GAP, self.height - _GAP - _HEAD
         lowest, highest = panel_limits(trace)
+        # cm on paper for 1 N/cm^2, and height of the line of zero stress
         scale = tall / (highest - lowest)
         zero = top - _HEAD - scale * highest
         depth_reach, path_reach = self.reach
@@ -352,13 +379,14 @@ class Sheet:
                 self.lines[FIT].append(np.column_stack([left + across * ends, y]))
 
     def _write_text(self, left: float, top: float, trace: Trace, fit: Row, problem: str) -> None:
-        """Write name, angles, alpha, range of stress and problem of a run into its panel."""
+        """Write name, angles, alpha, range of stress and problem of a run into its panel; `problem`: empty for none."""
 
         def write(x: float, y: float, text: str, size: float, **properties: str) -> None:
             """Write text into the panel, its top left or right corner at x and y, cm."""
             self.axes.text(x, y, style.plain(text), fontsize=size, va="top", **properties)  # type: ignore[arg-type]
 
         inner, margin = self.width - _GAP, 0.06
+        # a letter of this size is about 0.13 cm wide
         max_letters = int(inner / 0.13)
         run = str(fit["run_id"])
         # names of runs differ at their end: a long name loses its beginning
@@ -389,7 +417,7 @@ class Sheet:
             write(left + margin, y, "\n".join(lines), 5.2, color=style.MARK)
 
     def mark_empty_places(self) -> None:
-        """Write "not measured" into each empty place of a sheet of first runs."""
+        """Write "not measured" into each empty place of a sheet of first runs; on other sheets an empty place means nothing."""
         if not self.layout.is_first:
             return
         rows, columns = range(len(self.layout.row_labels)), range(len(self.layout.column_labels))
@@ -402,7 +430,7 @@ class Sheet:
             )
 
     def finish(self, title: str, notes: str) -> Figure:
-        """Draw everything that was collected; `notes` stand below the title."""
+        """Draw everything that was collected, and the labels of rows and columns; `notes` stand below the title."""
         from matplotlib.collections import LineCollection, PolyCollection
 
         self.axes.add_collection(PolyCollection(self.windows, facecolors=_WINDOW, linewidths=0))
@@ -430,7 +458,7 @@ class Sheet:
         return self.figure
 
     def _add_legend(self) -> None:
-        """Add the legend, and a sentence on what the panels span."""
+        """Add the legend of the curves that were drawn, and a sentence on what the panels span."""
         curves = [STRESS[quantity, c] for quantity in ("stress", "tare") for c in "zx"]
         entries = {
             name: style.line(pen[0], linewidth=1.2, linestyle=pen[2])
@@ -479,11 +507,16 @@ _COMPARED_WITH = {
     PAIR: ("map", "the map by all other runs; judged by the other of two", "s", False),
     MAP: ("map", "the map by all other runs", "o", False),
 }
-"""For each content of column ``beside`` of ``results/peers``: short and full name, marker, and whether the marker is filled."""
+"""For each content of column ``beside`` of ``results/peers``, which says what a run was compared with: short and full name
+of that, marker, and whether the marker is filled."""
 
 
 def _read_comparisons(results: Results) -> dict[str, pd.DataFrame]:
-    """Read the table of compared runs of each medium that has two or more."""
+    """Read the table of compared runs of each medium that has two or more, by medium.
+
+    A row is a run: its alpha, that of the others (``others_z_N_per_cm3``, ...), what these are (``beside``), by how many
+    times the usual spread it differs (``times_spread``), and whether that is so far that it is an outlier (``apart``).
+    """
     table_by_medium = {
         medium: results.table(f"peers/{medium}.csv") for medium in results.laboratory
     }
@@ -506,7 +539,7 @@ def _read_comparisons(results: Results) -> dict[str, pd.DataFrame]:
     ),
 )
 def plot_runs_side_by_side(results: Results) -> Figure:
-    """Draw each run against the others of its medium, a row a medium."""
+    """Draw alpha of each run minus that of the others of its medium, a row a medium, a column a component."""
     tables = _read_comparisons(results)
     compared_with = set().union(*(table["beside"] for table in tables.values()))
     comparisons = {
@@ -548,7 +581,7 @@ def plot_runs_side_by_side(results: Results) -> Figure:
 
 
 def _comparison_look(colour: str, marker: str, is_filled: bool) -> style.Look:
-    """Return the look of points for one sort of comparison."""
+    """Return the look of points for one sort of comparison, without their size."""
     face = colour if is_filled else "none"
     return {"marker": marker, "linestyle": "", "markerfacecolor": face, "markeredgewidth": 0.5}
 
@@ -556,7 +589,8 @@ def _comparison_look(colour: str, marker: str, is_filled: bool) -> style.Look:
 def _draw_differences(axes: Axes, table: pd.DataFrame, runs_apart: pd.DataFrame, c: str) -> None:
     """Draw one component of alpha of the runs of a medium minus that of the others, against that of the others.
 
-    Both components have the same range, so that they can be compared. `runs_apart`: Rows of outliers, the worst first.
+    Both components have the same range, so that they can be compared. `runs_apart`: Rows of outliers, the worst first; each
+    has its number in this order, in the panel of the component in which it differs most. `c`: The component drawn.
     """
     style.zero_line(axes)
     differences = {
@@ -597,7 +631,7 @@ def _draw_differences(axes: Axes, table: pd.DataFrame, runs_apart: pd.DataFrame,
 
 
 def _describe_differences(table: pd.DataFrame) -> str:
-    """Say how many runs were compared, how many are apart, and how far runs differ."""
+    """Say how many runs were compared, how many are apart (outliers), and how far runs differ."""
     times = table["times_spread"]
     if times.isna().all():
         return f"{count(len(table), 'run')}: too few to estimate how much runs differ"
@@ -618,7 +652,10 @@ def _component_apart(run: Row) -> str:
 
 
 def _describe_outliers(runs_apart: pd.DataFrame) -> list[str]:
-    """Write a line for each outlier: its name, its alpha and that of the others, in the component that differs most."""
+    """Write a line for each outlier: its name, its alpha and that of the others, in the component that differs most.
+
+    `runs_apart`: Rows of outliers, the worst first. Of many only the first `_MOST_NAMED` are named.
+    """
     lines = []
     for number, run in enumerate(runs_apart.to_dict("records")[:_MOST_NAMED], 1):
         c = _component_apart(run)

@@ -2,7 +2,8 @@
 
 A figure is a function of `Results` (and of a medium, where it is drawn for one) that returns a
 matplotlib figure, or several pages of one. ``@figure(...)`` gives it its name, what it reads, where
-it exists, its caption and its place in the paper.
+it exists, its caption and its place in the paper. `figures` lists the declarations of all modules. A medium is named by
+its key in the config; its title is its name for people.
 """
 
 from __future__ import annotations
@@ -30,18 +31,21 @@ MODULES = ("first", "protocol", "plates", "quality", "maps", "generic", "legs", 
 
 
 def single(campaign: Campaign) -> tuple[str, ...]:  # noqa: ARG001
-    """List the media of a figure that is drawn once in every campaign: one empty name."""
+    """List the media of a figure that is drawn once in every campaign: one empty name, for `DeclaredFigure.media`."""
     return ("",)
 
 
 def when(condition: Callable[[Campaign], object]) -> Callable[[Campaign], tuple[str, ...]]:
-    """Make the function `media` of a figure that is drawn once, and only in campaigns where the condition holds."""
+    """Make the function `DeclaredFigure.media` of a figure that is drawn once, and only where the condition holds.
+
+    `condition`: Function of the campaign; anything but 0, None or an empty list counts as True.
+    """
     return lambda campaign: ("",) if condition(campaign) else ()
 
 
 @dataclass(frozen=True)
 class DeclaredFigure:
-    """Declaration of one figure.
+    """Declaration of one figure, made by ``@figure(...)``. Plain functions stand for what depends on the campaign.
 
     `name`: Name of its files, by what it shows; the medium is appended where the figure is drawn for one, unless
         ``{medium}`` stands in the name.
@@ -84,7 +88,7 @@ class DeclaredFigure:
 
     @property
     def run(self) -> str:
-        """``module:function`` that draws it."""
+        """``module:function`` that draws it, by which a job of the workflow finds it."""
         return f"{self.draw.__module__}:{self.draw.__name__}"
 
     def file(self, medium: str = "") -> str:
@@ -99,7 +103,11 @@ class DeclaredFigure:
         return ", ".join(filter(None, (spaced_name, results.campaign.titles.get(medium, medium))))
 
     def caption_of(self, results: Results, medium: str = "") -> str:
-        """Write the caption of the figure of these results, as plain text; empty where there is nothing to draw."""
+        """Write the caption of the figure of these results, as plain text; empty where there is nothing to draw.
+
+        A declared text gets its words in braces replaced and its quantities written with Greek letters; a function has
+        written all by itself.
+        """
         paper = f" After {self.paper} of the paper." if self.paper else ""
         # where a table is missing or damaged, the caption stays as it is declared
         with suppress(InputError, LookupError, ValueError, TypeError):
@@ -115,6 +123,8 @@ class DeclaredFigure:
         caption = greek(str(self.caption)) + paper
         return re.sub(r"\{\w+\}", lambda match: replacements[match[0]], caption)
 
+
+# `greek` and what it replaces
 
 _GREEK = {
     "alpha": "\u03b1",
@@ -132,6 +142,7 @@ _SIGNS = (
     (r"(?<=[\dm]) x (?=\d)", " \u00d7 "),
 )
 _QUANTITY = re.compile(rf"\b({'|'.join(_GREEK)})(?![a-z])")
+"""A Greek quantity as a word of its own, or before another sign than a small letter: in "alpha_z", not in "alphabet"."""
 
 
 def greek(text: str) -> str:
@@ -142,6 +153,7 @@ def greek(text: str) -> str:
 
 
 _DECLARED: list[DeclaredFigure] = []
+"""Figures declared so far, in the order in which their modules were imported; `figure` adds to it."""
 
 
 def figure(
@@ -149,13 +161,15 @@ def figure(
 ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Declare the decorated function as a figure; `name`, `settings`, `fields`: fields of `DeclaredFigure`.
 
-    The function then draws in the common style, adds marks and stamps, and says what is lacking instead of drawing.
+    Returns a decorator. The function then draws in the common style, adds marks (sentences on media that fail a check) and
+    stamps (what is simulated), and says what is lacking instead of drawing. The declaration is added to `_DECLARED`.
     """
 
     def declare(draw: Callable[..., Any]) -> Callable[..., Any]:
         @styled()
         @wraps(draw)
         def draw_in_style(results: Results, *medium: str) -> Any:
+            # `medium`: one name, or none for a figure of the whole campaign
             if sentences := declared.lacking(results, *(medium or ("",))):
                 pages = missing(sentences[0], sentences[1:])
             else:
@@ -176,9 +190,11 @@ def figure(
 
 
 def _describe_marks(results: Results, section: str, medium: str = "") -> list[str]:
-    """Write a sentence about each medium that a figure may show and that fails a check.
+    """Write a sentence about each medium that a figure may show and that fails a check, for `style.mark`.
 
-    `section`: Section of the page with the figure. `medium`: Medium of the figure; default: a figure of the whole campaign.
+    `section`: Section of the page with the figure, which tells which media a figure of the whole campaign may show.
+    `medium`: Medium of the figure; default: a figure of the whole campaign. Figures of the robot's sweeps give the name of
+    a sweep, which is no medium.
     """
     campaign, marks = results.campaign, results.marks
     titles, shown_media = campaign.titles, [*marks]
@@ -198,7 +214,7 @@ def _describe_marks(results: Results, section: str, medium: str = "") -> list[st
 
 @cache
 def figures() -> tuple[DeclaredFigure, ...]:
-    """Return all declared figures, in the order in which they are shown."""
+    """Return all declared figures, in the order in which they are shown; imports the modules that declare them."""
     for module in MODULES:
         import_module(f"rftfit.figures.{module}")
     # sorted by module, since other code may have imported a module earlier

@@ -1,4 +1,16 @@
-"""The robot: speed against stride frequency and curvature, and its motion in a stride."""
+"""The robot: speed against stride frequency and curvature, forces in mid-stance, and its motion in a stride.
+
+A run has a stride frequency (Hz) and a leg curvature R'/r (1: c-leg, 0: flat, -1: reversed). Tables of a sweep, by name:
+
+- ``speed``: a row for each simulated run, with its profile, starting phase, ``speed_cm_per_s`` (NaN if not steady) and
+  ``outcome``;
+- ``errors``: a row for each measured condition on each profile: measured and simulated speed, and whether the robot's
+  unknown lengths were calibrated on it;
+- ``optimum``: for each frequency on a profile the curvature of the fastest legs.
+
+Groups of elements are the plates of the body by name and the legs of each phase, ``tripod_1``, ``tripod_2``. `looks` gives
+colour and marker by curvature, or colour and dashes by group.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +28,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     import pandas as pd
-    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -28,6 +39,7 @@ if TYPE_CHECKING:
 FREQUENCY_LABEL = "stride frequency (Hz)"
 CURVATURE_LABEL = r"leg curvature $R'/r$ (dimensionless)"
 SPEED_LABEL = "speed (cm/s)"
+"""Labels of axes."""
 
 SWEEPS = ("robot", "robot_full")
 """Folders of the reduced sweep, which every run makes, and of the paper's whole one (``rftfit sweep``)."""
@@ -48,18 +60,19 @@ def _describe_simulated_in_motion(results: Results) -> str:
 
 
 def _has_tracks(results: Results) -> bool:
-    """Tell whether measured speeds are from tracks of the campaign; else they are the published ones."""
+    """Return True if measured speeds are from marker tracks of the campaign; else they are the published ones."""
     robot = results.config.robot
     return robot is not None and robot.runs is not None
 
 
 def sweep_figure(name: str, reads: Sequence[str], **fields: Any) -> Callable[[_Draw], _Draw]:
-    """Declare a figure that is drawn for each of `SWEEPS`.
+    """Declare a figure that is drawn for each of `SWEEPS`; returns a decorator of a function of results and sweep.
 
     `reads`: Names of tables in the folder of the sweep. `fields`: Further fields of `DeclaredFigure`.
     """
 
     def declare(draw: _Draw) -> _Draw:
+        """Declare the figure once for each sweep, the paper's whole one on demand."""
         for sweep in SWEEPS:
             # the figure is named and drawn for its sweep, as others are for a medium
             draw_sweep = figure(
@@ -81,6 +94,7 @@ def beside_points(caption: str, good: str) -> Callable[[Results, str], str]:
     """Make a function that writes the caption, with the sentence `good` where the figure shows measured speeds."""
 
     def caption_of(results: Results, sweep: str) -> str:
+        """Write the caption of the figure of a sweep."""
         measured = results.table(f"{sweep}/errors.csv")["measured_cm_per_s"]
         return f"{caption} {good}" if measured.notna().any() else caption
 
@@ -103,6 +117,7 @@ _HZ_MARKERS = "osD^v"
 """Markers of `READ_HZ`."""
 
 _NO_SPEED = ("there is no simulated speed to draw",)
+"""What is lacking, as `DeclaredFigure.lacking` returns it."""
 
 
 @sweep_figure(
@@ -134,7 +149,7 @@ def plot_speed(results: Results, sweep: str) -> Figure:
 
 
 def _read_on_measured_table(results: Results, sweep: str, *names: str) -> list[pd.DataFrame]:
-    """Read tables of a sweep, only rows of runs on the profile of the measured table."""
+    """Read tables of a sweep by name, only rows of runs on the profile of the measured table."""
     tables = [results.table(f"{sweep}/{name}.csv") for name in names]
     return [table[table["profile"] == "table"] for table in tables]
 
@@ -181,6 +196,7 @@ def curvature_looks(curvatures: Sequence[float]) -> dict[float, tuple[str, str]]
     for sign, ends in ((-1, _BACK), (1, _AHEAD)):
         same_sign = [curvature for curvature in ordered if curvature * sign > 0]
         ramp = LinearSegmentedColormap.from_list("", ends)
+        # places on the ramp; a single curvature stands in its middle
         shares = np.linspace(0, 1, len(same_sign)) if len(same_sign) > 1 else [0.5]
         colours |= dict(zip(same_sign, map(to_hex, ramp(shares)), strict=True))
     markers = itertools.cycle(_MARKERS)
@@ -206,9 +222,14 @@ def _speed_range(speed: pd.DataFrame, errors: pd.DataFrame) -> tuple[float, floa
 def _draw_frequency_panel(
     axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame, looks: Mapping[float, tuple[str, str]]
 ) -> None:
-    """Draw speed against stride frequency, a curve a curvature, with measured points and their errors."""
+    """Draw speed against stride frequency, a curve a curvature, with measured points and their errors.
+
+    `speed`, `errors`: Rows of one profile. Beside each measured point a bar shows what the errors of alpha and of the legs'
+    arc leave open of the simulated speed; hollow points are those on which the robot was calibrated.
+    """
     for curvature, (colour, marker) in looks.items():
         rows = speed[np.isclose(speed["curvature_times_R"], curvature)]
+        # frequency and speed, shape (k, 2); no curve without such runs
         curves = [*_average_speeds(rows, "speed_cm_per_s").values()][:1]
         # each curve begins at zero: while its legs rest, the robot rests
         x, y = np.vstack([np.zeros((1, 2)), *curves]).T
@@ -216,6 +237,7 @@ def _draw_frequency_panel(
         _mark_tipped(axes, rows, "frequency_Hz", colour)
         error_rows = errors[np.isclose(errors["curvature_times_R"], curvature)]
         ends = error_rows[_OPEN_ENDS].to_numpy(float).T
+        # at the right of the point, which would hide it
         beside_points_Hz = error_rows["frequency_Hz"] + 0.09
         axes.vlines(beside_points_Hz, *ends, color=_OPEN_COLOUR, zorder=4, **_OPEN)
         for calibrated, fill in (("no", colour), ("yes", "white")):
@@ -254,10 +276,14 @@ _OPEN: dict[str, Any] = {"linewidth": 1.4}
 
 _RING: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 7.5}
 _RING |= {"markerfacecolor": "none", "markeredgewidth": 0.9}
+"""Look of the ring around a point whose motion over time has a figure of its own."""
 
 
 def _average_speeds(table: pd.DataFrame, column: str) -> dict[float, FloatArray]:
-    """Average a column of speeds over starting phases: rows (frequency, mean) by curvature; NaN where no run is steady."""
+    """Average a column of speeds, cm/s, over the starting phases: curvature to rows (frequency in Hz, mean), shape (k, 2).
+
+    The mean is over steady runs; NaN where none is. Without frequency 0, at which the robot rests.
+    """
     phases = table[table["frequency_Hz"] > 0].groupby(["curvature_times_R", "frequency_Hz"])
     mean = phases[column].mean().reset_index("frequency_Hz")
     by_curvature: Any = mean.groupby("curvature_times_R")
@@ -265,7 +291,10 @@ def _average_speeds(table: pd.DataFrame, column: str) -> dict[float, FloatArray]
 
 
 def _mark_tipped(axes: Axes, speed: pd.DataFrame, along: str, colour: Any) -> None:
-    """Draw a cross at speed zero for each condition, by the column `along`, at which the robot turned upside down."""
+    """Draw a cross at speed zero for each condition at which the robot turned upside down.
+
+    `speed`: Rows of simulated runs. `along`: Column of the horizontal axis.
+    """
     positions = sorted(set(speed.loc[speed["outcome"] == "tipped", along]))
     if positions:
         axes.plot(
@@ -280,8 +309,13 @@ def _mark_tipped(axes: Axes, speed: pd.DataFrame, along: str, colour: Any) -> No
 
 
 def interpolate_speed(frequencies: FloatArray, speeds: FloatArray, at_Hz: float) -> float | None:
-    """Interpolate the speed at one frequency, from speed zero at frequency zero; None where its neighbours are far apart."""
+    """Interpolate the speed at one frequency, from speed zero at frequency zero; None where its neighbours are far apart.
+
+    Measured frequencies differ from leg to leg, but speed against curvature needs a common one. `frequencies` (Hz,
+    ascending), `speeds`: Of one curvature, shape (k,). None also beyond the last frequency.
+    """
     x, y = np.append(0.0, frequencies), np.append(0.0, speeds)
+    # index of the first frequency that is not below `at_Hz`
     above = int(np.searchsorted(x, at_Hz - 1e-6))
     if above == x.size:
         return None
@@ -293,7 +327,10 @@ def interpolate_speed(frequencies: FloatArray, speeds: FloatArray, at_Hz: float)
 
 
 def _interpolate_speeds(curves: Mapping[float, FloatArray], at_Hz: float) -> FloatArray:
-    """Return rows (curvature, speed) at one frequency; NaN where no run is steady."""
+    """Return rows (curvature, speed) at one frequency, shape (k, 2), from the `curves` of `_average_speeds`.
+
+    A curvature without neighbours near enough has no row; speed is NaN where no run is steady.
+    """
     speed_rows = [
         (curvature, interpolate_speed(rows[:, 0], rows[:, 1], at_Hz))
         for curvature, rows in curves.items()
@@ -302,7 +339,10 @@ def _interpolate_speeds(curves: Mapping[float, FloatArray], at_Hz: float) -> Flo
 
 
 def _draw_curvature_panel(axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame) -> None:
-    """Draw speed against curvature at `READ_HZ`: simulated lines, measured points."""
+    """Draw speed against curvature at `READ_HZ`: simulated lines, measured points; rows of one profile.
+
+    The paper measured at other frequencies for each leg, so all speeds are read off between them.
+    """
     from matplotlib import colormaps
 
     colours = colormaps[style.SEQUENTIAL](np.linspace(0.02, 0.8, len(READ_HZ)))
@@ -335,7 +375,7 @@ def _draw_curvature_panel(axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame)
 
 
 def _legend_title(results: Results, errors: pd.DataFrame) -> style.Look:
-    """Return the title of the legend, which says what lines and points are, as options of the legend."""
+    """Return the title of the legend, which says what lines and points are, as options of `style.legend`."""
     explanations = ["lines: simulated"]
     if not errors.empty:
         explanations.append(f"points: {_describe_origin_of_points(results)}")
@@ -356,7 +396,7 @@ def _describe_origin_of_points(results: Results) -> str:
 def _make_speed_entries(
     looks: Mapping[float, tuple[str, str]], speeds: pd.DataFrame, errors: pd.DataFrame
 ) -> dict[str, Any]:
-    """Make the entries of the legend for the colours, lines and points that are drawn."""
+    """Make the entries of the legend for the colours, lines and points that are drawn by `_draw_frequency_panel`."""
     entries: dict[str, Any] = {}
     for curvature, (colour, marker) in looks.items():
         # shown with the marker where there is one
@@ -398,7 +438,10 @@ def _select_drawn_over_time(errors: pd.DataFrame) -> pd.DataFrame:
 
 
 def _tabulate_speeds(results: Results, sweep: str) -> pd.DataFrame:
-    """Tabulate simulated speeds on the measured table: a row for each frequency with a best curvature, a column a curvature."""
+    """Tabulate simulated speeds on the measured table: a row for each frequency with a best curvature, a column a curvature.
+
+    A cell is the mean over starting phases, cm/s, NaN where no run is steady.
+    """
     speeds, best = _read_on_measured_table(results, sweep, "speed", "optimum")
     grid = speeds[np.isin(speeds["frequency_Hz"], best["frequency_Hz"].to_numpy(float))]
     return grid.pivot_table(
@@ -439,6 +482,7 @@ def plot_curvature(results: Results, sweep: str) -> Figure:
     curvature_axes.set(xlabel=CURVATURE_LABEL, ylabel=SPEED_LABEL)
     points = "; points: measured, read between frequencies" * bool(len(error_rows))
     curvature_axes.set_title(f"lines: simulated{points}", loc="left", fontsize=6.5)
+    # the map needs a speed in every cell
     complete = table.dropna(axis="columns")
     image = map_axes.pcolormesh(
         complete.columns.to_numpy(float),
@@ -473,7 +517,7 @@ def plot_curvature(results: Results, sweep: str) -> Figure:
 
 
 def _split_by_run(table: pd.DataFrame) -> list[tuple[tuple[float, float], pd.DataFrame]]:
-    """Split a table by run: curvature and frequency of each, c-leg first, and its rows."""
+    """Split a table of samples or elements by run: (curvature, frequency) of each, c-leg first, with its rows."""
     runs = table.groupby(["curvature_times_R", "frequency_Hz"])
     return [((float(k), float(f)), rows) for (k, f), rows in reversed([*runs])]
 
@@ -503,12 +547,16 @@ def _run_name(curvature: float, frequency: float) -> str:
     ),
 )
 def plot_robot_stance(results: Results) -> Figure:
-    """Draw the elements of the robot in mid-stance with the forces on one tripod, one panel a run."""
+    """Draw the elements of the robot in mid-stance with the forces on one tripod, one panel a run.
+
+    Mid-stance: the legs of the first tripod hang straight down (`rftfit.robot.motion.stance_of`).
+    """
     from matplotlib.collections import LineCollection
 
     stances = results.table("robot/stances.csv")
     runs = _split_by_run(stances)
     page, (panels,) = style.panels([5.9], len(runs), 9.2)
+    # one scale of arrows for all panels
     pushes = stances.loc[stances["group"] == "tripod_1", ["force_x_N", "force_z_N"]]
     strongest = float(np.hypot(*pushes.to_numpy(float).T).max())
     longest_cm = 3.0
@@ -530,6 +578,7 @@ def plot_robot_stance(results: Results) -> Figure:
             )
         positions = elements.loc[standing, ["at_x_cm", "at_z_cm"]].to_numpy(float)
         forces = elements.loc[standing, ["force_x_N", "force_z_N"]].to_numpy(float)
+        # an arrow of less than 1 % of the longest cannot be seen
         is_loaded = np.hypot(*forces.T) > 0.01 * strongest
         axes.quiver(
             *positions[is_loaded].T,
@@ -565,11 +614,15 @@ _STANCE = {"body": "#444444", "other tripod": "#9a9a9a", "standing tripod": styl
 # Motion and forces over two strides
 
 
+# a table of motion has a row for each sample of the last two strides of each run, as `rftfit.robot.motion.tail_of` makes
+# it, with forces in columns such as force_z_tripod_1_N
+
 _KINEMATICS = (
     ("velocity_x_cm_per_s", "forward speed\n(cm/s)"),
     ("z_cm", "height\n(cm)"),
     ("pitch_deg", "pitch, nose up\n(deg)"),
 )
+"""Columns of a table of motion that have a panel each, and their labels."""
 _GROUPS: tuple[tuple[str, Any], ...] = (
     (style.OKABE_ITO["blue"], style.DASHES["solid"]),
     (style.OKABE_ITO["vermillion"], style.DASHES["dashed"]),
@@ -578,7 +631,7 @@ _GROUPS: tuple[tuple[str, Any], ...] = (
     (style.OKABE_ITO["reddish purple"], style.DASHES["dash-dotted"]),
     (style.OKABE_ITO["sky blue"], style.DASHES["solid"]),
 )
-"""Colours and lines of the groups of elements."""
+"""Colours and dashes of the groups of elements, tripods first; more groups than these are not drawn."""
 
 _MOTION_FIELDS: dict[str, Any] = {
     "reads": ("robot/motion.csv", "robot/strides.csv"),
@@ -614,7 +667,7 @@ def plot_robot_motion(results: Results) -> Figure:
     **_MOTION_FIELDS,
 )
 def plot_robot_reaction(results: Results) -> Figure:
-    """Draw vertical and horizontal ground reaction of both tripods."""
+    """Draw vertical and horizontal ground reaction of both tripods over two strides, one column a run."""
     motion = results.table("robot/motion.csv")
     tripods = [name for name in group_names(motion) if name.startswith("tripod")]
     page, columns = _new_panels(motion, 2)
@@ -623,7 +676,7 @@ def plot_robot_reaction(results: Results) -> Figure:
         _draw_forces(panels, motion_of_run, looks)
     labels = "vertical force $F_z$\n(N)", "horizontal force $F_x$\n(N)"
     _finish_axes([panels for _, panels in columns], labels)
-    _add_legend(page, looks)
+    style.legend(page, style.list_labelled(page), columnspacing=1.6)
     return page
 
 
@@ -631,20 +684,20 @@ def plot_robot_reaction(results: Results) -> Figure:
 def draw_motion(motion: pd.DataFrame, measured: pd.DataFrame | None = None) -> Figure:
     """Draw motion and forces over two strides, one column a run.
 
-    `measured`: Mean strides of tracks, drawn beside the simulated speed.
+    `motion`: Table of motion of one run or more. `measured`: Mean strides of tracks, speed against the share ``stride`` of
+    a stride, drawn beside the simulated speed; None: none.
     """
     page, columns = _new_panels(motion, len(_KINEMATICS) + 2)
     looks = dict(zip(group_names(motion), _GROUPS, strict=False))
+    # groups whose curve could not be told from zero are named instead of drawn
     unseen = [group for group in looks if not _is_visible(motion, group)]
     looks = {group: looks[group] for group in looks if group not in unseen}
-    any_measured = False
     for motion_of_run, panels in columns:
         run: Any = motion_of_run[["curvature_times_R", "frequency_Hz"]].iloc[0].tolist()
         time, mean = motion_of_run["time_s"].to_numpy(float), _mean_speed(motion_of_run)
         if measured is not None:
             for curve in _align_strides(motion_of_run, _select_conditions(measured, [run]), run[1]):
-                panels[0].plot(time, curve, color="#9a9a9a", linewidth=0.9)
-                any_measured = True
+                panels[0].plot(time, curve, color="#9a9a9a", linewidth=0.9, label="measured")
         for axes, (name, _) in zip(panels, _KINEMATICS, strict=False):
             axes.plot(time, motion_of_run[name], color="black", linewidth=1)
         panels[0].axhline(mean, color="black", linewidth=0.6, linestyle=style.DASHES["dashed"])
@@ -652,12 +705,14 @@ def draw_motion(motion: pd.DataFrame, measured: pd.DataFrame | None = None) -> F
         _draw_forces(panels[len(_KINEMATICS) :], motion_of_run, looks)
     labels = [*(label for _, label in _KINEMATICS), "lift by group\n(N)", "thrust by group\n(N)"]
     _finish_axes([panels for _, panels in columns], labels)
-    curves = {"simulated": style.line("black"), "measured": style.line("#9a9a9a")}
+    entries = style.list_labelled(page)
+    if "measured" in entries:
+        entries = {"simulated": style.line("black")} | entries
     title = ""
     if unseen:
         names = ", ".join(map(_spaced_name, unseen))
         title = f"not drawn, force below {100 * _VISIBLE:g} % of the largest: {names}"
-    _add_legend(page, looks, title, **curves if any_measured else {})
+    style.legend(page, entries, columnspacing=1.6, title=title)
     return page
 
 
@@ -666,7 +721,8 @@ def _align_strides(
 ) -> list[FloatArray]:
     """Interpolate the measured speed of each track at the simulated moments, in the phase that fits the simulated speed best.
 
-    `frequency`: Stride frequency, Hz. `strides`: Mean stride of each track: speed against the share ``stride`` of its period.
+    A track does not say at which angle of the legs it begins. `frequency`: Stride frequency, Hz. `strides`: Mean stride of
+    each track: speed against the share ``stride`` of its period. Returns speeds, cm/s, of the length of `motion_of_run`.
     """
     phase = motion_of_run["time_s"].to_numpy(float) * frequency
     simulated, best_curves = motion_of_run["velocity_x_cm_per_s"].to_numpy(float), []
@@ -680,11 +736,15 @@ def _align_strides(
 def _draw_forces(
     panels: Sequence[Axes], motion_of_run: pd.DataFrame, looks: Mapping[str, tuple[str, Any]]
 ) -> None:
-    """Draw the forces on groups of elements in two panels: vertical and horizontal; `looks`: colour and dashes by group."""
+    """Draw the forces on groups of elements in two panels: vertical and horizontal, labelled for the legend.
+
+    `looks`: Colour and dashes by group.
+    """
     for axes, component in zip(panels, "zx", strict=True):
         for group, (colour, dash) in looks.items():
             force = _average_force(motion_of_run, f"force_{component}_{group}_N")
-            axes.plot(motion_of_run["time_s"], force, color=colour, linestyle=dash, linewidth=0.9)
+            look: style.Look = {"color": colour, "linestyle": dash, "linewidth": 0.9}
+            axes.plot(motion_of_run["time_s"], force, label=_spaced_name(group), **look)
         axes.axhline(0, color=style.GREY, linewidth=0.4, zorder=0)
 
 
@@ -693,14 +753,17 @@ _VISIBLE = 0.02
 
 
 def _is_visible(motion: pd.DataFrame, group: str) -> bool:
-    """Tell whether the force on a group can be told from zero on the scale of all groups."""
+    """Return True if the force on a group can be told from zero on the scale of all groups and all runs."""
     forces = motion.filter(regex=r"^force_[xz]_\w+_N$").abs()
     forces_on_group = forces[[f"force_{component}_{group}_N" for component in "xz"]]
     return bool(forces_on_group.to_numpy().max() > _VISIBLE * forces.to_numpy().max())
 
 
 def _average_force(motion_of_run: pd.DataFrame, name: str) -> pd.Series[float]:
-    """Average a force over 10 ms about each sample: at zero speed it jumps from step to step."""
+    """Average a force over 10 ms about each sample: at zero speed it jumps from step to step.
+
+    `name`: Its column, such as ``force_z_belly_N``.
+    """
     time = motion_of_run["time_s"].to_numpy(float)
     half_window = int(0.01 / 2 / float(np.diff(time).mean())) if len(time) > 1 else 0
     return motion_of_run[name].rolling(2 * half_window + 1, center=True, min_periods=1).mean()
@@ -722,7 +785,10 @@ def _mean_speed(motion_of_run: pd.DataFrame) -> float:
 def _new_panels(
     motion: pd.DataFrame, rows: int
 ) -> tuple[Figure, list[tuple[pd.DataFrame, list[Axes]]]]:
-    """Make a page of `rows` panels a run. Returns the page, and for each run its rows in order of time and its panels."""
+    """Make a page of `rows` panels a run, a column a run, c-leg first.
+
+    Returns the page, and for each run its rows of `motion` in order of time and its panels from top to bottom.
+    """
     runs = _split_by_run(motion)
     page, panels = style.panels([3.3] * rows, len(runs), 9.2)
     columns = []
@@ -733,7 +799,10 @@ def _new_panels(
 
 
 def _finish_axes(columns: list[list[Axes]], labels: Sequence[str]) -> None:
-    """Set one range for each row of panels, label rows at their left and columns with the axis of time below."""
+    """Set one range for each row of panels, label rows at their left and columns with the axis of time below.
+
+    `columns`: Panels of each run, from top to bottom. `labels`: Of the rows.
+    """
     for row, label in enumerate(labels):
         ends = np.array([panels[row].get_ylim() for panels in columns])
         for panels in columns:
@@ -750,12 +819,3 @@ def _finish_axes(columns: list[list[Axes]], labels: Sequence[str]) -> None:
 def _spaced_name(group: str) -> str:
     """Return the name of a group of elements as people read it."""
     return group.replace("_", " ")
-
-
-def _add_legend(
-    figure: Figure, looks: Mapping[str, tuple[str, Any]], title: str = "", **entries: Artist
-) -> None:
-    """Add the legend of groups of elements, after further `entries`; `looks`: colour and dashes by group."""
-    for group, (colour, dash) in looks.items():
-        entries[_spaced_name(group)] = style.line(colour, linestyle=dash)
-    style.legend(figure, entries, columnspacing=1.6, title=title)

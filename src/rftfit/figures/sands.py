@@ -1,4 +1,9 @@
-"""Penetration of the natural sands: stress against depth and the fit of its linear part."""
+"""Penetration of the natural sands: stress against depth and the fit of its linear part.
+
+A penetration test is a run of a flat plate straight down. Stress is in proportion to depth only to some depth, the linear
+regime. Its line through zero is fitted twice, over a window of depth that is ``stated`` in the config, and over one whose
+end was ``detected``; each fit is a row of ``results/sands.csv``.
+"""
 
 from __future__ import annotations
 
@@ -57,6 +62,7 @@ def plot_penetration(results: Results) -> Figure:
     most_in_row = 3
     page, panels = style.panels_in_rows(len(media), most_in_row, 7.3, 6.1)
     for i, (medium, axes) in enumerate(zip(media, panels, strict=True)):
+        # run_id to window (stated, detected) to the row of the fit
         fits_by_run: dict[str, dict[str, Row]] = {}
         for fit in table[table["medium"] == medium].to_dict("records"):
             fits_by_run.setdefault(str(fit["run_id"]), {})[str(fit["window"])] = fit
@@ -67,18 +73,9 @@ def plot_penetration(results: Results) -> Figure:
         if i % most_in_row == 0:
             axes.set_ylabel(f"vertical stress $\\sigma_z$ ({style.PER_CM2})")
         axes.set_title(style.plain(results[medium].title), weight="bold", loc="left")
-    entries: dict[str, Any] = {"measured": style.line(style.COMPONENT_COLOURS["z"])}
-    if table["window"].eq("stated").any():
-        entries["stated window"] = style.patch(facecolor=style.WINDOW)
-    colours_of_bands = []
-    for name, (colour, dashes) in _FITS.items():
-        fits_over_window = table[table["window"] == name]
-        if len(fits_over_window):
-            entries[f"fit through zero, {name}"] = style.line(colour, linestyle=dashes)
-        if fits_over_window[_FIT_COLUMNS[1]].notna().any():
-            colours_of_bands.append(colour)
-    if any(line.get_linestyle() == ":" for axes in panels for line in axes.lines):
-        entries["detected end"] = style.line(_FITS["detected"][0], linestyle=":")
+    entries: dict[str, Any] = style.list_labelled(page)
+    with_interval = {*table.dropna(subset=_FIT_COLUMNS[1])["window"]}
+    colours_of_bands = [colour for name, (colour, _) in _FITS.items() if name in with_interval]
     if colours_of_bands:
         entries[f"{style.level(results)} interval of alpha"] = style.bands(colours_of_bands)
     style.legend(page, entries, handlelength=2.2, borderaxespad=0.25)
@@ -88,15 +85,17 @@ def plot_penetration(results: Results) -> Figure:
 def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, Row]]) -> None:
     """Draw the penetration tests of one sand: measured stress over depth, and the fits with their intervals.
 
-    `runs`: Samples of the tests. `tests`: For each test its fits by window, ``stated`` or ``detected``.
+    `runs`: Samples of the tests, without those that were refused. `tests`: For each test its fits by window, ``stated`` or
+    ``detected``; one empty test where there is none. What is drawn gets its label for the legend.
     """
+    # measured depth and stress of each test, shape (n, 2); depths inside the windows of all tests
     lines, depths_in_window = [], []
     for trace in runs:
         points = np.column_stack([trace["depth_cm"], trace["stress_z_N_per_cm2"]])
         is_drawn = np.isfinite(points).all(axis=1) & (points[:, 0] >= 0)
         lines.append(points[is_drawn])
         depths_in_window += [*points[is_drawn & (trace["in_window"] > 0), 0]]
-        axes.plot(*lines[-1].T, color=style.COMPONENT_COLOURS["z"], linewidth=0.9)
+        axes.plot(*lines[-1].T, color=style.COMPONENT_COLOURS["z"], linewidth=0.9, label="measured")
     depth, stress = np.concatenate([np.empty((0, 2)), *lines]).T
     nothing = "no stress in this test" if runs else "no penetration test"
     missing = [] if depth.size else [nothing]
@@ -106,7 +105,9 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, 
     max_depth = max(ends) if depth.size else 1.2 * max([*ends, 1.0])
     if np.isfinite(stated_cm):
         window = depths_in_window or [0, stated_cm]
-        axes.axvspan(min(window), max(window), color=style.WINDOW, linewidth=0)
+        axes.axvspan(
+            min(window), max(window), color=style.WINDOW, linewidth=0, label="stated window"
+        )
     highest_stresses = [float(stress.max())] if stress.size else []
     drawn_fits: set[str] = set()
     for fits, (name, (colour, dashes)) in itertools.product(tests, _FITS.items()):
@@ -119,10 +120,11 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, 
         # beyond its window the line of the fit is thin
         for depths, width in (([0, end], 1.1), ([end, max_depth], 0.5)):
             stresses = alpha * np.array(depths)
-            axes.plot(depths, stresses, color=colour, linestyle=dashes, linewidth=width)
+            look: style.Look = {"color": colour, "linestyle": dashes, "linewidth": width}
+            axes.plot(depths, stresses, label=f"fit through zero, {name}", **look)
         highest_stresses += [alpha * end, *([high * end] if np.isfinite(high) else [])]
         if name == "detected" and np.isfinite(to_cm) and not _is_linear_to_its_end(fits[name]):
-            axes.axvline(to_cm, color=colour, linestyle=":", linewidth=0.9)
+            axes.axvline(to_cm, color=colour, linestyle=":", linewidth=0.9, label="detected end")
     fit_names = [name for name in _FITS if any(name in fits for fits in tests)]
     missing += [f"no fit over the {name} window" for name in fit_names if name not in drawn_fits]
     highest = 1.06 * max(highest_stresses) if highest_stresses else 1.0
@@ -135,10 +137,10 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, 
 
 
 def _is_linear_to_its_end(fit: Row) -> bool:
-    """Tell whether the test ended before its linear regime did, so that no end of the regime was detected."""
+    """Return True if the test ended before its linear regime did, so that no end of the regime was detected."""
     return has(fit, "no-linear-end")
 
 
 def _number_of(fit: Row | None, name: str) -> float:
-    """Return a number of a fit; NaN where there is no fit over the window."""
+    """Return a number of a fit, by its column; NaN where there is no fit over the window."""
     return float("nan") if fit is None else float(fit[name])

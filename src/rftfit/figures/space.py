@@ -1,4 +1,9 @@
-"""Forces on a mesh along its path with their intervals and the error of the law in space; the mesh at the largest force."""
+"""Forces on a mesh along its path with intervals and the error of the law in space; the mesh at the largest force.
+
+A pose is a position and rotation of the mesh along its path, a row of the table of forces. Off the plane of the
+measurements the law of forces is a generalization: `closure_N` is its error in the worst case, zero for a mesh whose faces
+all move as plates of the measurements did.
+"""
 
 from __future__ import annotations
 
@@ -26,16 +31,20 @@ _ABSCISSAS = {
     "depth_cm": ("depth", "cm"),
     "wheel_turn_deg": ("turn of the wheel", "deg"),
 }
-"""Name and unit of each quantity that can be the first column of a motion."""
+"""Name and unit of each quantity that can be the first column of a motion, against which forces are drawn."""
 
 
 @style.styled()
 def draw_forces(answer: ForceAnswer) -> Figure:
-    """Draw the forces on a mesh over the first column of its motion with their intervals, and the mesh at the largest force."""
+    """Draw the forces on a mesh over the first column of its motion with their intervals, and the mesh at the largest force.
+
+    `answer`: Of `rftfit.predict` for a mesh; its table ``forces`` has a row for each pose.
+    """
     forces, mesh, motion = answer.forces, answer.body, answer.motion
     assert isinstance(mesh, Mesh)
     assert isinstance(motion, Motion3D)
     page = style.new_figure(style.DOUBLE_CM, 10.0)
+    # `pose`: index of the largest force, whose mesh is drawn at the right; the first if no force is known
     total = np.sqrt((forces[[f"force_{axis}_N" for axis in "xyz"]] ** 2).sum(axis=1, skipna=False))
     pose = 0 if total.isna().all() else int(total.idxmax())
     key = next(iter(motion.columns))
@@ -61,7 +70,11 @@ def draw_forces(answer: ForceAnswer) -> Figure:
 
 
 class Band(NamedTuple):
-    """Interval that is drawn: its name in the legend, the function that names its columns, its opacity."""
+    """Interval that is drawn.
+
+    `meaning`: Its name in the legend; empty if the answer has no such interval. `name_ends`: Function that returns the
+    columns of its lower and upper end for a quantity such as ``force_z_N``. `opacity`: Of its shade.
+    """
 
     meaning: str
     name_ends: Callable[[str], tuple[str, str]]
@@ -69,7 +82,10 @@ class Band(NamedTuple):
 
 
 def choose_bands(answer: ForceAnswer) -> list[Band]:
-    """Choose the widest interval of an answer, and the one of alpha; an interval without width is left out."""
+    """Choose the widest interval of an answer, and the one of alpha, to be drawn in this order.
+
+    The widest is that of the next bed, else that with the model's own error. An interval without width is left out.
+    """
     widest = ((answer.interval_of_bed, next_end_names), (answer.interval_of_model, model_end_names))
     bands = [Band(meaning, names, style.WIDER_OPACITY) for meaning, names in widest if meaning][:1]
     bands.append(Band(answer.interval_of_alpha, end_names, style.INTERVAL_OPACITY))
@@ -77,20 +93,23 @@ def choose_bands(answer: ForceAnswer) -> list[Band]:
 
 
 def _has_width(forces: pd.DataFrame, band: Band) -> bool:
-    """Tell whether an interval is wider than zero for any component in any pose."""
+    """Return True if an interval is wider than zero for any component in any pose; False if its columns are missing."""
     ends = [band.name_ends(f"force_{axis}_N") for axis in "xyz"]
     return any((forces[high] > forces[low]).any() for low, high in ends if {low, high} <= {*forces})
 
 
 def _has_closure(forces: pd.DataFrame) -> bool:
-    """Tell whether the law in space may err on this body; it cannot where every face moves as in the measured plane."""
+    """Return True if the law in space may err on this body; it cannot where every face moves as in the measured plane."""
     return bool((forces["closure_N"] > 0).any())
 
 
 def _draw_component(
     axes: Axes, forces: pd.DataFrame, abscissa: np.ndarray, axis: str, bands: Sequence[Band]
 ) -> None:
-    """Draw one component of the force against `abscissa`, its intervals shaded, the error of the law in space dashed."""
+    """Draw one component of the force against `abscissa`, its intervals shaded, the error of the law in space dashed.
+
+    `abscissa`: Time, depth or turn in each pose, shape (p,). `axis`: ``x``, ``y`` or ``z``.
+    """
     colour, column = style.OKABE_ITO[_COLOURS[axis]], f"force_{axis}_N"
     value = forces[column]
     for band in bands:
@@ -106,14 +125,19 @@ def _draw_component(
 
 
 def _draw_body(page: Figure, profile: Profile, mesh: Mesh, motion: Motion3D, pose: int) -> None:
-    """Draw the mesh in a pose; faces that push the medium are coloured by the size of their stress, N/cm^2."""
+    """Draw the mesh in a pose; faces that push the medium are coloured by the size of their stress, N/cm^2.
+
+    `pose`: Its index. Stress is alpha by the profile (x, y, z) times depth; other faces are grey.
+    """
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 
+    # a row of `Motion3D.frames`: position (3), velocity and angular velocity (6), rotation matrix by rows (9)
     frame = motion.frames[pose]
     rotation, position = frame[9:].reshape(3, 3), frame[:3]
+    # `faces`: those that push the medium, with `numbers` as their indices in the mesh
     faces = moving_faces(mesh, frame, motion.rolling[pose])
     stress = np.zeros(len(mesh.faces))
     alpha = face_alpha(profile, faces.area_vectors, faces.velocity)
@@ -133,6 +157,7 @@ def _draw_body(page: Figure, profile: Profile, mesh: Mesh, motion: Motion3D, pos
     middle = (corners.min(axis=(0, 1)) + corners.max(axis=(0, 1))) / 2
     half_width = 0.55 * float(np.ptp(corners, axis=(0, 1)).max())
     x, y, z = middle[:, None] + half_width * np.array([-1, 1])
+    # the free surface z = 0, a square around the mesh; not drawn where it lies beyond the axes
     surface = [[(x[0], y[0], 0), (x[1], y[0], 0), (x[1], y[1], 0), (x[0], y[1], 0)]]
     if abs(middle[2]) < half_width:
         look = {"facecolor": style.SURFACE, "edgecolor": style.SURFACE, "alpha": 0.2}

@@ -1,5 +1,9 @@
 """The look shared by all figures: sizes, colours, labels, legends, and files.
 
+Five parts: constants of the look; `styled`, which sets it; how numbers and names are written; pages, axes and legends
+(positions in cm from the upper left corner of a page); and the files of a figure (`save_pages`). A page is a matplotlib
+figure; a figure of this program may have several pages.
+
 matplotlib is imported where it is used: the workflow reads the declarations of all figures, and must not wait for
 this import.
 """
@@ -65,8 +69,9 @@ MEDIUM_LOOKS = {
 """Colour and marker of each medium of the demonstration campaign; the marker serves grey prints."""
 
 COMPONENT_COLOURS = {"z": "#004C7F", "x": OKABE_ITO["vermillion"]}
+"""Colours of vertical (z) and horizontal (x) force, stress or alpha. In a grey print z is darker than x."""
 PALE_COLOURS = {"z": "#3D8FC6", "x": "#E8A838"}
-"""Colours of a tare beside its run, and of measured points below a predicted curve. In a grey print z is darker than x."""
+"""The same two, paler: of a tare beside its run, and of measured points below a predicted curve."""
 
 DASHES: dict[str, Any] = {
     "solid": "-",
@@ -98,7 +103,7 @@ SAND, SURFACE = "#efe6d2", "#8a7343"
 """Colours of the medium and of its free surface in sketches."""
 
 GREY, WINDOW = "#808080", "#e6e6e6"
-"""Colours of lines of zero, and of the range of a fit."""
+"""Colours of lines of zero, and of the window of a fit, the range of depth or path whose samples were fitted."""
 
 # these settings belong to the session, not to the look; some must not be set again once a figure exists
 _SESSION_SETTINGS = (
@@ -115,7 +120,10 @@ _SESSION_SETTINGS = (
 
 @cache
 def _read_settings() -> Any:
-    """Return the settings of matplotlib for all figures: its defaults, changed by the style file of this project."""
+    """Return the settings of matplotlib for all figures, by name: its defaults, changed by the style file of this project.
+
+    Cached, because the file is read for each figure otherwise.
+    """
     import matplotlib as mpl
 
     with as_file(files(__package__).joinpath("rftfit.mplstyle")) as path:
@@ -130,7 +138,10 @@ def _read_settings() -> Any:
 
 @contextlib.contextmanager
 def styled() -> Iterator[None]:
-    """Set matplotlib's defaults plus this project's style, whatever the user's own settings are."""
+    """Set matplotlib's defaults plus this project's style, whatever the user's own settings are; restore these after.
+
+    For ``with`` and as a decorator (``@styled()``) of functions that draw.
+    """
     import matplotlib as mpl
 
     with mpl.rc_context(_read_settings()):
@@ -142,6 +153,7 @@ def styled() -> Iterator[None]:
 
 PER_CM3 = r"N/cm$^3$"
 PER_CM2 = r"N/cm$^2$"
+"""Units of alpha and of stress, as matplotlib's mathematics."""
 
 
 def plain(text: str) -> str:
@@ -155,20 +167,21 @@ def medium_label(results: Results, medium: str) -> str:
 
 
 def level(results: Results) -> str:
-    """Write the level of the campaign's intervals in percent, with all its digits: 0.99999 is not 100 %."""
+    """Write the level of the campaign's intervals (``fit.confidence``) in percent, with all digits: 0.99999 is not 100 %."""
     return f"{100 * results.config.fit.confidence:g} %"
 
 
 def alpha_label(component: str) -> str:
-    """Return the label of alpha_z or alpha_x, with its unit."""
+    """Return the label of alpha_z or alpha_x, with its unit; `component`: ``z`` or ``x``."""
     return rf"$\alpha_{component}$ ({PER_CM3})"
 
 
 def format_number(value: float | None, digits: int = 3) -> str:
-    """Write a number with a true minus sign; "no value" where there is none."""
+    """Write a number with a true minus sign, `digits` digits after the point; "no value" where it is None or NaN."""
     if value is None or math.isnan(value):
         return "no value"
     rounded = f"{value:.{digits}f}"
+    # no "-0.000"
     if float(rounded) == 0:
         rounded = rounded.lstrip("-")
     return rounded.replace("-", "\N{MINUS SIGN}")
@@ -180,7 +193,11 @@ def degrees(value: float) -> str:
 
 
 def medium_looks(media: Iterable[str]) -> dict[str, tuple[str, str]]:
-    """Choose colour and marker of each medium; a medium outside `MEDIUM_LOOKS` gets a look that is still free."""
+    """Choose colour and marker of each medium, by its key; one outside `MEDIUM_LOOKS` gets a look that is still free.
+
+    Where more media than looks are drawn, looks repeat. A medium of the demonstration looks alike in all figures.
+    """
+    # each medium once
     names = list(dict.fromkeys(media))
     taken_looks = {name: MEDIUM_LOOKS[name] for name in names if name in MEDIUM_LOOKS}
     free_looks = [
@@ -205,12 +222,13 @@ def new_figure(width_cm: float, height_cm: float, dpi: float | None = None) -> F
 def panels(
     heights_cm: Sequence[float], columns: int = 1, widest_cm: float = 8.0
 ) -> tuple[Figure, npt.NDArray[Any]]:
-    """Return a page and its axes, by row and column; matplotlib makes room for the text around the panels.
+    """Return a page and its axes, shape (rows, columns); matplotlib makes room for the text around the panels.
 
-    `heights_cm`: Heights of the rows with their text; the heights of the panels have the same ratios. `widest_cm`: Most
-    width of a column.
+    `heights_cm`: Heights of the rows with their text; the heights of the panels have the same ratios. `columns`: Number of
+    panels in a row. `widest_cm`: Most width of a column; the page is one to two columns of a journal wide.
     """
     page = new_figure(min(DOUBLE_CM, max(SINGLE_CM, columns * widest_cm)), sum(heights_cm))
+    # free at the right edge for `stamp`
     stamp_width = 0.35 * CM / page.get_figwidth()
     page.set_layout_engine("constrained", rect=(0, 0, 1 - stamp_width, 1))
     ratios = {"height_ratios": list(heights_cm)}
@@ -220,7 +238,11 @@ def panels(
 def panels_in_rows(
     count: int, most_in_row: int, height_cm: float, widest_cm: float = 8.0
 ) -> tuple[Figure, list[Axes]]:
-    """Return a page of `count` panels of the same size, row after row, and their axes."""
+    """Return a page of `count` panels of the same size, row after row, and their axes in this order.
+
+    `most_in_row`: Most panels in a row. `height_cm`: Height of a row. `widest_cm`: Most width of a column.
+    """
+    # rounded up
     rows = -(-count // most_in_row)
     page, grid = panels([height_cm] * rows, min(count, most_in_row), widest_cm)
     for axes in grid.flat[count:]:
@@ -229,6 +251,7 @@ def panels_in_rows(
 
 
 _NAME_LOOK: Look = {"textcoords": "offset points", "weight": "bold", "annotation_clip": False}
+"""Look of the name of a row or column of panels: bold, placed by points, drawn also outside of its panel."""
 
 
 def name_row(left_axes: Axes, name: str) -> None:
@@ -254,14 +277,17 @@ def name_column(top_axes: Axes, name: str) -> None:
 def axes_cm(
     figure: Figure, left_cm: float, top_cm: float, width_cm: float, height_cm: float
 ) -> Axes:
-    """Add axes at a position counted from the upper left corner of the figure."""
+    """Add axes whose upper left corner is `left_cm`, `top_cm` from that of the figure.
+
+    matplotlib counts from the lower left, in shares of width and height.
+    """
     width, height = (float(size) / CM for size in figure.get_size_inches())
     bottom = 1 - (top_cm + height_cm) / height
     return figure.add_axes((left_cm / width, bottom, width_cm / width, height_cm / height))
 
 
 def text_cm(figure: Figure, left_cm: float, top_cm: float, text: str, **properties: Any) -> None:
-    """Write text at a position counted from the upper left corner of the figure."""
+    """Write text at a position counted from the upper left corner of the figure; `properties`: of matplotlib's text."""
     width, height = (float(size) / CM for size in figure.get_size_inches())
     figure.text(left_cm / width, 1 - top_cm / height, text, **properties)
 
@@ -302,26 +328,26 @@ def draw_frame(axes: Axes, x: float, z: float, length: float) -> None:
 
 
 def name_below(axes: Axes, label: str, is_last_row: bool) -> None:
-    """Write label and numbers below a panel, but only in the last row of a column of panels."""
+    """Write label and numbers below a panel if `is_last_row`: those of the panels above are the same."""
     axes.tick_params(labelbottom=is_last_row)
     if is_last_row:
         axes.set_xlabel(label)
 
 
 def dots(colour: str, size: float, **properties: Any) -> Artist:
-    """Make points for a legend, round ones if no `marker` is given."""
+    """Make points for a legend, round ones if no `marker` is given; `size`: in points."""
     return line(colour, **{"marker": "o", "linestyle": "", "markersize": size} | properties)
 
 
 def line(color: str, **properties: Any) -> Artist:
-    """Make a line for a legend."""
+    """Make a line for a legend, which is drawn in no panel; `properties`: of matplotlib's line."""
     from matplotlib.lines import Line2D
 
     return Line2D([], [], color=color, **properties)
 
 
 def patch(**properties: Any) -> Artist:
-    """Make an area for a legend."""
+    """Make an area for a legend, which is drawn in no panel; `properties`: of matplotlib's patch."""
     from matplotlib.patches import Patch
 
     return Patch(**properties)
@@ -335,22 +361,25 @@ def draw_band(
     colour: str,
     opacity: float = INTERVAL_OPACITY,
 ) -> None:
-    """Shade the interval of a curve between its ends."""
+    """Shade the interval of a curve between its ends `low` and `high`, each of the shape of `x`."""
     axes.fill_between(x, low, high, color=colour, alpha=opacity, linewidth=0)
 
 
 def band(opacity: float = INTERVAL_OPACITY, colour: str = "#888888") -> Artist:
-    """Make an interval for a legend."""
+    """Make an interval for a legend, with the look of `draw_band`; grey stands for intervals of any colour."""
     return patch(facecolor=colour, alpha=opacity, linewidth=0)
 
 
 def bands(colours: Iterable[str]) -> tuple[Artist, ...]:
-    """Make one entry of a legend for the intervals of several curves, each in its colour."""
+    """Make one entry of a legend for the intervals of several curves: an area in each different colour, side by side."""
     return tuple(band(colour=colour) for colour in dict.fromkeys(colours))
 
 
 def write_note(axes: Axes, note: str, x: float = 0.03, y: float = 0.97, **properties: Any) -> None:
-    """Write what is missing into a panel, at its upper left if `x` and `y` (shares of the panel) say nothing else."""
+    """Write what is missing into a panel in the colour of marks, at `x`, `y` (shares of the panel); default: upper left.
+
+    `properties`: Of matplotlib's text, which replace those of this function.
+    """
     note_look: Look = {"va": "top", "color": MARK, "fontsize": NOTE_PT, "transform": axes.transAxes}
     # a white box: curves may run through the note
     note_look["bbox"] = {"facecolor": "white", "edgecolor": "none", "pad": 0.6}
@@ -358,18 +387,29 @@ def write_note(axes: Axes, note: str, x: float = 0.03, y: float = 0.97, **proper
 
 
 def letters_in(width_pt: float, size_pt: float) -> int:
-    """Return the number of letters in a line: one is 0.55 of its size wide, in the mean."""
+    """Return how many letters fit into a line, points: one is 0.55 of its size wide, in the mean."""
     return int(width_pt / (0.55 * size_pt))
+
+
+def list_labelled(figure: Figure) -> dict[str, Artist]:
+    """Return the entries of a legend for all that was drawn with a label, by label: of each the artist drawn first."""
+    entries: dict[str, Artist] = {}
+    for axes in figure.axes:
+        for artist, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            entries.setdefault(label, artist)
+    return entries
 
 
 def legend(figure: Figure, entries: Mapping[str, Any], **options: Any) -> None:
     """Add a legend at the foot of a figure, in as few rows as the width of the figure allows.
 
     `entries`: For each name an artist, or a tuple of artists that are drawn beside one another. `options`: Options of
-    matplotlib's legend; a title is broken into lines.
+    matplotlib's legend; a title is broken into lines. A figure whose panels matplotlib lays out becomes higher by the
+    height of the legend, so that the panels keep theirs; without a layout the figure must have room at its foot.
     """
     from matplotlib.legend_handler import HandlerTuple
 
+    # True for a page of `panels`, False for one whose axes were placed by `axes_cm`
     is_laid_out = figure.get_layout_engine() is not None
     loc = "outside lower center" if is_laid_out else "lower center"
     defaults: dict[str, Any] = {"loc": loc, "columnspacing": 1.2, "borderaxespad": 0.2}
@@ -378,6 +418,7 @@ def legend(figure: Figure, entries: Mapping[str, Any], **options: Any) -> None:
         options["title_fontsize"] = 6
         letters = letters_in(72 * figure.get_figwidth(), 6)
         options["title"] = "\n".join(textwrap.wrap(title, letters))
+    # only a legend that exists has a width: it is made anew with more rows until it fits
     for rows in range(1, len(entries) + 1):
         defaults["ncols"] = -(-len(entries) // rows)
         legend = figure.legend([*entries.values()], [*entries], **defaults | options)
@@ -391,7 +432,7 @@ def legend(figure: Figure, entries: Mapping[str, Any], **options: Any) -> None:
 
 @styled()
 def missing(message: str, reasons: Sequence[str] = ()) -> Figure:
-    """Make a figure that only says what is missing and why."""
+    """Make a figure that only says what is missing (`message`) and why (`reasons`), in the place of the one it stands for."""
     lines = [line for sentence in (message, *reasons) for line in textwrap.wrap(sentence, 110)]
     margin_cm, line_cm = 0.4, 0.38
     # the stamp along the right edge needs 1.6 cm
@@ -407,7 +448,10 @@ _ABOVE = 1.01
 
 
 def mark(figures: Figure | Sequence[Figure], sentences: Sequence[str]) -> None:
-    """Write sentences about the media above a figure, or above each of its pages."""
+    """Write sentences about media that fail a check above a figure, or above each of its pages.
+
+    They stand outside of the page, which becomes higher when its file is written (`_page_with_warning`).
+    """
     for page in _pages(figures):
         letters = int(15 * page.get_size_inches()[0])  # letters of 7 pt in a line
         lines = [line for sentence in sentences for line in textwrap.wrap(plain(sentence), letters)]
@@ -423,7 +467,7 @@ def mark(figures: Figure | Sequence[Figure], sentences: Sequence[str]) -> None:
 
 
 def stamp(figures: Figure | Sequence[Figure], stamped: str) -> None:
-    """Write what is simulated into the right edge of each page of a figure: figures are copied without their captions."""
+    """Write what is simulated upright into the right edge of each page: figures are copied without their captions."""
     for page in _pages(figures):
         page.text(
             0.999, 0.5, stamped, rotation=90, va="center", ha="right", fontsize=5.5, color=GREY
@@ -431,7 +475,7 @@ def stamp(figures: Figure | Sequence[Figure], stamped: str) -> None:
 
 
 def _pages(figures: Figure | Sequence[Figure]) -> Sequence[Figure]:
-    """Return the pages of a figure, also where it is a single page."""
+    """Return the pages of a figure as a sequence, also where it is a single page."""
     from matplotlib.figure import Figure
 
     return [figures] if isinstance(figures, Figure) else figures
@@ -448,6 +492,7 @@ _METADATA: dict[str, dict[str, Any]] = {
 }
 
 _REMARK_KEY = {"png": "Description", "pdf": "Subject", "svg": "Description"}
+"""Key of the metadata under which each sort of file keeps a remark."""
 
 PRINTED = tuple(_METADATA)
 """Endings of the file of a figure that a command writes."""
@@ -463,7 +508,7 @@ PREVIEW, SHEET = 125 / 300, 60 / 300
 
 
 def _place_panels(figure: Figure) -> None:
-    """Let matplotlib place the panels once for all formats, since each layout takes time."""
+    """Let matplotlib place the panels once for all formats, since each layout takes time; a page placed by hand stays."""
     if engine := figure.get_layout_engine():
         engine.execute(figure)
         figure.set_layout_engine(None)  # with an engine matplotlib would draw twice for each file
@@ -474,12 +519,13 @@ def _place_panels(figure: Figure) -> None:
 
 
 def _page_with_warning(figure: Figure) -> Bbox | None:
-    """Return the box of a page with the warnings above it, inches; None without warnings.
+    """Return the box of a page with the warnings above it (`mark`), inches; None without warnings: the page as it is.
 
     Matplotlib's ``bbox_inches="tight"`` would find it, too, but draws everything twice.
     """
     from matplotlib.transforms import Bbox
 
+    # upper ends, pixels, of the texts that `mark` wrote
     tops = [
         text.get_window_extent().y1 for text in figure.texts if text.get_position()[1] >= _ABOVE
     ]
@@ -516,11 +562,12 @@ def content(figure: Figure, ending: str, about: str = "") -> bytes:
 
 
 def shrink_png(png: bytes) -> bytes:
-    """Return the preview of a png for the report page: a smaller webp."""
+    """Return the preview of a png for the report page: a smaller webp, as bytes."""
     from PIL import Image
 
     with Image.open(BytesIO(png)) as png_image:
         picture = png_image.convert("RGB")
+    # only quality sheets are wider than two columns of a journal at 300 dots per inch
     scale = PREVIEW if picture.width < 1.1 * DOUBLE_CM * CM * 300 else SHEET
     size = max(1, round(scale * picture.width)), max(1, round(scale * picture.height))
     picture = picture.resize(size, Image.Resampling.LANCZOS, reducing_gap=2)
@@ -530,7 +577,10 @@ def shrink_png(png: bytes) -> bytes:
 
 
 def size_of_preview(content: bytes) -> tuple[int, int]:
-    """Return width and height of a preview, pixels; 1 and 1 of a file without a picture, as tests write them."""
+    """Return width and height of a preview, pixels, so that the page keeps room for it before it is loaded.
+
+    `content`: Bytes of its file; of a file without a picture, as tests write them, the size is 1 and 1.
+    """
     from PIL import Image, UnidentifiedImageError
 
     try:
@@ -541,7 +591,10 @@ def size_of_preview(content: bytes) -> tuple[int, int]:
 
 
 def save(page: Figure, base: Path, about: str = "", endings: Sequence[str] = SCREEN) -> None:
-    """Write the files of one page, one for each ending; arguments as of `save_pages`, but `base` with its folder."""
+    """Write the files of one page, one for each ending; arguments as of `save_pages`, but `base` with its folder.
+
+    All are drawn before the first is written, so that an error leaves no half of them.
+    """
     contents: dict[str, bytes] = {}
     for ending in endings:
         is_preview = ending == "webp"

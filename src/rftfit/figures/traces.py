@@ -1,4 +1,9 @@
-"""Prepare samples of plate runs for figures: stress with the sign in which it is filed, split at gaps, thinned."""
+"""Samples of plate runs for figures: stress with the sign in which it is filed, thinned curves, a run with its fit.
+
+Stress is tared force on the plate over the area of one face, N/cm^2. A run may be filed in the tables as its mirror image,
+with beta, gamma and the sign of its horizontal stress turned (`rftfit.conventions.file_extraction`). The window of a run is
+the range of depth (of path, for a horizontal run) whose samples were fitted.
+"""
 
 from __future__ import annotations
 
@@ -24,11 +29,12 @@ if TYPE_CHECKING:
     from rftfit.results import Results
 
     Row = Mapping[Hashable, Any]
+    """Row of a table as a dict: column to cell."""
     Trace = dict[str, FloatArray]
     """Samples of one run by column."""
 
 DIRECTIONS = ("extraction", "horizontal", "intrusion")
-"""Directions of plate runs, in the order of their filed gamma."""
+"""Directions of plate runs, in the order of their filed gamma: negative, zero, positive."""
 
 SAMPLES = (
     "depth_cm",
@@ -39,7 +45,8 @@ SAMPLES = (
     "tare_x_N_per_cm2",
     "in_window",
 )
-"""Columns of `stress_samples` besides the run."""
+"""Columns of `stress_samples` besides ``run_id``: depth and path from the begin of the stroke, stress of the medium on the
+plate, the subtracted tare as a stress, and 1 inside the window of the fit."""
 
 
 STRESS_SETTINGS = ("intruders", "force_log", "transducer")
@@ -47,7 +54,7 @@ STRESS_SETTINGS = ("intruders", "force_log", "transducer")
 
 
 def stress_of(results: Results, medium: str) -> pd.DataFrame:
-    """Compute `stress_samples` from the results of a medium."""
+    """Read the tables of samples of a medium, and compute its `stress_samples`."""
     tared, windows = (results.table(f"{name}/{medium}.parquet") for name in ("tared", "windows"))
     return stress_samples(results.campaign, tared, windows, results[medium].fits)
 
@@ -57,8 +64,9 @@ def stress_samples(
 ) -> pd.DataFrame:
     """Compute the stress of every plate run of a medium, a row a sample, with the sign in which alpha is filed in `fits`.
 
-    `tared`, `windows`: Tables of samples after the tare and after the fit, with the same rows. Column ``in_window`` tells
-    which samples were fitted. Stress along x is NaN where no sensor measured it.
+    `tared`, `windows`: Tables of samples after the tare and after the fit, with the same rows. `fits`: A row for each run;
+    ``mirrored`` is True for a run that was filed with its horizontal stress turned. Returns ``run_id`` and the columns
+    `SAMPLES`. Stress along x is NaN where no sensor measured it.
     """
     import pandas as pd
 
@@ -67,6 +75,7 @@ def stress_samples(
     ids = ids.cat.rename_categories([str(name) for name in ids.cat.categories])
     runs = [campaign.by_id[run_id] for run_id in ids.cat.categories]
     # legs have no area and are not drawn here
+    # areas and signs by run, then by sample
     areas = [getattr(campaign.config.intruders[run.intruder], "area_cm2", np.nan) for run in runs]
     # a channel that the config states as a constant shows no force
     signs_x = [1.0 if measures_force_x(campaign.config, run) else np.nan for run in runs]
@@ -101,8 +110,9 @@ def thin(x: FloatArray, y: FloatArray, points: int = 80) -> list[FloatArray]:
     if not finite.size:
         return []
     lines = []
-    # indices of the samples of each part of the curve
+    # `samples`: indices of one part of the curve; two successive finite samples with others between are in two parts
     for samples in np.split(finite, np.flatnonzero(np.diff(finite) > 1) + 1):
+        # a bin keeps two points; each part gets its share of them by its length
         bins = max(1, points * samples.size // (2 * finite.size))
         kept = samples
         if samples.size > 2 * bins:
@@ -120,7 +130,10 @@ def thin(x: FloatArray, y: FloatArray, points: int = 80) -> list[FloatArray]:
 def draw_thin(
     axes: Axes, x: FloatArray, y: FloatArray, points: int = 400, **properties: Any
 ) -> None:
-    """Draw a thinned curve: a run has more samples than a panel has pixels."""
+    """Draw a curve thinned to about `points` points: a run has more samples than a panel has pixels.
+
+    Each part between gaps is a line of its own. `properties`: Of matplotlib's lines.
+    """
     for line in thin(x, y, points):
         axes.plot(*line.T, **properties)
 
@@ -133,7 +146,10 @@ def round_up_125(value: float) -> float:
 
 
 def panel_limits(trace: Trace) -> tuple[float, float]:
-    """Choose the range of stress of a panel, N/cm^2: round numbers, the smaller side at least a fifth of the larger."""
+    """Choose the range of stress of a panel, N/cm^2: round numbers, the smaller side at least a fifth of the larger.
+
+    `trace`: Of one run; its stress and tare count.
+    """
     stresses = np.concatenate([trace[name] for name in trace if name.endswith("_N_per_cm2")])
     stresses = stresses[np.isfinite(stresses)]
     sides = -stresses.min(initial=0), stresses.max(initial=0)
@@ -149,18 +165,21 @@ def with_end_names(quantity: str) -> list[str]:
 
 
 def alpha_with_interval(row: Row, component: str) -> tuple[float, float, float]:
-    """Return alpha in a row of the table of fits or of alpha, and the ends of its interval, N/cm^3."""
+    """Return alpha in a row of the table of fits or of alpha, and the ends of its interval, N/cm^3; `component`: z or x."""
     value, low, high = (float(row[name]) for name in with_end_names(column(component)))
     return value, low, high
 
 
 def measures_x(trace: Trace) -> bool:
-    """Tell whether a run has stress along x. Without samples the answer is True: nothing says that x was not measured."""
+    """Return True if a run has stress along x; True also without samples: nothing says that x was not measured."""
     return not trace or bool(np.isfinite(trace["stress_x_N_per_cm2"]).any())
 
 
 def draw_run(axes: Axes, trace: Trace, fit: Row) -> None:
-    """Draw the stress of a run with the lines of its fit and its shaded window, over depth or, of a level run, over its path."""
+    """Draw the stress of a run with the lines of its fit and its shaded window, over depth or, of a level run, over its path.
+
+    `fit`: Its row of the table of fits. The line of a fit is alpha times depth: through zero, or level at a single depth.
+    """
     is_level = fit["direction"] == "horizontal"
     along = trace["path_cm" if is_level else "depth_cm"]
     window = along[(trace["in_window"] > 0) & np.isfinite(along)]
@@ -168,6 +187,7 @@ def draw_run(axes: Axes, trace: Trace, fit: Row) -> None:
         axes.axvspan(window.min(), window.max(), color=WINDOW, linewidth=0)
     zero_line(axes)
     for c, dashes in (("z", "-"), ("x", "--")):
+        # samples before the stroke or above the surface are not drawn
         stress = np.where(along >= 0, trace[f"stress_{c}_N_per_cm2"], np.nan)
         draw_thin(axes, along, stress, color=COMPONENT_COLOURS[c], linewidth=0.6, alpha=0.75)
         alpha, *_ = alpha_with_interval(fit, c)
@@ -183,19 +203,20 @@ def draw_run(axes: Axes, trace: Trace, fit: Row) -> None:
 
 
 def cell_of_run(alpha: pd.DataFrame, run_id: str) -> Row:
-    """Find the row of a table of alpha to which a run belongs; empty where it belongs to none."""
+    """Find the row of a table of alpha to which a run belongs (column ``run_ids``); empty where it belongs to none."""
     holds_run = [run_id in str(names).split() for names in alpha["run_ids"]]
     return next(iter(alpha[holds_run].to_dict("records")), {})
 
 
 def describe_alpha(row: Row, component: str, trace: Trace, cell: Row) -> str:
-    """Write alpha of a run with symbol and interval as in the tables, or why no sensor measured it.
+    """Write alpha of a run with symbol and interval as in the tables, or that it is 0 by symmetry or was not measured.
 
     `row`: Row of the run in the table of fits. `trace`: Samples of the run. `cell`: Row of `cell_of_run`; the interval is
     its interval, which holds more errors than one log shows. Where the cell is the mean of several runs, two lines are
     written: alpha of this run, whose line is drawn, and the mean with its interval.
     """
     symbol = rf"$\alpha_{component}$"
+    # how many runs the cell is the mean of
     runs = int(cell["n_runs"]) if cell else 1
     alpha, low, high = alpha_with_interval(cell or row, component)
     if component == "x" and not measures_x(trace):

@@ -1,4 +1,4 @@
-"""Published numbers against the numbers of this program, both with their intervals."""
+"""Published numbers against the numbers of this program, both with intervals: the figure of the validation suite."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _LOOKS = {"inside": (style.OKABE_ITO["blue"], "o"), "outside": (style.OKABE_ITO["vermillion"], "s")}
-"""Colour and marker by verdict."""
+"""Colour and marker by verdict: the published number lies inside our interval, widened by its own error, or outside."""
 
 _UNITS = {"N/cm^3": style.PER_CM3, "N/cm^2": style.PER_CM2}
+"""Units of the table as matplotlib's mathematics; other units stay as they are."""
 
 _NUMBERS = ["published", "published_lo", "published_hi", "ours", "lo", "hi"]
 """Columns of ``verdicts.csv``: both numbers, each with the ends of its interval."""
@@ -29,7 +30,8 @@ def draw_verdicts(verdicts: pd.DataFrame) -> Figure:
     Parameters
     ----------
     verdicts : pandas.DataFrame
-        With the columns of ``verdicts.csv``.
+        With the columns of ``verdicts.csv``: a row for each number, its ``domain``, ``title``, ``unit``, ``verdict``, and
+        the published number and ours, each with the ends of its interval.
 
     Returns
     -------
@@ -59,7 +61,10 @@ def draw_verdicts(verdicts: pd.DataFrame) -> Figure:
 
 
 def numbers_with_unit(verdicts: pd.DataFrame) -> pd.DataFrame:
-    """Select the rows that were compared and have a unit, a published number and a number of ours."""
+    """Select the rows that were compared and have a unit, a published number and a number of ours, as floats.
+
+    A verdict on words or counts has no unit, and no place on an axis.
+    """
     import pandas as pd
 
     compared = verdicts[verdicts["verdict"].isin(_LOOKS)].fillna({"unit": ""}).copy()
@@ -69,7 +74,10 @@ def numbers_with_unit(verdicts: pd.DataFrame) -> pd.DataFrame:
 
 
 def _draw_panel(axes: Axes, group: pd.DataFrame, title: str, unit: str) -> None:
-    """Draw the rows of one quantity: ours over published, both axes with the same range."""
+    """Draw the rows of one quantity: ours over published, both axes with the same range.
+
+    Across two decades or more both axes are logarithmic.
+    """
     numbers = group[["published", "ours"]].to_numpy(float)
     is_logarithmic = numbers.min() > 0 and numbers.max() > 100 * numbers.min()
     if is_logarithmic:

@@ -1,4 +1,8 @@
-"""Drawbar, torque, and sinkage or load of a rolling wheel over slip, with intervals and measured points."""
+"""Drawbar, torque, and sinkage or load of a rolling wheel over slip, with intervals and measured points.
+
+Drawbar is the horizontal force of the medium on the wheel, toward the way it rolls. Slip is 1 less the speed of travel over
+that of the rim. Of sinkage and load one is given, and the other is drawn.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +24,7 @@ _PANELS = {
     "sinkage_cm": ("sinkage of the rim (cm)", "bluish green"),
     "load_N": ("load (N)", "bluish green"),
 }
-"""Label and colour of each quantity."""
+"""Label and colour of each quantity, by its column in tables of wheels."""
 
 
 @style.styled()
@@ -46,6 +50,7 @@ def draw_wheel(answer: WheelAnswer, measured: pd.DataFrame | None = None) -> Fig
     >>> len(rftfit.draw_wheel(answer).axes)
     3
     """
+    # the quantity that was not given
     last = "load_N" if answer.given == "sinkage" else "sinkage_cm"
     page, panels = style.panels([6.0], columns=3, widest_cm=6.0)
     for axes, column in zip(panels[0], ("drawbar_N", "torque_N_cm", last), strict=True):
@@ -82,6 +87,7 @@ def _draw_quantity(axes: Axes, table: pd.DataFrame, column: str) -> None:
     table = table.sort_values("slip")
     slip = table["slip"].to_numpy()
     for end, opacity in (("model_", style.WIDER_OPACITY), ("", style.INTERVAL_OPACITY)):
+        # such as drawbar_model_lo_N
         names = [f"{quantity}_{end}{side}_{unit}" for side in ("lo", "hi")]
         if names[0] not in table:
             continue

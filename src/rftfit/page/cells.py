@@ -1,4 +1,9 @@
-"""Cells, columns and tables of the page, and how they print numbers and names."""
+"""Cells, columns and tables of the page, and how they print numbers and names.
+
+A `PageTable` is a list of columns and a list of rows; a row is a dict, mostly a row of a table of results, and each column
+has a heading and a function that makes its cell of a row. One macro of the template prints all tables. `texts` and
+`numbers` make the usual columns.
+"""
 
 from __future__ import annotations
 
@@ -16,18 +21,16 @@ ALPHA_DIGITS = 4
 
 
 def share(ratio: float | None) -> str:
-    """Write a ratio as a percentage."""
+    """Write a ratio as a percentage with its sign, 0.12 as "+12 %"; "no value" for None or NaN."""
     return percent(None if ratio is None else 100 * ratio)
 
 
-# A table is a list of columns and a list of rows; each column has a heading and a function that prints its cell of a
-# row. One macro of the template prints all tables.
-
 Row = Mapping[str, Any]
+"""Row of a table: column of the results, or another name, to its content."""
 
 
 class Note(NamedTuple):
-    """Small print with a link."""
+    """Small print of a cell that leads to another place of the page; `link`: its address, such as ``#legs``."""
 
     text: str
     link: str
@@ -35,10 +38,10 @@ class Note(NamedTuple):
 
 @dataclass(frozen=True)
 class Cell:
-    """The content of one cell of a table.
+    """The content of one cell of a table. Texts are escaped by the template, unless they are `markupsafe.Markup`.
 
     `notes`: Small print below the text; empty ones are not printed.
-    `css_classes`: Classes of the style sheet. `link`: Address to which a click leads.
+    `css_classes`: Classes of the style sheet, with spaces between. `link`: Address to which a click leads; empty: none.
     """
 
     text: str
@@ -76,7 +79,7 @@ class PageTable:
 
 
 def records(table: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return the rows of a table of results as dicts."""
+    """Return the rows of a table of results as dicts, which may be changed."""
     rows: Any = table.to_dict("records")
     return list(rows)
 
@@ -87,7 +90,7 @@ def texts(
     """Make a column of text.
 
     `name`: Column of the results, or function of a row that returns the text. `note`: Another column of the results, printed
-    small below. `css_classes`: As of `PageColumn`.
+    small below; empty: none. `css_classes`: As of `PageColumn`.
     """
 
     def cell(row: Row) -> Cell:
@@ -107,11 +110,12 @@ def numbers(
     show: Callable[[float | None], str] | None = None,
     ends_of_model: str = "",
 ) -> PageColumn:
-    """Make a column of numbers with their intervals.
+    """Make a column of numbers with their intervals in small print.
 
-    `name`: Column of the results. `ends`: Names of the columns with the ends of the interval, braces in place of ``lo`` and
-    ``hi``. `note`: Another column, printed small below. `show`: Function that prints the number; default: with `digits`
-    after the point. `ends_of_model`: As `ends`, for the interval with the model's own error.
+    `name`: Column of the results; "no value" where it is missing or NaN. `digits`: After the point. `ends`: Names of the
+    columns with the ends of the interval, braces in place of ``lo`` and ``hi``, such as ``zeta_{}``; empty: no interval.
+    `note`: Another column, printed small below. `show`: Function that prints the number; default: with `digits`.
+    `ends_of_model`: As `ends`, for the interval with the model's own error.
     """
 
     def cell(row: Row) -> Cell:
@@ -131,5 +135,5 @@ def _format_interval_of(row: Row, ends: str, digits: int) -> str:
 
 
 def _notes_of(row: Row, name: str) -> tuple[str, ...]:
-    """Return the notes of a cell: the text of a column, or none where no column is named."""
+    """Return the notes of a cell: the text of the column `name`, or no note where it is empty."""
     return (str(row[name]),) if name else ()

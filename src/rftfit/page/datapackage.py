@@ -1,4 +1,7 @@
-"""The tables of a run as a Frictionless data package: paths, digests, and each column with unit and meaning."""
+"""The tables of a run as a Frictionless data package: paths, digests, and each column with unit and meaning.
+
+A data package is a file of metadata beside published tables (``datapackage.json``), which other programs can read.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +19,7 @@ PROFILE = "https://datapackage.org/profiles/2.0/datapackage.json"
 """Address of the standard that `package_text` follows."""
 
 _TYPES = {"text": "string", "yes or no": "boolean", "count": "integer", "number": "number"}
+"""Type of a column in the standard, by its kind in the dictionary of results."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,7 @@ class ResultFile:
 
 
 _LICENSES = "https://spdx.org/licenses"
+"""Address below which each licence has a page, by its SPDX name."""
 _OF_LOGS = {"title": "logs of the campaign, with their SHA-256", "path": "manifest.sha256"}
 
 
@@ -40,7 +45,7 @@ def package_text(
 ) -> str:
     """Describe the csv tables of a run as ``datapackage.json``; the same files give the same text.
 
-    `title`, `about`: Title and description of the campaign. `publish`: What its config says about a publication. `origin`:
+    `files`: Tables in any order; one that the dictionary of results does not know is left out. `title`, `about`: Title and description of the campaign. `publish`: What its config says about a publication. `origin`:
     Address of the results from which its logs were simulated; empty for recorded logs.
     """
     resources: list[dict[str, Any]] = []
@@ -60,7 +65,10 @@ def package_text(
 
 
 def _describe_rights(publish: Publishing, origin: str) -> dict[str, Any]:
-    """Describe version, licence, contributors and sources of the tables; a fact that is not stated is left out."""
+    """Describe version, licence, contributors and sources of the tables; a fact that is not stated is left out.
+
+    `publish`, `origin`: As for `package_text`.
+    """
     addresses = [address for address in (publish.source, origin) if address]
     sources = [_OF_LOGS, *({"title": address, "path": address} for address in addresses)]
     rights: dict[str, Any] = {"version": publish.version} if publish.version else {}
@@ -73,7 +81,11 @@ def _describe_rights(publish: Publishing, origin: str) -> dict[str, Any]:
 
 
 def _describe_table(file: ResultFile, output: Output, names: set[str]) -> dict[str, Any]:
-    """Describe one table; `names`: names that other tables of the package have, to which its own is added."""
+    """Describe one table: path, digest and columns.
+
+    `output`: Its entry in the dictionary of results. `names`: Names that other tables of the package have, to which its own
+    is added.
+    """
     path = PurePosixPath(file.path).relative_to("results")
     fields = [_describe_column(name, column_of(output, name)) for name in file.columns]
     return {
@@ -92,7 +104,10 @@ def _describe_table(file: ResultFile, output: Output, names: set[str]) -> dict[s
 
 
 def _free_name(path: PurePosixPath, names: set[str]) -> str:
-    """Return a new name of small letters for a file, with a number where needed: two media may differ by case alone."""
+    """Return a new name of small letters for a file, with a number where needed: two media may differ by case alone.
+
+    The standard allows only small letters. `names`: Names that are taken, to which the new one is added.
+    """
     base = re.sub(r"[^a-z0-9._-]+", "-", path.with_suffix("").as_posix().lower())
     name = base
     number = 1
@@ -104,7 +119,7 @@ def _free_name(path: PurePosixPath, names: set[str]) -> str:
 
 
 def _describe_column(name: str, column: OutputColumn | None) -> dict[str, Any]:
-    """Describe a column; `column`: its entry in the dictionary, without which its type is any."""
+    """Describe a column: type, unit and meaning; `column`: its entry in the dictionary, without which its type is any."""
     if column is None:
         return {"name": name, "type": "any"}
     field: dict[str, Any] = {

@@ -1,4 +1,11 @@
-"""The findings of a campaign: sentences, each with its number, its interval and the section that shows it."""
+"""The findings of a campaign: sentences, each with its number, its interval and the section that shows it.
+
+Each function ``_find_...`` yields the findings on one question, none where the campaign has no answer; `findings` asks all.
+Errors of peaks are in percent of the measured peak, rows of ``results/leg_errors.csv``: one for each medium, leg, profile
+(which alpha was used: ``table``, ``map``, ``generic`` ...) and component (z: lift). Intervals are by the errors of alpha, axle
+and arc; after the word "model" with the force model's own error too. A medium is usable if it fails no check that forbids
+its use.
+"""
 
 from __future__ import annotations
 
@@ -33,6 +40,7 @@ ON_FIRST_SCREEN = 2
 """Number of findings on the first screen; the others are printed at the head of their sections."""
 
 FLAT, REVERSED = "flat_leg", "reversed_c_leg"
+"""Legs whose order by peak lift the nine terms may exchange."""
 
 
 class PageFinding(NamedTuple):
@@ -61,7 +69,10 @@ def findings(results: Results) -> list[PageFinding]:
 
 
 def _find_verdicts(results: Results) -> Iterable[PageFinding]:
-    """Say how many checks passed, the verdict on each medium, and alpha_z of a flat plate pushed straight down."""
+    """Say how many checks passed, the verdict on each medium, and alpha_z of a flat plate pushed straight down.
+
+    Also how small an error of a run would not be seen, and which pushes straight down were lost.
+    """
     # without the verdict that `results.titles` adds in brackets
     titles = results.campaign.titles
     titles_by_verdict: dict[Verdict, list[str]] = {}
@@ -75,6 +86,7 @@ def _find_verdicts(results: Results) -> Iterable[PageFinding]:
             subject = list_in_words(same_verdict)
         sentences.append(verdict.on(subject, len(same_verdict) > 1))
     sentences += _describe_unseen_difference(results)
+    # row of the table of alpha for the push straight down, by medium
     cells = {}
     for name in labels.usable_media(results, results.media):
         cell = labels.cell_straight_down(results, name)
@@ -99,7 +111,11 @@ def _find_verdicts(results: Results) -> Iterable[PageFinding]:
 
 
 def _describe_unseen_difference(results: Results) -> Iterable[str]:
-    """Say how far a single run may be off in media whose runs agree: what is smaller is not told from chance."""
+    """Say how far a single run may be off in media whose runs agree: what is smaller is not told from chance.
+
+    ``seen_from_ratio`` is for each run the least difference, relative to the largest alpha, that would be noticed. Yields a
+    clause or none.
+    """
     percents = []
     for medium in media_that_passed(results).get("repeats", ()):
         peers = results.table(f"peers/{medium}.csv")
@@ -127,7 +143,7 @@ def _describe_window_of_sand(results: Results, medium: str) -> str:
 
 
 def _describe_lost_pushes(results: Results) -> Iterable[str]:
-    """Name the media whose pushes straight down were all dropped, each with the most frequent reason."""
+    """Name the media whose pushes straight down were all dropped, each with the most frequent reason; a clause for each."""
     for name in results.media:
         fits = results[name].fits
         is_down = is_straight_down(
@@ -144,7 +160,10 @@ def _describe_lost_pushes(results: Results) -> Iterable[str]:
 
 
 def _format_mean_and_next_bed(cell: Mapping[Any, Any], confidence: float) -> str:
-    """Write both intervals of alpha_z of a cell, each with its name; empty where none is known."""
+    """Write both intervals of alpha_z of a cell, of the mean of beds and of the next bed, each with its name.
+
+    `cell`: Row of the table of alpha. `confidence`: Level of the intervals, 0 to 1. Empty where none is known.
+    """
     intervals = []
     scatter = labels.scatter_of_beds(cell, confidence)
     next_bed = f"next bed, {scatter}," if scatter else "next bed"
@@ -160,7 +179,10 @@ _MOST_NAMED = 3
 
 
 def _describe_checks(results: Results) -> str:
-    """Count the checks that all media passed and those that some did; name failed ones, those that wait, and those that no medium allows."""
+    """Count the checks that all media passed and those that some did; name the others by why they did not pass.
+
+    They failed, wait for another check that fails, or are possible in no medium. Returns a clause.
+    """
     passed_in = media_that_passed(results)
     waiting = set(results.checks.loc[results.checks["code"] == WAITS, "check"])
     titles: dict[str, list[str]] = {
@@ -191,7 +213,10 @@ def _describe_checks(results: Results) -> str:
 
 
 def _find_errors_on_legs(results: Results) -> Iterable[PageFinding]:
-    """Say how far the peak lift on legs of laboratory media is off, predicted with measured alpha or else with the map."""
+    """Say how far the peak lift on legs of laboratory media is off, predicted with measured alpha or else with the map.
+
+    For each leg the worst of all media, and whether it is within what the paper states (`WITHIN_PERCENT`).
+    """
     profile, lift = _select_lifts_of_legs(results)
     if lift.empty:
         return
@@ -218,7 +243,7 @@ def _find_errors_on_legs(results: Results) -> Iterable[PageFinding]:
 
 
 def _find_explanation(results: Results) -> Iterable[PageFinding]:
-    """Say which errors explain the largest error of a peak lift; nothing where that is small."""
+    """Say which errors explain the largest error of a peak lift; nothing where that is within `WITHIN_PERCENT`."""
     profile, lift = _select_lifts_of_legs(results)
     if lift.empty or abs((worst := _find_worst(lift))["peak_error_percent"]) <= WITHIN_PERCENT:
         return
@@ -238,7 +263,10 @@ def _find_explanation(results: Results) -> Iterable[PageFinding]:
 
 
 def _find_lifts_of_maps(results: Results) -> Iterable[PageFinding]:
-    """Say which peak lift the map predicts for media without a measured leg."""
+    """Say which peak lift the map predicts for media without a measured leg: no error can be stated there.
+
+    For `_MOST_MEDIA` usable media at most. After media with one push a sentence says why intervals are wide.
+    """
     predicted = results.table("predicted.csv")
     any_single_push = False
     for name in labels.usable_media(results, results.media)[:_MOST_MEDIA]:
@@ -272,7 +300,11 @@ def _find_lifts_of_maps(results: Results) -> Iterable[PageFinding]:
 
 
 def _find_errors_in_sands(results: Results) -> Iterable[PageFinding]:
-    """Say how far the peak lift on legs in natural sands is off, predicted from few pushes by the map and by the routine."""
+    """Say how far the peak lift on legs in natural sands is off, predicted from few pushes by the map and by the routine.
+
+    The routine is the paper's: generic alpha times zeta from the push straight down. Both are stated, so that a reader can
+    compare them.
+    """
     media = labels.usable_media(results, results.sands)
     starts = {
         "map": f"Predicted by the map from {_name_pushes_of_sands(results)}",
@@ -308,9 +340,10 @@ def _name_pushes_of_sands(results: Results) -> str:
 
 
 def _format_two_intervals(row: Mapping[str, Any], ends: str, digits: int, unit: str = "") -> str:
-    """Write the interval of alpha, then "model" and the interval with the model's own error.
+    """Write the interval of alpha, then "model" and the interval with the model's own error; empty where neither is known.
 
-    `ends`: Names of the columns with the ends, braces in place of ``lo``, ``hi``, ``model_lo`` and ``model_hi``.
+    `ends`: Names of the columns with the ends, braces in place of ``lo``, ``hi``, ``model_lo`` and ``model_hi``. `digits`:
+    After the point. `unit`: Written behind each interval, with its space.
     """
     intervals = []
     for prefix in ("", "model_"):
@@ -321,7 +354,10 @@ def _format_two_intervals(row: Mapping[str, Any], ends: str, digits: int, unit: 
 
 
 def _explain_intervals(results: Results, intervals: Iterable[str]) -> str:
-    """Write the sentence that explains the intervals in brackets, as `_format_two_intervals` writes them; empty where none is."""
+    """Write the sentence that explains the intervals in brackets, with a space before; empty where there are none.
+
+    `intervals`: As `_format_two_intervals` writes them.
+    """
     written = [interval for interval in intervals if interval]
     held_errors = []
     if any(not interval.startswith("model") for interval in written):
@@ -334,7 +370,7 @@ def _explain_intervals(results: Results, intervals: Iterable[str]) -> str:
 
 
 def _find_simulated_speed(results: Results) -> Iterable[PageFinding]:
-    """Say how fast the simulated robot runs, where no speed was measured."""
+    """Say how fast the simulated robot runs at most, where no speed was measured; legs too fast for the model are left out."""
     if not results.campaign.robot_medium:
         return
     errors, speeds = (results.table(f"robot/{name}.csv") for name in ("errors", "speed"))
@@ -353,7 +389,10 @@ def _find_simulated_speed(results: Results) -> Iterable[PageFinding]:
 
 
 def _find_error_of_theta(results: Results) -> Iterable[PageFinding]:
-    """Say that the zero of the angle theta of all legs is off, where its interval does not hold zero."""
+    """Say that the zero of the angle theta of all legs is off, where the interval of this error does not hold zero.
+
+    All rows have the same ``theta_error_deg``: by how much forces begin at another theta than legs reach the surface.
+    """
     errors = results.table("leg_errors.csv")
     for row in records(errors.dropna(subset=["theta_error_deg"]).head(1)):
         lo, hi = row["theta_error_lo_deg"], row["theta_error_hi_deg"]
@@ -369,7 +408,7 @@ def _find_error_of_theta(results: Results) -> Iterable[PageFinding]:
 
 
 def _find_errors_of_robot(results: Results) -> Iterable[PageFinding]:
-    """Say in how many conditions the simulated speed of the robot is near the measured one."""
+    """Say in how many conditions the simulated speed of the robot is near the measured one, on the table, else the map."""
     if not results.campaign.robot_medium:
         return
     errors = results.table("robot/errors.csv")
@@ -392,7 +431,8 @@ def _find_errors_of_robot(results: Results) -> Iterable[PageFinding]:
 def _find_misfit(results: Results) -> Iterable[PageFinding]:
     """Say how far the nine terms are from measured alpha_z, in media that were pushed in the directions of the published grid.
 
-    Fitted to a part of them the terms are nearer, and say less of the medium.
+    Fitted to a part of them the terms are nearer, and say less of the medium. The misfit is a root mean square over
+    directions, in percent of the largest alpha_z.
     """
     rows = labels.of_method(results, "coefficients.csv")
     rows = rows[(rows["coefficient"] == "A00") & rows["misfit_rms_N_per_cm3"].notna()]
@@ -415,7 +455,10 @@ def _find_misfit(results: Results) -> Iterable[PageFinding]:
 
 
 def _find_reversed_order(results: Results) -> Iterable[PageFinding]:
-    """Say in how many media nine terms predict more lift for the reversed leg than for the flat one, but the table does not."""
+    """Say in how many media nine terms predict more lift for the reversed leg than for the flat one, but the table does not.
+
+    Who chooses a leg by nine terms would choose the wrong one.
+    """
     table = results.table("predicted.csv")
     table = table[table["medium"].isin(labels.usable_media(results, results.laboratory))]
     # peak lift in each medium: columns (profile, leg)
@@ -451,19 +494,19 @@ def _select_lifts_of_legs(results: Results) -> tuple[str, pd.DataFrame]:
 
 
 def lift_errors(results: Results, media: Sequence[str], profile: str) -> pd.DataFrame:
-    """Select the rows of ``leg_errors.csv`` with an error of peak lift, predicted in some media by one profile."""
+    """Select the rows of ``leg_errors.csv`` with an error of peak lift, predicted in `media` by one profile."""
     table = results.table("leg_errors.csv")
     is_selected = table["medium"].isin(list(media)) & (table["profile"] == profile)
     return table[is_selected & (table["component"] == "z") & table["peak_error_percent"].notna()]
 
 
 def _find_worst(errors: pd.DataFrame) -> Row:
-    """Return the row with the largest error of a peak."""
+    """Return the row with the largest error of a peak, of either sign; `errors` is not empty."""
     return max(records(errors), key=lambda row: abs(row["peak_error_percent"]))
 
 
 def _remove_brackets(text: str) -> str:
-    """Remove brackets and what is inside them, also nested ones."""
+    """Remove brackets and what is inside them, also nested ones: each pass removes the innermost."""
     while (shorter := re.sub(r"\([^()]*\)", "", text)) != text:
         text = shorter
     return text

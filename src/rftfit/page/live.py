@@ -1,4 +1,9 @@
-"""The numbers of the interactive parts of the page (maps, leg viewer, field calculator), as one JSON object for the scripts."""
+"""Numbers of the interactive parts of the page (maps, leg viewer, field calculator), as one JSON object for scripts.
+
+`live_data` collects them; NaN becomes None, and numbers are rounded to what can be seen. The scripts calculate forces on
+legs themselves, by profiles; only intervals are written along curves. Zeta of a medium is its fitted alpha_z straight down;
+chi is measured over fitted. A reference is a set of media by which the calculator scales a new one (`scaling.Reference`).
+"""
 
 from __future__ import annotations
 
@@ -57,7 +62,11 @@ SAME_LINE_DEG = 0.01
 
 
 def live_profiles(results: Results, medium: str) -> dict[str, Profile]:
-    """Collect the profiles of a medium that have numbers, by name; of a natural sand only the map and the generic one."""
+    """Collect the profiles of a medium that have numbers, by name; of a natural sand only the map and the generic one.
+
+    In the order of `PROFILE_NAMES`. The generic profile is M0 of this campaign times zeta; M0 of the paper for a sand that
+    was scaled by the published media.
+    """
     profile_by_name: dict[str, Profile] = {}
     if len(map_table := results.map_table(medium)):
         profile_by_name["map"] = TableProfile.from_table(
@@ -88,16 +97,20 @@ def zeta(results: Results, medium: str) -> float:
 
 
 Scale = Mapping[str, tuple[float, float, float]]
-"""``zeta`` and ``chi`` of a medium, each as value and ends of its interval; NaN where there is none."""
+"""``zeta`` and ``chi`` of a medium, each as value, lower and upper end of its interval; NaN where there is none."""
 
 
 def fitted_scale(results: Results, medium: str) -> Scale:
-    """Return zeta and chi of the fit to the measured directions by the configured method."""
+    """Return zeta and chi of the fit to the measured directions by the configured method, or by the paper's routine.
+
+    The routine, by which natural sands are scaled, has names of its own in the column ``method``.
+    """
     method = results.config.fourier.method
     table = results.table("penetration.csv")
     is_of_medium = table["method"].isin([method, *scaling.routines(method)]) & (
         table["medium"] == medium
     )
+    # the first row; a row of NaN where there is none
     rows = table[is_of_medium].reset_index(drop=True).reindex([0])
     return {
         name: (float(rows[name][0]), float(rows[f"{name}_lo"][0]), float(rows[f"{name}_hi"][0]))
@@ -117,13 +130,19 @@ def scale_in_all_directions(results: Results, medium: str) -> Scale:
 
 
 def has_scale_of_map(results: Results, medium: str) -> bool:
-    """Tell whether zeta and chi of a medium are from its map. The nine terms of a map are fitted by least squares alone."""
+    """Return True if zeta and chi of a medium are taken from its map: where its pushes lack directions, and it has a map.
+
+    The nine terms of a map are fitted by least squares, so that it stands in for this method alone.
+    """
     is_least_squares = results.config.fourier.method == "lsq"
     return is_least_squares and lacks_directions(results, medium) and not results.map_reason(medium)
 
 
 def lacks_directions(results: Results, medium: str) -> bool:
-    """Tell whether the nine terms of a medium were fitted though directions of the published grid are far from every push."""
+    """Return True if the nine terms of a medium were fitted though directions of the published grid are far from every push.
+
+    Such terms describe the pushed directions alone. False for sands, and for media without a fit.
+    """
     if medium not in results.laboratory or not math.isfinite(zeta(results, medium)):
         return False
     table = TableProfile.from_table(results[medium].alpha)
@@ -142,7 +161,10 @@ def scaled_from_print(results: Results) -> list[str]:
 
 
 def scaling_references(results: Results) -> list[scaling.Reference]:
-    """Collect the references by which the page scales a further medium: this campaign's media, if two or more; the published."""
+    """Collect the references by which the page scales a further medium: this campaign's media, if two or more; the published.
+
+    A reference needs several media, whose chi scatter: that scatter is the error of scaling.
+    """
     method = results.config.fourier.method
     table = results.table("penetration.csv")
     is_usable = table["medium"].isin(usable_media(results, table["medium"]))
@@ -162,7 +184,7 @@ def scaling_references(results: Results) -> list[scaling.Reference]:
 
 
 def live_data(results: Results) -> dict[str, Any]:
-    """Collect the numbers that the scripts of the page use; NaN becomes None."""
+    """Collect the numbers that the scripts of the page use; NaN becomes None. Most entries are by medium."""
     config = results.config
     predicted = results.table("predicted.csv")
     runs_without_x = {
@@ -241,7 +263,7 @@ def live_data(results: Results) -> dict[str, Any]:
 
 
 def _alpha_straight_down(results: Results) -> dict[str, Any]:
-    """Collect alpha_z of the media that were pushed straight down."""
+    """Collect alpha_z, N/cm^3, of the media that were pushed straight down, by medium."""
     cells = {name: cell_straight_down(results, name) for name in results.media}
     return {
         name: _round_number(float(cell[column("z")]), CURVE_DIGITS)
@@ -253,7 +275,10 @@ def _alpha_straight_down(results: Results) -> dict[str, Any]:
 def _select_grid_lines(
     map_table: pd.DataFrame, measured: pd.DataFrame | None = None
 ) -> pd.DataFrame:
-    """Select the cells of a map at angles of the published or the measured grid: cells of the whole map are too small to tap."""
+    """Select the cells of a map at angles of the published or the measured grid: cells of the whole map are too small to tap.
+
+    `map_table`: A row a cell, as an alpha table. `measured`: Table of measured alpha; None: only the published grid.
+    """
     for name, published_deg in (("beta_deg", BETA_DEG), ("gamma_deg", GAMMA_DEG)):
         measured_deg = np.zeros(0) if measured is None else measured[name].to_numpy(float)
         lines_deg = np.union1d(published_deg, measured_deg)
@@ -266,6 +291,9 @@ def _unit_push(results: Results) -> dict[str, Any]:
     """Compute the map that follows from one push straight down with alpha_z = 1 N/cm^3, without error and with the usual one.
 
     The field calculator multiplies these numbers by the alpha_z that a user measured, as all are proportional to it.
+    ``map``, ``zeta``, ``legs``: of `_numbers_of_map`, with the usual error; ``exact``: the same without error, from which
+    the script makes intervals for an error that a user states. ``next``: the best further push (beta, gamma), and the half
+    width of the map now and after it. ``usual``: the usual error, relative.
     """
     confidence = results.config.fit.confidence
     with_usual_error, exact = (_map_of_unit_push(results, se) for se in (math.nan, 0.0))
@@ -295,11 +323,12 @@ def _map_of_unit_push(results: Results, se: float) -> Map:
 
 
 _PEAK_NAMES = {"z": ("lift",), "x": ("thrust", "drag")}
-"""Names of the peaks of each component of the force."""
+"""Names of the peaks of each component of the force: a horizontal one may push forward or backward."""
 
 
 _FORCES = [f"force_{c}_N" for c in "zx"]
 _ENDS = [f"force_{c}_{end}_N" for c in "zx" for end in ("lo", "hi", "model_lo", "model_hi")]
+"""Columns of a table of predicted forces: the forces, and the ends of their two intervals."""
 
 
 def _numbers_of_map(results: Results, unit_map: Map) -> dict[str, Any]:
@@ -336,7 +365,10 @@ def _numbers_of_map(results: Results, unit_map: Map) -> dict[str, Any]:
 
 
 def _largest_peak(peaks: Sequence[Peak], names: Sequence[str]) -> list[Any]:
-    """Return position, value and ends of both intervals of the largest peak among some names; zeros for a leg in air."""
+    """Return the numbers of the largest peak among some names: position (theta, deg), value (N), ends of both intervals (N).
+
+    `names`: Of `_PEAK_NAMES`. Six zeros for a leg in air, which has no peak.
+    """
     named_peaks = [peak for peak in peaks if peak.name in names]
     if not named_peaks:
         return [0] * 6
@@ -346,7 +378,13 @@ def _largest_peak(peaks: Sequence[Peak], names: Sequence[str]) -> list[Any]:
 
 
 def _reference_parameters(reference: scaling.Reference, confidence: float) -> dict[str, Any]:
-    """Return the numbers by which the script scales a new medium to a reference; half widths are of the logarithm of zeta."""
+    """Return the numbers by which the script scales a new medium to a reference; half widths are of the logarithm of zeta.
+
+    Zeta is the alpha_z of a penetration test over the mean chi. ``half_chi``: half width from the scatter of chi alone.
+    ``half_test``: from the test, if its standard error were as large as its alpha; the script multiplies it by the relative
+    error that a user states, and adds both as squares.
+    """
+    # of tests with alpha_z = 1 N/cm^3, without an error and with one of 1 N/cm^3
     exact, doubtful = (
         scaling.scale_new_medium(1.0, se, reference.chi, confidence) for se in (0.0, 1.0)
     )
@@ -400,7 +438,7 @@ def _round_number(value: float, digits: int | None) -> float | int | None:
 
 
 def _leg_facts(leg: Leg) -> dict[str, Any]:
-    """Collect outline and sizes of a leg for the scripts."""
+    """Collect outline and sizes of a leg for the scripts; ``body``: elements (n, 5), as `rftfit.forces.outlines` has them."""
     outline = leg_outline(leg)
     facts = leg.model_dump(include={"hip_height_cm", "max_length_cm", "curvature_times_R"})
     return {"body": outline.body.tolist(), "width_cm": outline.width_cm, **facts}
@@ -415,8 +453,12 @@ def _map_cells(
 ) -> dict[str, Any]:
     """Collect the cells of one medium for a map: alpha, its intervals, notes with flags and reasons.
 
-    Scattered directions become an interpolated grid, and points. `table`: Table of alpha. `tolerance_deg`: Tolerance of
-    angles of the campaign's grid. `flags`: Flags of the medium. `shared`: Flags that the page names once for all runs.
+    ``z``, ``x`` and these with ``_lo``, ``_hi``: grids (beta, gamma), N/cm^3. ``notes``: text by cell, which is named
+    "row,column" of the grid. Scattered directions become an interpolated grid without intervals, and ``points`` (beta,
+    gamma, alpha z, alpha x).
+
+    `table`: Table of alpha, or of a map with a column ``reason``. `tolerance_deg`: Tolerance of angles of the campaign's grid.
+    `flags`: Flags of the medium; None: no notes on them. `shared`: Flags that the page names once for all runs.
     `runs_without_x`: Runs whose force along x no sensor measured; ``unmeasured_x`` lists the cells that have only such runs.
     """
     notes: dict[str, str] = {}
@@ -427,7 +469,7 @@ def _map_cells(
         for c, end in product("zx", ("", "_lo", "_hi")):
             beta_deg, gamma_deg, values[c + end] = cells_of_map(table, column(c, end))
         for row in table.to_dict("records"):
-            # two lines: a plate at beta = -90 degrees is the same plate as at 90
+            # rows of the grid of this beta; two of +-90 degrees, which is the same plate
             lines = np.flatnonzero(np.abs(beta_apart(beta_deg, row["beta_deg"])) < SAME_LINE_DEG)
             column_index = np.abs(gamma_deg - row["gamma_deg"]).argmin()
             cells_of_row = [f"{line},{column_index}" for line in lines]
@@ -456,7 +498,7 @@ def _map_cells(
 
 
 def _measured_curve(rows: pd.DataFrame) -> dict[str, Any]:
-    """Collect the measured forces on a leg over theta."""
+    """Collect the measured forces on a leg (N) over theta (deg), as lists."""
     rows = rows.sort_values("theta_deg")
     return {
         name: as_lists(rows[name].to_numpy(float), CURVE_DIGITS) for name in ("theta_deg", *_FORCES)
@@ -464,9 +506,10 @@ def _measured_curve(rows: pd.DataFrame) -> dict[str, Any]:
 
 
 def _interval_ends(rows: pd.DataFrame, digits: int) -> dict[str, Any]:
-    """Collect the ends of the intervals of a predicted curve over theta.
+    """Collect the ends of the intervals of a predicted curve over theta; intervals without any number are left out.
 
-    The script calculates the forces itself, and knows the usual angles `THETA_DEG`: only other angles are written.
+    The script calculates the forces itself, and knows the usual angles `THETA_DEG`: only other angles are written. `rows`: Of
+    one leg and profile.
     """
     rows = rows.sort_values("theta_deg")
     theta_deg = rows["theta_deg"].to_numpy(float)

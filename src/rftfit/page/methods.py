@@ -1,4 +1,9 @@
-"""The methods section of the page, ready to paste, with its references, the constants and the digest of the settings."""
+"""The methods section of the page, ready to paste, with its references, the constants and the digest of the settings.
+
+`paragraphs` writes three paragraphs: measurement, model, predictions. Each function ``_describe_...`` writes one or several
+sentences from config and tables, or nothing where the campaign has nothing to say; "ref. N" cites an entry of
+`cited_references`. An outcome counts runs with and without a result (`rftfit.page.outcome`).
+"""
 
 from __future__ import annotations
 
@@ -44,12 +49,15 @@ from rftfit.version import __version__
 
 
 def settings_digest(config: Config) -> str:
-    """Compute the digest of all values of the configuration; comments and the order of keys do not count."""
+    """Compute the digest of all values of the configuration; comments and the order of keys do not count.
+
+    The methods state it, so that two campaigns with the same settings can be told from others.
+    """
     return digest_of(config.model_dump(mode="json"))
 
 
 def cited_references(paragraphs: Iterable[str]) -> list[tuple[int, str]]:
-    """List the references that the paragraphs cite, with their numbers."""
+    """List the references that the paragraphs cite, with their numbers; numbers of others are left out, not closed up."""
     entries = f"""
 C. Li, T. Zhang, D. I. Goldman, A terradynamics of legged locomotion on granular media, \
 Science 339, 1408-1412 (2013), doi:10.1126/science.1229163
@@ -89,7 +97,11 @@ def paragraphs(results: Results, outcome: Outcome) -> list[str]:
 
 
 def _describe_measurement(results: Results, outcome: Outcome) -> str:
-    """Write the first paragraph of the methods: media, runs, tare, slopes and intervals of alpha."""
+    """Write the first paragraph of the methods: media, runs, tare, slopes and intervals of alpha.
+
+    A campaign may have logs, a table of stress against depth, or a table of alpha: the last two have no plates to describe,
+    and a table of alpha no slopes.
+    """
     config, fits = results.config, results.joined("fits/{medium}.csv")
     fitted_runs = fits[fits["reason"] == ""] if "reason" in fits else fits
     media = count(len(results.media), "granular medium", "granular media")
@@ -159,7 +171,7 @@ def _count_runs_by_kind(outcome: Outcome) -> str:
 
 
 def _describe_directions(results: Results) -> str:
-    """Say how many directions were measured, and by how many runs each."""
+    """Say in how many directions (beta, gamma) alpha was measured, and by how many runs each; ranges over all media."""
     tolerance_deg = results.config.grid.angle_tolerance_deg
     counts: set[int] = set()
     repeats: set[int] = set()
@@ -193,7 +205,7 @@ def _describe_directions(results: Results) -> str:
 
 
 def _format_range(counts: set[int]) -> str:
-    """Write the range of some numbers, such as "2 to 5", or one number where all are equal."""
+    """Write the range of one number or more, such as "2 to 5", or one number where all are equal."""
     least, largest = min(counts), max(counts)
     return str(least) if least == largest else f"{least} to {largest}"
 
@@ -227,7 +239,10 @@ def _describe_plates(results: Results) -> str:
 
 
 def _describe_window(results: Results, fits: pd.DataFrame) -> str:
-    """Say over which depths slopes were fitted, for slanted pushes, pushes into sands, and horizontal runs, as far as there are any."""
+    """Say over which depths slopes were fitted, as the end of a sentence; empty where nothing is known.
+
+    For slanted pushes, pushes into natural sands, and horizontal runs, as far as there are any. `fits`: Fitted runs.
+    """
     config = results.config
     fit, parts = config.fit, []
     plates = [run for run in results.campaign.runs if run.kind == "plate"]
@@ -271,7 +286,11 @@ _LAWS = {
 
 
 def _describe_curved_stress(results: Results) -> str:
-    """Say in which media stress is not proportional to depth, and how far it departs from the line through zero."""
+    """Say in which media stress is not proportional to depth, and how far it departs from the line through zero.
+
+    Forces are predicted by alpha times depth all the same, so they are off by this departure. With a space before; empty
+    where there is no such medium.
+    """
     curved = []
     for medium in results:
         steep = steep_pushes(medium.fits)
@@ -290,6 +309,7 @@ def _describe_curved_stress(results: Results) -> str:
         # slope of the line through zero that fits z^p by least squares over the window, of evenly spaced depths:
         # the integral of z^(p + 1) over that of z^2
         slope = (deep ** (power + 2) - top ** (power + 2)) / (power + 2) * 3 / (deep**3 - top**3)
+        # z^(p - 1) over this slope is the stress over that of the line
         departures = [
             f"{100 * (depth ** (power - 1) / slope - 1):+.0f} % at {depth:.1f} cm"
             for depth in (max(top, 0.25 * deep), 0.5 * deep, deep)
@@ -302,14 +322,17 @@ def _describe_curved_stress(results: Results) -> str:
 
 
 def _describe_intervals(results: Results) -> str:
-    """Say which errors the intervals of alpha hold, and which they do not hold, since the config states them as 0."""
+    """Say which errors the intervals of alpha hold, and which they do not hold, since the config states that they are 0."""
     zero_errors = labels.names_of_zero_errors(results)
     left_out = f" The config states as 0, so that no interval holds, the errors of: {zero_errors}."
     return _describe_held_errors(results) + left_out * bool(zero_errors)
 
 
 def _describe_held_errors(results: Results) -> str:
-    """Say which errors the intervals of alpha hold in this campaign."""
+    """Say which errors the intervals of alpha hold in this campaign: of readings, of the setup, and the spread of runs.
+
+    The last one depends on where it is from, which column ``spread`` of the table of alpha names for each direction.
+    """
     intervals = f"{level(results)} intervals of alpha"
     tables = results.joined("alpha/{medium}.csv")
     cells_with_error = tables[tables["alpha_z_se_N_per_cm3"].notna()]
@@ -363,7 +386,11 @@ _ERROR_PHRASES = {
 
 
 def _describe_named_errors(cells_with_error: pd.DataFrame, tolerance_deg: float) -> str:
-    """Write the errors of alpha that no single log shows, each by its largest share of alpha_z(0, 90 deg) in any direction."""
+    """Write the errors of alpha that no single log shows, each by its largest share of alpha_z(0, 90 deg) in any direction.
+
+    `cells_with_error`: Rows of the tables of alpha of all media. `tolerance_deg`: By how much a push may be off straight
+    down. Errors without a column, or too small to be written, are left out.
+    """
     is_down = is_straight_down(
         cells_with_error["beta_deg"], cells_with_error["gamma_deg"], tolerance_deg
     )
@@ -389,7 +416,8 @@ def _choose_tare_sentence(
 ) -> str:
     """Say whether tares were subtracted from the runs of a table that gave a number.
 
-    `kind`: ``plate`` or ``leg``. `subtracted`, `nothing`: Sentences for runs with and without a tare, without full stop.
+    `kind`: ``plate`` or ``leg``. `table`: A row a run, or a row a reading of a run. `subtracted`, `nothing`: Sentences for
+    runs with and without a tare, without full stop.
     """
     if "reason" in table:
         table = table[table["reason"] == ""]
@@ -406,7 +434,10 @@ def _choose_tare_sentence(
 
 
 def _describe_model(results: Results) -> str:
-    """Write the second paragraph of the methods: the nine-term fit, its generic coefficients, and the scaling."""
+    """Write the second paragraph of the methods: the nine-term fit, its generic coefficients, and the scaling.
+
+    Without a fit only the scaling, or that there was no fit.
+    """
     fourier = results.config.fourier
     scaling = _describe_scaling(results)
     coefficients = labels.of_method(results, "coefficients.csv").dropna(subset="value_N_per_cm3")
@@ -450,7 +481,10 @@ def _describe_model(results: Results) -> str:
 
 
 def _describe_scaling(results: Results) -> str:
-    """Say the ratio chi of several media, and from which media natural sands are scaled."""
+    """Say the ratio chi of several media, and from which media natural sands are scaled; empty for a single medium.
+
+    Chi is measured over fitted alpha_z straight down: by it the single push into a sand gives zeta.
+    """
     table = results.table("penetration.csv")
     sands = table.loc[table["medium"].isin(results.sands) & table["zeta"].notna(), "medium"]
     if sands.isin(scaled_from_print(results)).any():
@@ -494,6 +528,7 @@ _ALPHA_NAMES = {
     "generic": "zeta times the generic coefficients",
     "depth_only": "the depth-only model",
 }
+"""Words for the alpha of each profile, by which forces were predicted."""
 
 
 def _name_alpha(results: Results, profile: str) -> str:
@@ -504,7 +539,7 @@ def _name_alpha(results: Results, profile: str) -> str:
 
 
 def _describe_forces_on_legs(results: Results) -> str:
-    """Describe how forces on legs were measured and predicted; empty where they were neither."""
+    """Describe how forces on legs were measured and predicted, and what their intervals hold; empty where they were neither."""
     config, measured = results.config, results.joined("legs/{medium}.csv")
     predicted = results.table("predicted.csv")
     used_legs = {*measured["leg"], *predicted["leg"]}
@@ -579,7 +614,7 @@ def _describe_map(results: Results, robot: str) -> str:
 
 
 class Constant(NamedTuple):
-    """A constant of the model, the data by which it was chosen, and the data of this page that test it."""
+    """A constant of the model, the data by which it was chosen, and the data of this page that test it; all in words."""
 
     name: str
     value: str
@@ -591,6 +626,7 @@ LEGS_OF_PAPER, SANDS_OF_PAPER = "legs of ref. 1 in five media", "legs of ref. 1 
 """Measured forces by which constants were chosen: Figs. S5 and S12."""
 
 NO_GRADE = "the same numbers: no grade"
+"""What tests a constant that was chosen by the numbers with which this page compares predictions: nothing."""
 
 
 def constants(results: Results) -> list[Constant]:
@@ -601,13 +637,13 @@ def constants(results: Results) -> list[Constant]:
     profiles, predicted = labels.predicted_by(results), results.table("predicted.csv")
     legs = results.joined("legs/{medium}.csv")
 
-    def graded_on(media: Iterable[str], *, same: bool) -> str:
+    def graded_on(media: Iterable[str]) -> str:
+        """Name what tests a constant in `media`: legs measured there, unless it was chosen by the same numbers."""
         if not legs["medium"].isin([*media]).any():
             return "nothing here"
-        return NO_GRADE if same else "legs of this campaign"
+        return NO_GRADE if results.campaign.reenacted else "legs of this campaign"
 
-    graded_on_legs = graded_on(results.laboratory, same=results.campaign.reenacted)
-    graded_on_sands = graded_on(results.sands, same=results.campaign.reenacted)
+    graded_on_legs, graded_on_sands = graded_on(results.laboratory), graded_on(results.sands)
     listed = []
     if predicted["force_z_model_lo_N"].notna().any():
         is_estimated_here = results.model_error != EPS
@@ -666,7 +702,7 @@ def constants(results: Results) -> list[Constant]:
 
 
 def _describe_robot(results: Results) -> str:
-    """Describe how the robot was simulated, and the measured speeds; empty where no speed was simulated."""
+    """Describe how the robot was simulated, and where the measured speeds are from; empty where no speed was simulated."""
     if not (medium := results.campaign.robot_medium):
         return ""
     speed, measured = results.table("robot/speed.csv"), results.table("robot/measured.csv")
@@ -695,7 +731,10 @@ def _describe_robot(results: Results) -> str:
 
 
 def _describe_limits(results: Results, legs: Mapping[str, Leg]) -> str:
-    """Say in which media predicted forces on legs go beyond what was measured, or beyond what the model is for."""
+    """Say in which media predicted forces on legs go beyond what was measured, or beyond what the model is for.
+
+    For each medium the legs that do, with the limits of the first of them. `legs`: Legs with forces, by name.
+    """
     speed = results.config.arm.leg_speed_rad_per_s
     limits_of_media = []
     for medium in results:

@@ -1,4 +1,9 @@
-"""The fate of runs and of the rows of their logs, and doubts about the runs in use, the media and the checks."""
+"""The fate of runs and of the rows of their logs, and doubts about the runs in use, the media and the checks.
+
+The ledger counts the rows of every log by run and fate (used, or dropped for a reason). A flag is a doubt about a run or
+a cell of the table of alpha that is used all the same. A verdict is one word on a medium, made of its checks; other
+verdicts judge the force model on legs (`VERDICT_WORDS`).
+"""
 
 from __future__ import annotations
 
@@ -25,11 +30,12 @@ VERDICT_WORDS = {
     FAR_OFF: "far off",
     NOT_TESTED: "not tested",
 }
-"""Words for the verdicts on the force model on legs."""
+"""Words for the verdicts on the force model on legs, by the size of the error of the worst peak."""
 
 _ROW_CODES = {status.code for status in RowStatus}
+"""Codes of the reasons that concern single rows, not the whole run."""
 _EXPECTED_CODES = _ROW_CODES - {RowStatus.SATURATED.code, RowStatus.MOTION_GAP.code}
-"""Codes of the reasons for which rows of every good run are dropped."""
+"""Codes of the reasons for which rows of every good run are dropped, such as rows outside of the stroke."""
 
 
 @dataclass(frozen=True)
@@ -52,12 +58,15 @@ class Outcome:
         return sum(self.used.values())
 
     def count_lost(self, *, excluded: bool) -> int:
-        """Count the runs without a result that the run sheet excludes, or the others."""
+        """Count the runs without a result: those that the run sheet excludes if `excluded`, else all others."""
         return sum(run["excluded"] == excluded for run in self.dropped)
 
 
 def outcome_of_runs(results: Results) -> Outcome:
-    """Divide the runs into those that gave a slope, a leg curve, a tare or a speed, and those that gave nothing."""
+    """Divide the runs into those that gave a result (slope, leg curve, tare or speed), and those that gave none, with reasons.
+
+    By the ledger: a run has a result if any of its rows went into one.
+    """
     ledger = results.table("ledger.csv")
     good_runs = runs_with_result(ledger)
     outcome = Outcome(Counter(), Counter(), [])
@@ -87,7 +96,8 @@ def outcome_of_runs(results: Results) -> Outcome:
 def rows_by_reason(results: Results) -> list[dict[str, Any]]:
     """Add up the rows of all logs by fate and reason; reasons that concern a whole run become one.
 
-    Returns dicts of ``fate, reason, runs, rows``, in each fate the largest number of rows first.
+    Returns dicts of ``fate, reason, runs, rows`` (numbers of both), in each fate the largest number of rows first. For the
+    page: every row of every log is in one of these sums.
     """
     ledger = results.table("ledger.csv")
     is_of_run = (ledger["fate"] == DROPPED) & ~ledger["reason_code"].isin(_ROW_CODES)
@@ -101,7 +111,11 @@ def rows_by_reason(results: Results) -> list[dict[str, Any]]:
 
 
 def most_serious_flag(results: Results, medium: str) -> tuple[str, int]:
-    """Find the most serious flag of the used runs and cells of one medium, and the number of runs and cells with a flag."""
+    """Find the most serious flag of the used runs and cells of one medium, and the number of runs and cells with a flag.
+
+    Returns it in words, empty without a flag, and the number. Flags that all runs share are left out, as the page names them
+    once. In a laboratory medium cells without alpha are the most serious.
+    """
     medium_results = results[medium]
     flags, alpha = medium_results.flags, medium_results.alpha
     shared = flags.shared(medium_results.fits)
@@ -122,7 +136,7 @@ def most_serious_flag(results: Results, medium: str) -> tuple[str, int]:
 
 
 def describe_lacking_map(results: Results, medium: str) -> str:
-    """Say why a measured medium has no map; else empty."""
+    """Say why a medium with alpha in some direction has no map; empty where it has one, or no alpha at all."""
     reason = results.map_reason(medium)
     if reason and results[medium].alpha["alpha_z_N_per_cm3"].notna().any():
         return f"alpha could not be estimated in directions without a push: {reason}"
@@ -130,10 +144,14 @@ def describe_lacking_map(results: Results, medium: str) -> str:
 
 
 def describe_other_kind(results: Results, medium: str) -> str:
-    """Say how rarely a medium of the known kind lies as far from their shape as this one; empty where that is not rare."""
+    """Say how rarely a medium of the known kind lies as far from their shape as this one; empty where that is not rare.
+
+    By ``chance_if_it_belongs`` of the map, a probability, below `NOT_ALIKE`; empty also without a map (NaN).
+    """
     chance = results.map_table(medium)["chance_if_it_belongs"].min()
     if not chance < NOT_ALIKE:
         return ""
+    # one in so many media, with one significant digit
     media = float(f"{1 / max(chance, 1e-9):.1g}")
     worst = results[medium].map().farthest
     farthest = f"; farthest from their shape is {worst.describe()}" if worst else ""
@@ -147,7 +165,8 @@ def describe_other_kind(results: Results, medium: str) -> str:
 def verdicts_on_legs(results: Results, medium: str) -> list[tuple[str, str, str]]:
     """Judge the model on the legs of a medium, for each profile that a user would choose.
 
-    Returns profile, verdict, and the worst peak in words; one entry without profile where no leg can be judged.
+    Returns tuples of profile, verdict (a key of `VERDICT_WORDS`), and the worst peak in words; one tuple without profile
+    where no leg can be judged, with the reason instead of a peak.
     """
     if results[medium].verdict.word == UNUSABLE:
         return [("", NOT_TESTED, "the data are unusable")]
@@ -167,7 +186,10 @@ def verdicts_on_legs(results: Results, medium: str) -> list[tuple[str, str, str]
 
 
 def worst_of_nine_terms(results: Results, medium: str) -> str:
-    """Name the worst error of a peak on legs of a medium by the nine terms, which define zeta; empty without such an error."""
+    """Name the worst error of a peak on legs of a medium by the nine terms, which define zeta; empty without such an error.
+
+    It stands beside `verdicts_on_legs`, which judge other profiles: so a reader sees what zeta rests on.
+    """
     worst = worst_peak(results.table("leg_errors.csv"), medium, "fourier")
     if not worst or results[medium].verdict.word == UNUSABLE:
         return ""
@@ -175,7 +197,7 @@ def worst_of_nine_terms(results: Results, medium: str) -> str:
 
 
 def _describe_peak_error(row: Mapping[str, Any]) -> str:
-    """Write leg, force and error of a peak; `row`: row of ``results/leg_errors.csv``."""
+    """Write leg, force (lift or thrust) and error of a peak; `row`: row of ``results/leg_errors.csv``."""
     force = "lift" if row["component"] == "z" else "thrust"
     return f"{name_of(row['leg'])}, {force} {percent(row['peak_error_percent'])}"
 
@@ -195,13 +217,15 @@ def media_that_passed(results: Results) -> dict[str, set[str]]:
 def summary_of_checks(results: Results) -> dict[str, Any]:
     """Sum up the checks for the page.
 
-    Returns ``failed``: (medium, title, effect, sentence) of each; ``passed``: by all media; ``passed_partly``; ``unchecked``;
-    ``untold``: mistakes that no check can tell; ``no_scale``: whether the scale of forces could not be checked.
+    Returns ``failed``: (medium, title, effect, sentence) of each failed check, and of each doubt that no check reports;
+    ``passed``: clauses on what is good in all media; ``passed_partly``, ``unchecked``: sentences; ``untold``: mistakes that no
+    check can tell; ``no_scale``: True if the scale of forces could not be checked in a medium.
     """
     table, titles = results.checks, results.campaign.titles
     failed = table[table["verdict"].isin([FAILED, ACCEPTED])]
     passed_in = media_that_passed(results)
     # checks with the same number of passing media and the same unchecked media share one sentence
+    # (number of media that passed, titles of the others) to clauses on what is good (`CHECKS[...].good`)
     good_if_passed_partly: dict[tuple[int, str], list[str]] = {}
     for check, checked_media in passed_in.items():
         unchecked_titles = [titles[name] for name in results.media if name not in checked_media]
@@ -212,6 +236,7 @@ def summary_of_checks(results: Results) -> dict[str, Any]:
         f"Passed in {count} of {len(results.media)} media, not checked in {media}: {'; '.join(good)}."
         for (count, media), good in sorted(good_if_passed_partly.items(), reverse=True)
     ]
+    # the same for checks that no medium allowed or passed, by the media where they were not made; empty for all
     good_if_unchecked: dict[str, list[str]] = {}
     passed_anywhere = [check for check, media in passed_in.items() if media]
     not_checked = table[(table["verdict"] == NOT_CHECKED) & ~table["check"].isin(passed_anywhere)]
@@ -254,5 +279,5 @@ def format_sentence(words: str) -> str:
 
 
 def _severity(flags: Iterable[Remark]) -> int:
-    """Return the severity of the most serious of some flags."""
+    """Return the severity of the most serious of some flags, a number; the larger, the more serious."""
     return max(FLAGS[flag.code].severity for flag in flags)

@@ -1,4 +1,8 @@
-"""Make ``results/report.html``: everything of a campaign on one page that needs no network."""
+"""Make ``results/report.html``: everything of a campaign on one page that needs no network.
+
+`page` fills the template ``page.html`` with the values of `context`: texts, tables (`rftfit.page.tables`), findings, pictures
+and facts by which the template chooses its sentences. Style, script and the numbers that the script draws stand in the page.
+"""
 
 from __future__ import annotations
 
@@ -87,19 +91,17 @@ NAVIGATION = {
 NARROW = 500
 """Largest width of a figure, pixels, of which two stand beside one another."""
 
-# alpha or F with a component, A or M with its index
-_SYMBOL_WITH_INDEX = re.compile(r"([\N{GREEK SMALL LETTER ALPHA}F])_([zx])\b|\b([AM])(00?)\b")
-
 
 def report(results: Results) -> tuple[str, pd.DataFrame]:
-    """Make the page, and the table of findings."""
+    """Make the page (html), and the table of findings with columns ``finding`` and ``section``; a stage of the workflow."""
     return page(results), pd.DataFrame(findings(results), columns=["finding", "section"])
 
 
 def page(results: Results) -> str:
     """Make the page: one html document with its style, its script and its numbers inside.
 
-    Texts of the user are escaped. A content security policy forbids every other script, and fetching anything.
+    Texts of the user are escaped. A content security policy, which names script and style by their digests, forbids every
+    other script, and fetching anything: the page is safe to open wherever it comes from.
     """
     from jinja2 import Environment, StrictUndefined
 
@@ -121,12 +123,13 @@ def page(results: Results) -> str:
 
 
 def context(results: Results) -> dict[str, Any]:
-    """Collect the values that the template prints, by their names there."""
+    """Collect the values that the template prints, by their names there; a name that is missing is an error."""
     config = results.config
     outcome = outcome_of_runs(results)
     scaling, other_scaling = tables.tabulate_scaling(results)
     counts, not_the_same, reproduction = tables.tabulate_reproduction(results)
     page_pictures, errors = drawn_figures(results), tables.tabulate_leg_errors(results)
+    # True for sections with content; those that are not named here are always shown
     shown_sections = {
         "measurement": any(
             picture.section in ("Measurement", "quality") for picture in page_pictures
@@ -241,13 +244,17 @@ def context(results: Results) -> dict[str, Any]:
 def _describe_origin_of_logs(results: Results) -> str:
     """Say from which results of the paper the logs were simulated, and which comparisons therefore mean something.
 
-    Empty where logs were recorded.
+    Alpha of simulated logs returns what was put in; forces on legs and speeds of the robot were measured by the paper
+    independently of it. Empty where logs were recorded.
     """
     if not results.campaign.reenacted:
         return ""
 
     def name_sources(kind: str, of_laboratory: str, of_sands: str) -> list[str]:
-        """List the table or figures of the paper from which runs of a kind were simulated."""
+        """List the table or figures of the paper from which runs of a kind (``plate``, ``leg``) were simulated.
+
+        `of_laboratory`, `of_sands`: The source for media of each role.
+        """
         media = {run.medium for run in results.campaign.runs if run.kind == kind}
         sources = {of_laboratory: results.laboratory, of_sands: results.sands}
         return [source for source, source_media in sources.items() if media & {*source_media}]
@@ -270,8 +277,13 @@ def _describe_origin_of_logs(results: Results) -> str:
 
 
 def _describe_windows_of_sands(results: Results) -> str:
-    """Say which alpha of a natural sand to quote, how much it depends on the window, and how deep the legs reach below it."""
+    """Say which alpha of a natural sand to quote, how much it depends on the window, and how deep the legs reach below it.
+
+    The window is the range of depth of a push over which its slope was fitted: ``stated`` in the config, and ``detected``
+    from the push. Returns sentences; of sands without alpha they only say so.
+    """
     table = results.table("sands.csv").dropna(subset=["alpha_z_N_per_cm3"])
+    # a row a push, a column a window
     by_window = table.pivot_table(
         index=["medium", "run_id"], columns="window", values="alpha_z_N_per_cm3"
     )
@@ -322,14 +334,17 @@ def _describe_windows_of_sands(results: Results) -> str:
 def _describe_stress_below(results: Results, medium: str, deepest_cm: float) -> str:
     """Write stress over depth of the pushes behind alpha of a sand where legs reach deepest, or where the pushes end.
 
-    Its ratio to alpha follows. Empty where the sand has no alpha, or its pushes no samples.
+    Its ratio to alpha follows, which is 1 where stress is in proportion to depth. `deepest_cm`: Depth that the legs reach.
+    Empty where the sand has no alpha, or its pushes no samples.
     """
     cell = labels.cell_straight_down(results, medium)
     name = f"tared/{medium}.parquet"
     if cell is None or not isfinite(cell[column("z")]) or not results.has(name):
         return ""
     tared = results.table(name)
+    # indices of the samples by run
     samples = split_runs(tared)
+    # depth and stress of each push, cm and N/cm^2, ascending in depth
     pushes = []
     for run_id in sorted(set(str(cell["run_ids"]).split()) & {*samples}):
         intruder = results.config.intruders[results.campaign.by_id[run_id].intruder]
@@ -346,7 +361,10 @@ def _describe_stress_below(results: Results, medium: str, deepest_cm: float) -> 
 
 
 def _deepest_reach(results: Results, medium: str) -> Reach | None:
-    """Find the leg with the largest share of its load below the measured depths of a medium; None without legs."""
+    """Find how far the legs reach below the measured depths of a medium: of the leg whose load lies there most.
+
+    None without legs, or if no leg reaches so deep.
+    """
     profile = results[medium].profile("table", draws=False)
     speed = results.config.arm.leg_speed_rad_per_s
     reaches = (
@@ -363,10 +381,10 @@ def _list_facts(medium: MediumSettings) -> list[str]:
 
 
 def _model_error_facts(results: Results) -> dict[str, str]:
-    """Collect the numbers about the model's own error for the template; empty where no interval holds it.
+    """Collect the numbers about the model's own error for the template, as texts; empty where no interval holds it.
 
-    ``used``: The error in the intervals. ``of_legs``: The error on the legs of this campaign. ``same_legs``: Not empty where
-    the error was chosen on these legs. ``usual``: The default.
+    The error is relative to the load. ``used``: The error in the intervals. ``of_legs``: The error on the legs of this
+    campaign, empty without such. ``same_legs``: Not empty where the error was chosen on these legs. ``usual``: The default.
     """
     if not results.table("predicted.csv")["force_z_model_lo_N"].notna().any():
         return {}
@@ -394,9 +412,9 @@ def _describe_runs(results: Results, outcome: Outcome) -> str:
 
 @dataclass(frozen=True)
 class Picture:
-    """One figure on the page.
+    """One figure on the page: a small preview inside the page, which leads to its png beside the page.
 
-    `data`: Its preview, as a data address. `width`, `height`: Size of the preview, pixels. `png`: Path of its png from the
+    `name`: Of its file. `section`: Of the page. `data`: Its preview, as a data address. `width`, `height`: Size of the preview, pixels. `png`: Path of its png from the
     page. `lacking`: Why there is nothing to see; printed instead of the picture.
     """
 
@@ -412,7 +430,7 @@ class Picture:
 
 
 def drawn_figures(results: Results) -> list[Picture]:
-    """List every figure that was drawn, in the order in which figures are shown."""
+    """List every figure of a usual run that was drawn, in the order in which figures are shown."""
     return [
         _make_picture(results, declared, medium)
         for declared in figures()
@@ -423,7 +441,7 @@ def drawn_figures(results: Results) -> list[Picture]:
 
 
 def _make_picture(results: Results, declared: DeclaredFigure, medium: str) -> Picture:
-    """Make the picture of a figure that was drawn, with its preview as a data address."""
+    """Make the picture of a figure that was drawn; `medium`: for which, empty for a figure of the whole campaign."""
     file, caption = declared.file(medium), declared.caption_of(results, medium)
     content = results.path(f"{file}.webp").read_bytes()
     width, height = size_of_preview(content)
@@ -441,7 +459,10 @@ def _make_picture(results: Results, declared: DeclaredFigure, medium: str) -> Pi
 
 
 def _describe_lacking(results: Results, declared: DeclaredFigure, medium: str) -> str:
-    """Say in one sentence why a figure has nothing to show; empty where its declaration gives no reason."""
+    """Say in one sentence why a figure has nothing to show; empty where its declaration gives no reason.
+
+    Empty, too, where a table that the declaration reads is missing or damaged: the page is made all the same.
+    """
     with suppress(InputError, LookupError, ValueError, TypeError):
         head, *reasons = declared.lacking(results, medium)
         sentence = format_sentence(head.rstrip("."))
@@ -449,8 +470,15 @@ def _describe_lacking(results: Results, declared: DeclaredFigure, medium: str) -
     return ""
 
 
+# alpha or F with a component, A or M with its index
+_SYMBOL_WITH_INDEX = re.compile(r"([\N{GREEK SMALL LETTER ALPHA}F])_([zx])\b|\b([AM])(00?)\b")
+
+
 def quantities(text: str) -> Markup:
-    """Write a text as html: with Greek letters, components as an index, and no break before a percent sign."""
+    """Write a plain text as html, as the filter of the template for sentences.
+
+    Quantities get Greek letters and their component as an index, and no line breaks before a percent sign.
+    """
     escaped = str(escape(greek(text).replace(" %", "\N{NO-BREAK SPACE}%")))
     # safe, since the text is escaped before the tags are added
     return Markup(_SYMBOL_WITH_INDEX.sub(r"\1\3<sub>\2\4</sub>", escaped))  # noqa: S704

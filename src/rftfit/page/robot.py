@@ -1,4 +1,9 @@
-"""The robot on the page: its tables, and the curves and pictures that the script draws."""
+"""The robot on the page: its tables, and the curves and pictures that the script draws.
+
+`errors`: Rows of ``results/robot/errors.csv``, one for each measured condition (leg curvature R'/r and stride frequency, Hz)
+on each profile, the alpha with which the robot was simulated: measured and simulated speed, cm/s, the latter with its
+intervals, and ``calibrated``, "yes" where unknown lengths of the robot were fitted to this condition.
+"""
 
 from __future__ import annotations
 
@@ -21,11 +26,13 @@ DIGITS = 5
 """Significant digits of the numbers that the script draws."""
 
 CURVATURE = "R\N{PRIME}/r"
+"""Symbol of the leg curvature in headings."""
 _PROFILE = texts("Profile", lambda row: name_of(row["profile"]))
+"""Column with the name of the profile of a row."""
 
 
 def robot_tables(results: Results) -> dict[str, PageTable] | None:
-    """Make the tables of the section on the robot, by name; None where the campaign has no robot."""
+    """Make the tables of the section on the robot, by their names in the template; None where the campaign has no robot."""
     if not results.campaign.robot_medium:
         return None
     errors, optimum = (results.table(f"robot/{name}.csv") for name in ("errors", "optimum"))
@@ -37,7 +44,11 @@ def robot_tables(results: Results) -> dict[str, PageTable] | None:
 
 
 def robot_facts(results: Results) -> dict[str, Any]:
-    """Collect the facts from which the template chooses its sentences; empty where the campaign has no robot."""
+    """Collect the facts from which the template chooses its sentences; empty where the campaign has no robot.
+
+    True or False: ``measured`` (any speed), ``calibrated`` (on any condition), ``intervals`` (of any speed). ``on``: name of
+    the profile of the moving pictures.
+    """
     if not results.campaign.robot_medium:
         return {}
     errors = results.table("robot/errors.csv")
@@ -52,12 +63,12 @@ def robot_facts(results: Results) -> dict[str, Any]:
 def _tabulate_shares(errors: pd.DataFrame) -> PageTable:
     """Count, for each profile, the conditions whose simulated speed is near the measured one.
 
-    A second number leaves out the conditions on which the robot was calibrated.
+    A second number leaves out the conditions on which the robot was calibrated: the others are predictions.
     """
     errors_by_profile = {str(name): rows for name, rows in errors.groupby("profile", sort=False)}
 
     def shares(heading: str, count_of: Callable[[pd.DataFrame], tuple[int, int]]) -> PageColumn:
-        """Make the column of cells "n of m"; `count_of`: returns both numbers of some rows."""
+        """Make the column of cells "n of m"; `count_of`: function that returns both numbers of some rows of `errors`."""
 
         def cell(row: Row) -> Cell:
             rows_of_profile = errors_by_profile[row["profile"]]
@@ -86,7 +97,10 @@ def _tabulate_shares(errors: pd.DataFrame) -> PageTable:
 
 
 def _tabulate_best(optimum: pd.DataFrame) -> PageTable:
-    """Tabulate the fastest curvature of each profile at its highest frequency."""
+    """Tabulate the fastest curvature of each profile at its highest frequency.
+
+    `optimum`: Rows of ``results/robot/optimum.csv``, one for each frequency on each profile.
+    """
     highest = optimum.groupby("profile", sort=False)["frequency_Hz"].idxmax()
     best = "best_curvature_times_R", 2, "best_curvature_from_alpha_{}"
     columns = [
@@ -100,7 +114,7 @@ def _tabulate_best(optimum: pd.DataFrame) -> PageTable:
 
 
 def _tabulate_conditions(errors: pd.DataFrame) -> PageTable:
-    """Tabulate the measured speed of every condition beside the speeds simulated on each profile."""
+    """Tabulate the measured speed of every condition beside the speeds simulated on each profile, a column a profile."""
     simulated = {(row["condition"], row["profile"]): row for row in records(errors)}
     ordered = errors.sort_values(["curvature_times_R", "frequency_Hz"], kind="stable")
 
@@ -141,7 +155,11 @@ def _tabulate_conditions(errors: pd.DataFrame) -> PageTable:
 
 
 def robot_data(results: Results) -> dict[str, Any] | None:
-    """Collect the curves and pictures that the script draws; None where the campaign has no robot."""
+    """Collect the curves and pictures that the script draws; None where the campaign has no robot.
+
+    ``curves``: by profile a list over curvatures, each with frequencies ``f`` (Hz) and mean speeds over starting phases ``v``
+    (cm/s, None if not steady). ``measured``: lists over conditions. ``frames``: moving pictures, of `_frames`.
+    """
     if not results.campaign.robot_medium:
         return None
     measured = results.table("robot/errors.csv").drop_duplicates("condition")
@@ -170,7 +188,10 @@ def robot_data(results: Results) -> dict[str, Any] | None:
 
 
 def _frames(results: Results) -> Any:
-    """Read the geometry and the poses of a few runs, with the forces on their elements rounded."""
+    """Read the geometry and the poses of a few runs, with the forces on their elements rounded, for a smaller page.
+
+    What is in them says `rftfit.robot.motion.frames_of`.
+    """
     path = results.path("robot/frames.json")
     try:
         frames = json.loads(path.read_text(encoding="utf-8"))

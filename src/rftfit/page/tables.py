@@ -1,4 +1,9 @@
-"""The tables of the page: for each its columns, from which results they are, and how they are printed."""
+"""The tables of the page: for each its columns, from which results they are, and how they are printed.
+
+Each function ``tabulate_...`` makes one table of the page (`PageTable`: columns, and rows as dicts) from tables of results. A
+medium is named by its key in the config. Zeta is its fitted alpha_z straight down on a flat plate, chi measured over fitted;
+both exist by several methods of fitting nine terms, of which the config names one. ``_lo``, ``_hi`` are ends of intervals.
+"""
 
 from __future__ import annotations
 
@@ -69,6 +74,8 @@ from rftfit.reference import MEDIA, coefficients, load
 from rftfit.results import Medium, Results
 from rftfit.store.text import count
 
+# symbols and units for headings
+
 ALPHA_Z, ALPHA_X = (Markup("\N{GREEK SMALL LETTER ALPHA}<sub>{}</sub>").format(c) for c in "zx")
 ALPHA_OF = {"z": ALPHA_Z, "x": ALPHA_X}
 BETA, GAMMA = "\N{GREEK SMALL LETTER BETA}", "\N{GREEK SMALL LETTER GAMMA}"
@@ -88,7 +95,10 @@ NO_FAULT = "no fault found"
 
 
 def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
-    """Tabulate the media, one row each: verdicts on its data and on the model on its legs, and its numbers."""
+    """Tabulate the media, one row each: verdicts on its data and on the model on its legs, and its numbers.
+
+    Rows: `_make_rows_of_media`. `outcome`: Runs with and without a result.
+    """
     fates = {False: "dropped", True: "excluded"}
     lost = Counter((run["medium"], fates[run["excluded"]]) for run in outcome.dropped)
 
@@ -147,7 +157,7 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
         return Cell(interval, (scatter_of_beds(row, confidence) if interval else "",))
 
     def scale_number(name: str) -> PageColumn:
-        """Make the column of zeta or chi, with its notes."""
+        """Make the column of zeta or chi (`name`), with its notes."""
         numbers_of_method = numbers("", name, ALPHA_DIGITS, ends=f"{name}_{{}}")
 
         def cell(row: Row) -> Cell:
@@ -189,7 +199,7 @@ ERROR_NAMES = {
 
 
 def errors_in_words(shares: str) -> str:
-    """Write a list of shares of errors, such as ``session 44 %``, with names for people."""
+    """Write a list of shares of errors, such as ``session 44 %``, with names for people (`ERROR_NAMES`)."""
     return re.sub(
         r"[a-z_]+", lambda name: ERROR_NAMES.get(name[0], name[0].replace("_", " ")), shares
     )
@@ -212,6 +222,7 @@ def tabulate_alphas(results: Results) -> list[tuple[str, PageTable]]:
             continue
         # a single direction stands in the table of media already
         for c in "zx" if len(cells_with_alpha) > 1 else "":
+            # a row a beta, a column a gamma
             beta, gamma, _ = pivot(medium.alpha, column(c))
             rows = [{"beta": angle} for angle in beta]
             # columns of the page's table: "3" is alpha in the fourth direction gamma, "_lo3" and "_hi3" its interval
@@ -228,7 +239,10 @@ def tabulate_alphas(results: Results) -> list[tuple[str, PageTable]]:
 
 
 def tabulate_at_depths(results: Results) -> PageTable:
-    """Tabulate the media whose stress is no straight line of depth: alpha of a flat push straight down, at several depths."""
+    """Tabulate the media whose stress is no straight line of depth: alpha of a flat push straight down, at several depths.
+
+    The depths are those of the config (``fit.depths_cm``). A table without rows where stress is straight in all media.
+    """
     depths, rows = results.config.fit.depths_cm, []
     tolerance_deg = results.config.grid.angle_tolerance_deg
     for medium in results:
@@ -251,7 +265,11 @@ def tabulate_at_depths(results: Results) -> PageTable:
 
 
 def _make_rows_of_media(results: Results) -> list[Row]:
-    """Make the rows of the table of media: numbers of pushes, alpha straight down, zeta and chi by the configured method."""
+    """Make the rows of the table of media: numbers of pushes, alpha straight down, zeta and chi by the configured method.
+
+    A row has the cell of the push straight down (columns of the table of alpha), ``directions``, ``pushes``, ``zeta``,
+    ``chi`` with ends, and the small print ``alpha_note``, ``zeta_note``, ``chi_note``.
+    """
     rows: list[Row] = []
     for medium in results:
         cells = medium.alpha[medium.alpha[column("z")].notna()]
@@ -279,7 +297,10 @@ def _make_rows_of_media(results: Results) -> list[Row]:
 
 
 def _format_zeta_of_map(map_table: pd.DataFrame) -> str:
-    """Write the zeta of a natural sand by its map; empty where there is none. That in the cell is by the paper's routine."""
+    """Write the zeta of a natural sand by its map; empty where there is none. That in the cell is by the paper's routine.
+
+    The two may differ by much, since the map also uses pushes in other directions.
+    """
     if map_table.empty:
         return ""
     beta, gamma = np.radians(map_table[["beta_deg", "gamma_deg"]].to_numpy(float)).T
@@ -289,7 +310,11 @@ def _format_zeta_of_map(map_table: pd.DataFrame) -> str:
 
 
 def _describe_other_window(results: Results, cell: Row) -> str:
-    """Write alpha over the detected window, where it lies outside the interval over the stated one; else empty."""
+    """Write alpha over the detected window, where it lies outside the interval over the stated one; else empty.
+
+    The window is the range of depth over which a slope was fitted; the choice of it is no error in the interval. `cell`: Row
+    of the table of alpha for the push straight down, over the stated window.
+    """
     table = results.table("sands.csv")
     is_in_cell = table["run_id"].isin(str(cell.get("run_ids", "")).split())
     windows = table[is_in_cell].groupby("window")[["alpha_z_N_per_cm3", "linear_to_cm"]].mean()
@@ -308,7 +333,8 @@ def _describe_scale_of_pushes(
 ) -> dict[str, str]:
     """Say from which directions zeta and chi were computed, for a medium in which some directions were not pushed.
 
-    `notes`: Further notes on zeta and chi, which are written behind.
+    `directions`: Number of pushed ones. `notes`: Further notes, ``zeta_note`` and ``chi_note``, which are written behind.
+    Returns both notes.
     """
     notes_on_pushes = {}
     is_of_other_kind = bool(describe_other_kind(results, medium))
@@ -328,7 +354,10 @@ def _describe_scale_of_pushes(
 
 
 def _describe_numbers_of_paper(results: Results, medium: Medium) -> dict[str, str]:
-    """Write the paper's zeta and chi of a medium, and those of our data by `AS_PRINTED`; empty for other media."""
+    """Write the paper's zeta and chi of a medium, and those of our data by `AS_PRINTED`; empty for other media.
+
+    `AS_PRINTED` is the method that reproduces the printed coefficients of the paper. Returns ``zeta_note``, ``chi_note``.
+    """
     published_as = medium.settings.published_as
     if published_as not in MEDIA:
         return {}
@@ -347,10 +376,14 @@ def _describe_numbers_of_paper(results: Results, medium: Medium) -> dict[str, st
 
 
 def tabulate_coefficients(results: Results, method: str) -> PageTable:
-    """Tabulate coefficients of all media by one method, dropped terms in brackets, and the misfit of the nine terms."""
+    """Tabulate coefficients of all media by one method, dropped terms in brackets, and the misfit of the nine terms.
+
+    A row a term and a column a medium, with the generic profile last; of a single medium the other way round.
+    """
     table = results.table("coefficients.csv")
     rows = records(table[table["method"] == method])
     fit_rows = {(row["medium"], row["coefficient"]): row for row in rows}
+    # small print of the generic profile, by term
     scatter = {
         term: f"s.d. of media {format_number(deviation, ALPHA_DIGITS)}"
         for term, deviation in _scatter_of_shapes(results, fit_rows, method).items()
@@ -363,6 +396,7 @@ def tabulate_coefficients(results: Results, method: str) -> PageTable:
         """Make the column of one medium: a coefficient or a misfit for each term."""
 
         def cell(row: Row) -> Cell:
+            # a row of misfits: "of" names the term whose row of results has the misfit of its component
             if "of" in row:
                 fit_row = fit_rows.get((medium, row["of"]), {})
                 return Cell(format_number(fit_row.get("misfit_rms_N_per_cm3"), ALPHA_DIGITS))
@@ -406,7 +440,10 @@ def tabulate_coefficients(results: Results, method: str) -> PageTable:
 def _scatter_of_shapes(
     results: Results, fit_rows: Mapping[tuple[str, str], Row], method: str
 ) -> dict[str, float]:
-    """Compute the standard deviation of each term over zeta between the media behind the generic profile; empty for one medium."""
+    """Compute the standard deviation of each term over zeta between the media behind the generic profile; empty for one medium.
+
+    `fit_rows`: Rows of the table of coefficients by one method, by medium and term.
+    """
     penetration = results.table("penetration.csv")
     zeta_of_medium = (
         penetration[penetration["method"] == method].set_index("medium")["zeta"].dropna()
@@ -434,7 +471,10 @@ def tabulate_methods(results: Results) -> list[str]:
 
 
 def tabulate_scaling(results: Results) -> tuple[PageTable, PageTable]:
-    """Tabulate the errors behind zeta of every medium by the configured method, and all numbers by the other methods."""
+    """Tabulate the errors behind zeta of every medium by the configured method, and all numbers by the other methods.
+
+    Returns two tables. Zeta itself by the configured method stands in the table of media.
+    """
 
     def fitted_alpha(row: Row) -> Cell:
         """Make the cell of fitted alpha_z(0, 90 deg); a sand was pushed once, so it has no fit."""
@@ -464,6 +504,7 @@ def tabulate_scaling(results: Results) -> tuple[PageTable, PageTable]:
 
 def _join_methods(rows: Iterable[Row]) -> list[Row]:
     """Join rows of a medium whose numbers are the same by several methods; the column of the method names all of these."""
+    # texts as keys, since NaN is not equal to NaN
     joined: dict[tuple[str, ...], Row] = {}
     for row in rows:
         numbers_of_row = tuple(f"{row[name]}" for name in ("medium", "zeta", "chi", "reason"))
@@ -477,10 +518,11 @@ def _join_methods(rows: Iterable[Row]) -> list[Row]:
 _RMS_OVER_PEAK = numbers(
     "RMS over peak", "rms_relative_to_peak", show=lambda ratio: share(ratio).lstrip("+")
 )
+"""Column of the error of the shape of a curve of forces, relative to its measured peak."""
 
 
 def tabulate_leg_errors(results: Results) -> PageTable:
-    """Tabulate errors of peak and of shape for every leg, medium and profile."""
+    """Tabulate errors of peak and of shape for every leg, medium, profile and component, in this order."""
     order: dict[str, Sequence[str]] = {
         "medium": list(results.config.media),
         "leg": list(results.config.intruders),
@@ -494,6 +536,7 @@ def tabulate_leg_errors(results: Results) -> PageTable:
 
     rows = []
     for row in _without_repeated_reasons(results, "leg_errors.csv"):
+        # small print: which errors the interval is made of, or why it is withheld
         in_words = errors_in_words(row["peak_errors"])
         notes = {"peak_errors": in_words and f"variance: {in_words}"}
         codes = row["reason_code"].split()
@@ -524,10 +567,14 @@ LESSON_WORDS = {
     "other-leg": "plates and another leg",
     "same-leg-elsewhere": "plates, and this leg in other media",
 }
+"""What a prediction was learned from, by column ``lesson`` of ``contacts.csv``."""
 
 
 def tabulate_contacts(results: Results) -> PageTable:
-    """Tabulate errors of predicted forces on legs by the data behind the prediction, in laboratory media and in sands."""
+    """Tabulate errors of predicted forces on legs by the data behind the prediction, in laboratory media and in sands.
+
+    Forces measured on a leg can correct the map; the table shows how much that helps on legs left out.
+    """
     table = results.table("contacts.csv")
     rows: list[Row] = []
     for title, media in (
@@ -568,7 +615,11 @@ def tabulate_sands(results: Results) -> PageTable:
 
 
 def _without_repeated_reasons(results: Results, name: str) -> list[dict[str, Any]]:
-    """Read the rows of a table, without reasons that the page gives once for all rows."""
+    """Read the rows of a table, without reasons that the page gives once for all rows.
+
+    `name`: Of the file of the table, which has ``medium``, ``reason`` and ``reason_code``. Given once are flags that all runs
+    of the medium share, and that published media were used.
+    """
     shared_codes = {
         medium.name: codes_of(medium.flags.shared(medium.fits)).split() for medium in results
     }
@@ -603,13 +654,15 @@ def tabulate_corrections(results: Results) -> PageTable:
 
 
 _MEDIA_CODES = re.compile(rf"\b(?:{'|'.join(map(re.escape, MEDIA))})\b")
+"""Key of a published medium inside a text."""
 
 
 def tabulate_reproduction(results: Results) -> tuple[dict[str, str], PageTable, PageTable]:
     """Tabulate our numbers beside those of the paper.
 
-    Returns counts of verdicts, in words, by their evidence; the items that are not the same; all items. Items that were not
-    measured are left out. All are left out where most items that data could meet were not measured.
+    Returns counts of verdicts, in words, by their evidence (`EVIDENCE`: measured, calibrated, by construction, or the text
+    alone); the items that are not the same; all items. Items that were not measured are left out. All are left out where
+    most items that data could meet were not measured.
     """
     titles = {
         medium.settings.published_as or medium.name: medium.title.replace(",", "")
@@ -645,6 +698,7 @@ def tabulate_reproduction(results: Results) -> tuple[dict[str, str], PageTable, 
     ]
     all_rows = records(results.table("reproduction.csv"))
     rows = [row for row in all_rows if row["verdict"] != NOT_MEASURED]
+    # items that data could meet: how many were measured, and how many there are
     met, possible = (
         sum(row["evidence"] != TEXT for row in counted_rows) for counted_rows in (rows, all_rows)
     )

@@ -1,4 +1,8 @@
-"""Workbooks in the layouts of Tables S5 and S2; the same results give the same bytes."""
+"""Workbooks in the layouts of the paper's Tables S5 (alpha) and S2 (coefficients); equal results give equal bytes.
+
+`Book` wraps the library that writes xlsx files; rows and columns of a sheet count from 0. Functions that write a block of
+a sheet take the row where it begins, and return the next free row.
+"""
 
 from __future__ import annotations
 
@@ -43,10 +47,11 @@ _FORMATS: dict[str, dict[str, Any]] = {
     "missing": {"font_color": "#C00000", "align": "right"},
     "text": {},
 }
+"""Formats of cells: options of the library by our name, the `form` of a cell."""
 
 
 class Book:
-    """A workbook and its formats; no text becomes a formula or a link."""
+    """A workbook and its formats, in memory; no text of the user becomes a formula or a link. `close` returns its bytes."""
 
     def __init__(self) -> None:
         import xlsxwriter
@@ -61,7 +66,10 @@ class Book:
         self._names: set[str] = set()
 
     def add_sheet(self, name: str) -> Worksheet:
-        """Add a sheet; its name is changed so that spreadsheet programs accept it: short, without signs, unique."""
+        """Add an empty sheet with the settings of all sheets; its name is changed so that spreadsheet programs accept it.
+
+        They accept at most 31 letters, without some signs, and different from other names without regard to case.
+        """
         clean = re.sub(r"[\[\]:*?/\\]", "_", name).strip("'")[:31] or "sheet"
         unique, count = clean, 1
         # spreadsheet programs reserve the name "history"
@@ -83,7 +91,7 @@ class Book:
     def put_text(
         self, sheet: Worksheet, row: int, column: int, text: str, form: str = "text"
     ) -> None:
-        """Write text as text, whatever its first letters are; `form`: key of `_FORMATS`."""
+        """Write text into a cell as text, whatever its first letters are; `form`: key of `_FORMATS`."""
         # sheet.write would make "=..." a formula and "http..." a link
         sheet.write_string(row, column, text, self.formats[form])
 
@@ -96,7 +104,10 @@ class Book:
         form: str = "number",
         reason: str = "",
     ) -> None:
-        """Write a number in full precision. NaN becomes "no value", or with a reason "no run" and the reason as a comment."""
+        """Write a number into a cell in full precision; its format shows fewer digits.
+
+        NaN becomes "no value", or with a `reason` "no run" and the reason as a comment.
+        """
         if math.isfinite(value):
             sheet.write_number(row, column, value, self.formats[form])
             return
@@ -105,7 +116,7 @@ class Book:
             sheet.write_comment(row, column, reason, {"x_scale": 2, "author": "rftfit"})
 
     def add_about(self, title: str, lines: list[str]) -> None:
-        """Add the first sheet: title, version of the program, and lines about the content."""
+        """Add the first sheet, "About": title, version of the program, and lines about the content."""
         sheet = self.add_sheet("About")
         sheet.freeze_panes(_TITLE_ROWS, 0)
         sheet.set_column(0, 0, 110)
@@ -119,6 +130,8 @@ class Book:
         self.workbook.close()
         return self._file.getvalue()
 
+
+# lines of the sheets "About"
 
 _ALPHA = (
     "Resistive-force measurements: vertical and horizontal stress per depth, alpha_z and alpha_x, "
@@ -136,12 +149,15 @@ _SIGNS = (
 
 
 def workbooks(results: Results) -> tuple[bytes, bytes]:
-    """Make both workbooks: of alpha in the layout of Table S5, and of coefficients in that of Table S2."""
+    """Make the bytes of both workbooks: of alpha in the layout of Table S5, and of coefficients in that of Table S2."""
     return alpha_workbook(results), coefficient_workbook(results)
 
 
 def alpha_workbook(results: Results) -> bytes:
-    """Make the workbook of alpha, one sheet per medium: alpha_z, alpha_x (rows beta, columns gamma), then half widths."""
+    """Make the workbook of alpha, one sheet per medium: alpha_z, alpha_x (rows beta, columns gamma), then half widths.
+
+    Half widths are those of the interval of the mean of beds, then of the next push into a fresh bed.
+    """
     confidence = level(results)
     book = Book()
     lines = [
@@ -179,7 +195,11 @@ def alpha_workbook(results: Results) -> bytes:
 def _write_alpha_block(
     book: Book, sheet: Worksheet, row: int, title: str, table: pd.DataFrame, column: str
 ) -> int:
-    """Write one column of an alpha table, as a grid or a list, from a row of the sheet on. Returns the next free row."""
+    """Write one column of an alpha table, as a grid or a list, from a row of the sheet on. Returns the next free row.
+
+    `table`: A row a direction (beta, gamma) of the medium; a list where its directions lie on no grid. `title`: Head of the
+    block. A cell without a number gets the reason of its row.
+    """
     if not lies_on_grid(table):
         return _write_alpha_list(book, sheet, row, title, table, column)
     beta, gamma, values = pivot(table, column)
@@ -234,7 +254,10 @@ def coefficient_workbook(results: Results) -> bytes:
 
 
 def _write_coefficient_sheet(book: Book, results: Results, method: str, rows: pd.DataFrame) -> None:
-    """Write the sheet of one method; `rows`: its rows of the table of coefficients."""
+    """Write the sheet of one method: a column a medium, with ends of intervals below, and the printed numbers last.
+
+    `rows`: Its rows of the table of coefficients, one for each medium and term. A dropped term is grey: it counts as zero.
+    """
     titles = results.titles | {GENERIC: GENERIC}
     # the generic profile comes last
     media = sorted(rows["medium"].unique(), key=lambda name: name == GENERIC)
@@ -244,7 +267,7 @@ def _write_coefficient_sheet(book: Book, results: Results, method: str, rows: pd
     dropped = {name: set(not_kept.loc[not_kept["medium"] == name, "coefficient"]) for name in media}
 
     def tabulate_terms(column: str, zeta_column: str) -> pd.DataFrame:
-        """Arrange a column of coefficients, and one of zeta below: a row a term, a column a medium."""
+        """Arrange a column of the coefficients, and below it one of the scaling: rows of terms and zeta, columns of media."""
         table = rows.pivot_table(index="coefficient", columns="medium", values=column)
         table = table.reindex(index=[*TERMS, "zeta"], columns=media)
         table.loc["zeta"] = zeta[zeta_column].reindex(media)
@@ -269,6 +292,7 @@ def _write_coefficient_sheet(book: Book, results: Results, method: str, rows: pd
         for end, table in ends.items()
     ]
     row = _write_term_block(book, sheet, row, f"{level(results)} intervals {unit}", columns)
+    # key of the paper's medium by ours; empty for media that are not the paper's
     printed = {name: medium.published_as for name, medium in results.config.media.items()}
     printed[GENERIC] = GENERIC
     columns = [
@@ -287,7 +311,7 @@ TermColumn = tuple[str, Mapping[str, float], Collection[str]]
 def _write_term_block(
     book: Book, sheet: Worksheet, row: int, title: str, columns: Sequence[TermColumn]
 ) -> int:
-    """Write columns of terms and zeta, from a row of the sheet on. Returns the next free row."""
+    """Write columns of terms and zeta, from a row of the sheet on, under a title. Returns the next free row."""
     book.put_text(sheet, row, 0, title, "block")
     book.put_text(sheet, row + 1, 0, "coefficient", "head")
     terms = [*TERMS, "zeta"]

@@ -1,4 +1,7 @@
-"""Answer of one run of the robot for a user: its speed, and its motion and forces in the last strides."""
+"""Answer of one run of the robot to a user (`simulate`): its speed, its motion and forces in the last strides.
+
+The same facts as lines of text (`SimulationAnswer.summary`), and as plain values for JSON (`as_dict`).
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from typing import Any
 
 import pandas as pd
 
-from rftfit.robot.motion import SAMPLES, tail_of
+from rftfit.robot.motion import tail_of
 from rftfit.robot.run import RobotRun
 from rftfit.store.text import count, table
 
@@ -27,7 +30,10 @@ _FACTS = (
 
 @dataclass(frozen=True)
 class SimulationAnswer:
-    """A run of a robot on a medium, with `SAMPLES` samples for each stride."""
+    """A run of a robot on a medium, with `rftfit.robot.motion.SAMPLES` samples for each stride.
+
+    `robot`: title of the robot. `profile`: name of the profile of the medium.
+    """
 
     robot: str
     profile: str
@@ -35,20 +41,21 @@ class SimulationAnswer:
 
     @property
     def condition(self) -> str:
-        """Stride frequency and curvature of the legs as text."""
+        """Stride frequency and curvature of the legs as text, for headings."""
         condition = self.run.condition
         return f"{condition.frequency_Hz:g} Hz, R'/r = {condition.curvature_times_R:g}"
 
     @cached_property
     def tail(self) -> pd.DataFrame:
-        """Motion and forces in the last two strides, one row for each sample."""
-        return tail_of(self.run, SAMPLES)
+        """Motion and forces in the last two strides, one row for each sample: the table of `rftfit.robot.motion.tail_of`."""
+        return tail_of(self.run)
 
     @property
     def ranges(self) -> dict[str, tuple[float, float]]:
         """Least and greatest velocity, height, pitch and tripod forces in the last two strides, by column of `tail`."""
         names = ["velocity_x_cm_per_s", "z_cm", "pitch_deg"]
         tripods = ("force_z_tripod", "force_x_tripod")
+        # of the table's columns, those of the forces of each tripod, however many the robot has
         names += [name for name in map(str, self.tail) if name.startswith(tripods)]
         return {
             name: (float(self.tail[name].min()), float(self.tail[name].max())) for name in names
@@ -63,7 +70,7 @@ class SimulationAnswer:
 
     @property
     def notes(self) -> list[str]:
-        """Lines above the table of the motion."""
+        """Lines above the table of the motion in its file: what was run, its outcome, the sign of pitch."""
         speed = self.run.speed_cm_per_s
         speed_text = f"{speed:.6g} cm/s" if math.isfinite(speed) else "none"
         outcome = f"outcome: {self.run.outcome}; speed: {speed_text}"

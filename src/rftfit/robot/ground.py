@@ -1,4 +1,8 @@
-"""Forces of a measured medium on the bodies of any simulator, calculated at each time step."""
+"""Forces of a measured medium on the bodies of any simulator, calculated at each time step (`Ground`).
+
+Here all is in cm, s and N; z is up and 0 at the surface. The surface of each body is cut into faces, flat triangles. A
+wheel leaves a rut if it is not convex: behind its axle there is nothing that its faces could push (`rftfit.forces.rolling`).
+"""
 
 from __future__ import annotations
 
@@ -49,9 +53,9 @@ class Ground:
     triangle_cm : float, optional
         Longest edge of a triangle.
     delta_mm, tau_s : float, optional
-        Elastic displacement of a face, and time for which its velocity is extrapolated: with these a body at rest does
-        not creep. 0: the plain law. No measurement gives delta: compare results with a third of it and with three times
-        it.
+        Elastic displacement of a face (delta), and time for which its velocity is extrapolated (tau): with these a body at
+        rest does not creep. 0: the plain law. No measurement gives delta: compare results with a third of it and with
+        three times it.
     wheels : sequence of int, or mapping of int to array_like, shape (3,), optional
         Numbers of the bodies that are wheels. The axle goes through the origin of the body, along y of its frame or
         along the vector of the mapping. A wheel that is not convex leaves a rut, as in `Motion3D.roll`: behind its
@@ -62,11 +66,13 @@ class Ground:
     Attributes
     ----------
     frames : ndarray, shape (n, 18)
-        Places and motions of the bodies at the last step, as in `Motion3D.frames`.
+        Places and motions of the bodies at the last step, as in `Motion3D.frames`: position (3 columns, cm), velocity
+        (3, cm/s), angular velocity (3, rad/s), and the rows of the rotation matrix from the body's axes to the world's (9).
     rules : tuple of str
         ``own-track`` (leaves a rut) or ``none``, for each body.
     forces : ndarray, shape (n, 7)
-        Force (N), moment about the body's origin (N cm) in the world's axes, and `closure_cm3`, at the last step.
+        Force (N), moment about the body's origin (N cm) in the world's axes, and `closure_cm3`, at the last step. The
+        last is depth times area of the faces that move out of their own plane, for which no measurement stands.
 
     Raises
     ------
@@ -107,25 +113,31 @@ class Ground:
 
         if not bodies:
             raise InputError("no body; allowed: a mesh for each body that touches the medium")
+        # meshes of each body, then the faces of each body as rows for the kernel
         shapes = [[body] if isinstance(body, Mesh) else body for body in bodies]
         faces = [
             np.concatenate([face_rows(mesh.refined(triangle_cm)) for mesh in meshes])
             for meshes in shapes
         ]
+        # of each body the first row of its faces and the row behind the last, shape (n, 2)
         self._ranges = ranges_of([len(faces_of_body) for faces_of_body in faces])
         self._faces = np.concatenate(faces)
+        # elastic displacement of each face, which the kernel keeps up to date
         self._shifts = np.zeros((len(self._faces), 3))
         self._delta_cm, self._tau_s = delta_mm / 10, tau_s
         profile = profile_of(medium)
         self._limits = _Limits(profile, shapes)
         self._law = law_of(profile, law)
+        # for the kernel -1 stands for None: the friction of the measured plates
         self._friction = -1.0 if friction is None else float(friction)
         self._kernel: Any = face_forces
+        # direction of the axle by number of the body
         axles = wheels if isinstance(wheels, Mapping) else dict.fromkeys(wheels, ALONG_Y)
         self._wheels, self._radii, has_track = _measure_wheels(shapes, axles)
         self._has_track = has_track & track
         # recent horizontal travel of each wheel, see `_follow_wheels`
         self._travel_cm = np.zeros((len(self._wheels), 2))
+        # rows of `rolling_rows` for the kernel; 0 for bodies that are no wheels
         self._rolling = np.zeros((len(faces), len(NO_WHEEL)))
         rules = np.full(len(faces), NO_RULE, dtype=object)
         rules[self._wheels[self._has_track]] = TRACK_RULE
@@ -138,7 +150,7 @@ class Ground:
         return len(self._faces)
 
     def check_time_step(self, time_step_s: float) -> None:
-        """Raise `InputError` if a body at rest would creep or shake with this time step."""
+        """Raise `InputError` if a body at rest would creep or shake with this time step (`MOST_TAU_DT_S2`)."""
         if self._delta_cm > 0 and self._tau_s * time_step_s > MOST_TAU_DT_S2 * (1 + 1e-9):
             raise InputError(
                 f"tau_s = {self._tau_s:g} s times the time step of {time_step_s:g} s is too long; allowed: "
@@ -202,10 +214,12 @@ class Ground:
         return self.forces[:, :6].copy()
 
     def _follow_wheels(self, time_step_s: float) -> None:
-        """Update the rolling state of each wheel.
+        """Update the rows of `_rolling` of all wheels: direction of travel, and how far the rule of the rut holds.
 
-        The recent travel of a wheel is kept up to a length of delta; its share of delta (0 to 1) says how far the wheel
-        has begun to roll. So a wheel at rest has no rut, and gets one gradually.
+        A wheel nearly at rest trembles, and its velocity points anywhere; a rut that turns with it would keep it in
+        motion. So the direction is that of the recent travel, which is kept up to a length of delta. The length of this
+        travel as a share of delta, `begun` (0 to 1), is how far the wheel has begun to roll: a wheel at rest has no rut,
+        and gets one gradually.
         """
         velocity, rate = self.frames[self._wheels, 3:6].copy(), self.frames[self._wheels, 6:9]
         begun = np.ones(len(velocity))
@@ -213,6 +227,7 @@ class Ground:
             level = velocity[:, :2].copy()
             self._travel_cm += level * time_step_s
             length = np.linalg.norm(self._travel_cm, axis=1)
+            # travel longer than delta is shortened to it
             self._travel_cm /= np.maximum(length / self._delta_cm, 1.0)[:, None]
             # extrapolated by tau as the faces are, which damps; the speed stays the present one
             ahead = self._travel_cm + self._tau_s * level
@@ -226,7 +241,12 @@ class Ground:
 
 
 class _Limits:
-    """Limits of depth and speed of the model; a limit that a body has exceeded is infinite from then on."""
+    """Limits of depth and speed of the model, each of which is reported once.
+
+    `most_cm`, `most_cm_per_s`: the limits; infinite from the moment when any body exceeds them. `clause`: on the depth to
+    which alpha was measured, for a sentence. `corners_cm`: corners (k, 3) of each body in its frame; `radii_cm`: distance
+    of the farthest corner of each from its origin.
+    """
 
     def __init__(self, profile: Profile, shapes: Sequence[Sequence[Mesh]]) -> None:
         self.corners_cm = [
@@ -239,7 +259,10 @@ class _Limits:
         self.most_cm_per_s = QUASI_STATIC_CM_PER_S
 
     def list_new(self, frames: FloatArray, forces: FloatArray) -> list[str]:
-        """Return sentences on the limits that a body exceeds for the first time."""
+        """Return sentences on the limits that a body exceeds for the first time, and lift these limits.
+
+        `frames`, `forces`: of all bodies, as in `Ground`. A body without a force, which is not in the medium, does not count.
+        """
         # bounds of depth and speed of any point of a body, whatever its rotation: a quick test before all corners
         depths = self.radii_cm - frames[:, 2]
         rates = np.sqrt((frames[:, 6:9] ** 2).sum(axis=1))
@@ -250,6 +273,7 @@ class _Limits:
         limits = []
         for body in np.flatnonzero(may_exceed & forces[:, :3].any(axis=1)):
             frame = frames[body]
+            # from the origin of the body to its corners, in the world's axes
             arms = self.corners_cm[body] @ frame[9:].reshape(3, 3).T
             depth = -(frame[2] + arms[:, 2])
             speed = np.linalg.norm(frame[3:6] + np.cross(frame[6:9], arms), axis=1)
@@ -272,7 +296,8 @@ def _measure_wheels(
 ) -> tuple[npt.NDArray[np.int64], FloatArray, npt.NDArray[np.bool_]]:
     """Return the numbers of the bodies that are wheels, their radii (cm), and True for wheels that leave a rut.
 
-    `shapes`: meshes of each body. `axles`: direction of the axle by number of the body.
+    `shapes`: meshes of each body. `axles`: direction of the axle by number of the body. A rut is left by a solid wheel
+    that does not fill its convex hull; of a sheet, which has no volume, this cannot be told.
     """
     radii, has_track = [], []
     for number, axle in axles.items():
@@ -280,6 +305,7 @@ def _measure_wheels(
             raise InputError(f"wheels: found body {number}; allowed: 0 to {len(shapes) - 1}")
         corners = np.concatenate([mesh.vertices_cm for mesh in shapes[number]])
         try:
+            # the radius is measured about y: the corners are turned there
             radii.append(measure_radius(corners @ _turn_to_y(axle).T))
         except ValueError as error:
             raise InputError(f"wheels: body {number}: {error}") from None
@@ -296,7 +322,7 @@ def _turn_to_y(axle: npt.ArrayLike) -> FloatArray:
     if not (length > 0 and np.isfinite(length)):
         raise InputError(f"wheels: an axle of three numbers wanted, found {axle!r}")
     along = axis / length
-    # of x, y and z the axis farthest from the axle, so that the cross product is not near 0
+    # of x, y and z the axis farthest from the axle, so that the cross product, at right angles to both, is not near 0
     farthest_axis = np.eye(3)[np.abs(along).argmin()]
     ahead = np.cross(along, farthest_axis)
     ahead /= np.linalg.norm(ahead)

@@ -36,20 +36,27 @@ from rftfit.robot.sweep import (
 from rftfit.store.chosen import chosen
 
 CHOSEN = chosen("robot", "intervals")
-
-WIDTH_COLUMNS = columns_of("robot/intervals.csv")
-"""Columns of the table of half widths; quantity `SPEED`, `SPEED_MODEL` (cm/s) or `BEST` (R'/r)."""
+"""Chosen numbers of this module, with their reasons in ``chosen.toml``: how many draws, and how much longer the time step."""
 
 SPEED, SPEED_MODEL, BEST = "speed", "speed with the model's own error", "best curvature"
+"""Quantities that have an interval: a speed by the errors of alpha and of the arc (cm/s), the same with the error of the
+force model too (cm/s), and the curvature of the fastest legs (R'/r)."""
+
+WIDTH_COLUMNS = columns_of("robot/intervals.csv")
+"""Columns of the table of half widths: medium, profile, quantity (`SPEED`, ...), curvature R'/r and frequency (Hz) of the
+condition, half width in the unit of the quantity, number of draws behind it, and why it is not known."""
 
 _SPEED_KEYS = ["profile", "curvature_times_R", "frequency_Hz"]
 _KEYS = {SPEED: _SPEED_KEYS, SPEED_MODEL: _SPEED_KEYS, BEST: ["profile", "frequency_Hz"]}
-"""Columns that name one half width of a quantity."""
+"""Columns that name one half width of a quantity in the table of one medium."""
 
 
 @dataclass(frozen=True)
 class Width:
-    """Half width of an interval, and the number of draws behind it; NaN with a reason if it is not known."""
+    """Half width of an interval, in the unit of its quantity, and the number of draws of alpha behind it.
+
+    `half`: NaN if it is not known. `why`: the reasons; empty if it is known.
+    """
 
     half: float
     draws: int
@@ -57,14 +64,15 @@ class Width:
 
     @property
     def cells(self) -> tuple[object, ...]:
-        """Cells of this half width in the table of half widths."""
+        """Last cells of its row in the table of half widths: half width, draws, reason in words and as code."""
         return self.half, self.draws, *reason_cells(self.why)
 
 
 def half_widths(widths: pd.DataFrame | None, quantity: str) -> dict[Any, float]:
-    """Return the half widths of a quantity in their table, by the columns of `_KEYS`; empty without a table.
+    """Return the half widths of a quantity (`SPEED`, ...), by the columns of `_KEYS`; empty without a table.
 
-    `widths`: table of `WIDTH_COLUMNS` in one medium.
+    `widths`: table with `WIDTH_COLUMNS` of one medium. Keys are tuples in the order of `_KEYS`: for a speed profile, R'/r
+    and frequency (Hz). A half width that is not known is NaN.
     """
     if widths is None:
         return {}
@@ -73,7 +81,10 @@ def half_widths(widths: pd.DataFrame | None, quantity: str) -> dict[Any, float]:
 
 
 def each_draw(stack: Profile, count: int) -> list[Profile]:
-    """Return the first `count` draws of a stack, a profile with a leading axis of draws, as a profile each."""
+    """Return the first `count` draws of a stack as profiles of their own, since the robot runs on one profile at a time.
+
+    `stack`: a profile whose parameters have a leading axis of draws. Raises TypeError for a form without draws.
+    """
     if isinstance(stack, TableProfile):
         alphas = zip(stack.alpha_z[:count], stack.alpha_x[:count], strict=True)
         return [_with_alpha(stack, alpha_z, alpha_x) for alpha_z, alpha_x in alphas]
@@ -85,14 +96,16 @@ def each_draw(stack: Profile, count: int) -> list[Profile]:
 
 
 def with_model_error(profile: Profile, eps: float) -> list[Profile]:
-    """Return profiles whose alpha_z and alpha_x are multiplied by the error of the force model, exp(eps N).
+    """Return `model_points` profiles whose alpha_z and alpha_x are multiplied by an error of the force model, exp(eps N).
 
-    The factors are the same in all directions. The pairs of numbers N lie evenly on a circle: like two
-    independent normal numbers, both have mean 0 and variance 1 and are not correlated.
+    `eps`: relative error of the force model. The factors are the same in all directions; alpha_z has one number N, alpha_x
+    another. The pairs of numbers lie evenly on a circle of radius sqrt(2): like two independent normal numbers, both have
+    mean 0 and variance 1 and are not correlated, but a few pairs are enough where random ones would have to be many.
     """
     if not isinstance(profile, TableProfile):
         raise TypeError(f"no model's error of a {type(profile).__name__}")
     angles = 2 * np.pi * (np.arange(CHOSEN.model_points) + 0.5) / CHOSEN.model_points
+    # a row for each profile: factor on alpha_z, factor on alpha_x
     factors = np.exp(eps * np.sqrt(2) * np.stack([np.cos(angles), np.sin(angles)], axis=1))
     return [
         _with_alpha(profile, factor_z * profile.alpha_z, factor_x * profile.alpha_x)
@@ -101,7 +114,11 @@ def with_model_error(profile: Profile, eps: float) -> list[Profile]:
 
 
 def _with_alpha(table: TableProfile, alpha_z: FloatArray, alpha_x: FloatArray) -> TableProfile:
-    """Return a copy of a table with other alpha at its nodes, (nb, ng), already completed by symmetry."""
+    """Return a copy of a table with other alpha at its nodes.
+
+    `alpha_z`, `alpha_x`: N/cm^3, shape (nodes of beta, nodes of gamma) as in the table, where symmetry has filled in all
+    nodes: a new `TableProfile` would fill them in again.
+    """
     changed = copy(table)
     changed.__dict__.pop("pack", None)  # the cached arrays for the kernel hold the old alpha
     changed.alpha_z, changed.alpha_x = alpha_z, alpha_x
@@ -109,7 +126,10 @@ def _with_alpha(table: TableProfile, alpha_z: FloatArray, alpha_x: FloatArray) -
 
 
 def coarser(robot: Robot) -> Robot:
-    """Return the robot with the longer time step of runs on draws."""
+    """Return the robot with the longer time step of runs on draws: dozens of runs need not be as exact as one.
+
+    A speed on a draw counts only by its difference from the speed on the profile at the same step.
+    """
     numerics = robot.numerics
     longer = numerics.model_copy(update={"step_s": CHOSEN.coarser * numerics.step_s})
     return robot.model_copy(update={"numerics": longer})
@@ -122,10 +142,11 @@ def speeds_of(
     conditions: Sequence[Condition],
     threads: int | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return speeds on a profile (conditions,) and on profiles near it (profiles, conditions), cm/s.
+    """Return the speeds on a profile (conditions,) and on profiles near it (profiles, conditions), cm/s, to be compared.
 
     A speed is NaN if the run is not steady. All runs start in the last states of first runs on the profile, so that the
-    remaining transient of these is the same in all and cancels.
+    remaining transient of these is the same in all and cancels: the run on the profile is made twice for this reason.
+    `threads`: as in `run_all`.
     """
     settled_runs = run_all(robot, profile, conditions, threads)
     speeds = [
@@ -137,10 +158,11 @@ def speeds_of(
 
 
 def half_width_of_draws(values: FloatArray, best_value: float, confidence: float) -> Width:
-    """Return the half width of an interval from a speed or best curvature by each of a few draws.
+    """Return the half width of an interval: Student's t times the root mean square of the deviations of a few draws.
 
-    They scatter about `best_value`, that on the profile. The half width is NaN if a draw has no value: without this draw
-    the interval would be too narrow.
+    `values`: a speed or best curvature on each draw, shape (draws,), NaN if the draw has none. `best_value`: that on the
+    profile, from which deviations count. `confidence`: level of the interval, 0 to 1. The half width is NaN if a draw has
+    no value: without this draw the interval would be too narrow.
     """
     if not math.isfinite(best_value):
         return Width(math.nan, values.size, (remark("no-speed"),))
@@ -162,14 +184,16 @@ def speed_widths(
 ) -> tuple[list[Width], list[Width]]:
     """Return half widths of the speed's interval (cm/s) in each condition, without and with the model's error.
 
-    The first list contains the errors of alpha and of the arc. The second is NaN with a reason for a profile whose
-    model error is not known. `draws`: draws of the profile within the errors of alpha. `arc_percent`: standard
-    deviation of the arc of the legs, an error common to all legs.
+    The first list contains the errors of alpha and of the arc; the second adds the error of the force model, and is NaN
+    with a reason for a profile whose model error is not known. `draws`: draws of the profile within the errors of alpha.
+    `confidence`: level of the intervals, 0 to 1. `threads`: as in `run_all`. `arc_percent`: standard deviation of the
+    angle of the legs' arc, % of it, an error common to all legs; 0: none.
     """
     robot = coarser(robot)
     is_known = has_model_error(profile)
     eps = profile.model_error if is_known else 0.0
     with_error = with_model_error(profile, eps) if eps else []
+    # one call for draws and model errors, so that both start from the same settled runs
     speeds, speeds_near = speeds_of(robot, profile, [*draws, *with_error], conditions, threads)
     speeds_of_draws, speeds_with_error = np.split(speeds_near, [len(draws)])
     of_alpha = [
@@ -177,6 +201,7 @@ def speed_widths(
         for speeds_of_condition, speed in zip(speeds_of_draws.T, speeds, strict=True)
     ]
     if arc_percent:
+        # one run with an arc that is one standard deviation longer: the speed is nearly linear in so small a change
         longer = [with_arc_scaled(condition, 1 + arc_percent / 100) for condition in conditions]
         change = speeds_of(robot, profile, (), longer, threads)[0] - speeds
         of_alpha = add_error(of_alpha, change, confidence, remark("arc-lost"))
@@ -192,10 +217,12 @@ def speed_widths(
 def add_error(
     widths: Sequence[Width], errors: FloatArray, confidence: float, lost: Remark
 ) -> list[Width]:
-    """Add an independent error to half widths: their squares add.
+    """Return half widths with an independent error added: their squares add.
 
-    `errors`: a standard deviation for each width, NaN where it is not known. `lost`: why it is not.
+    `errors`: a standard deviation of either sign for each width, NaN where it is not known. `lost`: the reason then given
+    for a half width that has none yet.
     """
+    # `GIVEN_DOF`: degrees of freedom of an error that is stated, not estimated from the data
     halves = (float(student_quantile(confidence, GIVEN_DOF)) * errors).tolist()
     return [
         Width(math.hypot(width.half, half), width.draws, width.why or (lost,) * math.isnan(half))
@@ -220,9 +247,10 @@ def best_width(
     confidence: float,
     threads: int | None = None,
 ) -> Width:
-    """Return the half width of the interval of the best curvature R'/r at 5 Hz.
+    """Return the half width of the interval of the best curvature R'/r at 5 Hz, from the best curvature on each draw.
 
-    It is NaN if the fastest curvature is the first or the last that was tried.
+    It is NaN if the fastest curvature is the first or the last that was tried, since a draw whose best lies beyond would
+    look the same. Parameters as in `speed_widths`.
     """
     longer = coarser(robot)
     settled_runs = runs_about_best(longer, profile, threads)
@@ -243,16 +271,18 @@ def widths(
     threads: int | None = None,
     arc_percent: float = 0.0,
 ) -> pd.DataFrame:
-    """Return half widths of the speed in every measured condition and of the best curvature, on each profile.
+    """Return half widths of the speed in every measured condition and of the best curvature, on each profile of a medium.
 
-    The `spread` of each profile must be a stack of draws. Columns: `WIDTH_COLUMNS` without the medium.
+    `profiles`: by name; the `spread` of each must be a stack of draws. `measured`: table of measured speeds, of which only
+    ``curvature_times_R`` and ``frequency_Hz`` count. `confidence`, `arc_percent`: as in `speed_widths`. Returns the
+    columns `WIDTH_COLUMNS` without the medium.
     """
     conditions = measured_conditions(measured)
     rows: list[tuple[object, ...]] = []
     for name, profile in profiles.items():
         stack, bare = profile.spread, copy(profile)
         assert isinstance(stack, Profile)
-        bare.spread = bare.beside = None  # the runs do not need them
+        bare.spread = bare.beside = None  # the runs do not need draws, nor the profile shown beside
         draws = each_draw(stack, CHOSEN.speed_draws)
         both_widths = speed_widths(robot, bare, draws, conditions, confidence, threads, arc_percent)
         for quantity, speed_width in zip((SPEED, SPEED_MODEL), both_widths, strict=True):

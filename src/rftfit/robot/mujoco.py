@@ -1,6 +1,7 @@
 """Any robot in MuJoCo on a measured medium: forces on its geoms at each step.
 
-MuJoCo has SI units, `Ground` has cm.
+`attach` cuts the geoms (the shapes of MuJoCo's bodies) into meshes and puts them on a `Ground`, which calculates the
+forces; `MujocoGround` hands poses and forces to and fro. MuJoCo has SI units, `Ground` has cm: hence the factors of 100.
 """
 
 from __future__ import annotations
@@ -19,15 +20,12 @@ from rftfit.forces.mesh import Mesh
 from rftfit.model.profiles import KnownMedium
 from rftfit.robot.ground import ALONG_Y, Ground
 
-_FACETS = 17
-"""Latitudes of a round geom: odd, so that a capsule is a sphere whose halves are moved apart."""
-
 
 class MujocoGround:
     """A medium under a robot of MuJoCo, returned by `attach`; `step` advances the robot.
 
-    `bodies`: numbers of the bodies on which the medium acts. `frames`, `forces` and `rules` of these bodies: as in
-    `Ground`.
+    `model`, `data`: of MuJoCo. `bodies`: MuJoCo's numbers of the bodies on which the medium acts. `frames`, `forces` and
+    `rules` of these bodies, in this order: as in `Ground`, in cm and N. `n_faces`: number of triangles of all bodies.
     """
 
     def __init__(self, model: Any, data: Any, bodies: Sequence[int], ground: Ground) -> None:
@@ -51,8 +49,12 @@ class MujocoGround:
         mujoco.mj_step2(self.model, self.data)
 
     def apply(self) -> None:
-        """Write the forces at the present places and velocities; call it between ``mj_step1`` and ``mj_step2``."""
+        """Write the forces at the present places and velocities to ``data.xfrc_applied``, for who steps MuJoCo himself.
+
+        Call it once a step between ``mj_step1``, which finds places and velocities, and ``mj_step2``, which moves on.
+        """
         model, data, bodies = self.model, self.data, self.bodies
+        # cvel: angular velocity, then velocity
         rate = data.cvel[bodies, :3]
         # cvel is the velocity at the centre of mass of the whole tree: moved to the origin of each body
         arm = data.xpos[bodies] - data.subtree_com[model.body_rootid[bodies]]
@@ -126,6 +128,7 @@ def attach(
         raise InputError(
             "integrator RK4 does not step in two halves; allowed: Euler, implicit, implicitfast"
         )
+    # `chosen`: numbers of the geoms on which the medium acts
     names = {model.geom(number).name: number for number in range(model.ngeom)}
     if geoms is None and meshes is None:
         collides = (model.geom_contype | model.geom_conaffinity) != 0
@@ -134,6 +137,7 @@ def attach(
         chosen = np.flatnonzero(collides & moves).tolist()
     else:
         chosen = [names[choose("geom", name, tuple(names))] for name in geoms or ()]
+    # a floor of MuJoCo would carry the robot besides the medium
     flat = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
     floors = np.flatnonzero(np.isin(model.geom_type, flat))
     contype, conaffinity = model.geom_contype, model.geom_conaffinity
@@ -157,6 +161,7 @@ def attach(
         bodies.setdefault(model.body(body).id, []).append(mesh)
     if not bodies:
         raise InputError("no geom that collides and moves; allowed: geoms=[...], by name")
+    # `Ground` counts only these bodies: its number of a body is the place of MuJoCo's number in this list
     numbers = sorted(bodies)
     body_names = tuple(model.body(number).name for number in numbers)
     chosen_wheels = [
@@ -178,7 +183,11 @@ def attach(
 
 
 def _find_axle(mujoco: Any, model: Any, body: int) -> FloatArray:
-    """Return the direction of the axle of a wheel in the frame of its body."""
+    """Return the direction of the axle of a wheel, shape (3,), in the frame of its body: the axis of its only hinge.
+
+    Without a hinge it is y. `mujoco`: the module. `body`: MuJoCo's number of the body. Raises InputError for several hinges
+    or one beside the body's origin, since `Ground` puts the axle through the origin.
+    """
     first, count = model.body_jntadr[body], model.body_jntnum[body]
     joints = range(first, first + count)
     hinges = [joint for joint in joints if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE]
@@ -196,11 +205,21 @@ def _find_axle(mujoco: Any, model: Any, body: int) -> FloatArray:
     return np.asarray(axis, dtype=float)
 
 
+_FACETS = 17
+"""Latitudes of a round geom: odd, so that a capsule is a sphere whose halves are moved apart."""
+
+
 def _mesh_of_geom(kinds: Any, model: Any, geom: int) -> Mesh:
-    """Return the mesh of a geom in its frame, cm; `kinds`: ``mujoco.mjtGeom``."""
+    """Return the mesh of a geom in its frame, cm, since `Ground` takes only meshes.
+
+    `kinds`: ``mujoco.mjtGeom``, which names the kinds of geom. `geom`: MuJoCo's number of it. Raises InputError for a kind
+    without a closed shape, such as a plane. In MuJoCo a cylinder or capsule lies along z, and ``geom_size`` has half
+    lengths: of a box along x, y, z; of an ellipsoid the half axes; of the others radius, then half the height.
+    """
     kind, size = kinds(int(model.geom_type[geom])), 100 * model.geom_size[geom]
     name = model.geom(geom).name or f"geom {geom}"
     if kind == kinds.mjGEOM_MESH:
+        # the meshes of all geoms stand one after the other in two arrays, corners and faces
         mesh = model.geom_dataid[geom]
         first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
         start, faces = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
@@ -214,16 +233,19 @@ def _mesh_of_geom(kinds: Any, model: Any, geom: int) -> Mesh:
             raise InputError(f"geom {name}: {error}") from None
     if kind == kinds.mjGEOM_BOX:
         corners = size * np.array(list(product((-1, 1), repeat=3)))
+        # two triangles for each side, by number of the corner, counted so that their normals point outward
         faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
                  [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]  # fmt: skip
         return Mesh(corners, faces, name)
     if kind == kinds.mjGEOM_CYLINDER:
         along_y = Mesh.cylinder(size[0], 2 * size[1], 4 * _FACETS)
+        # turned from y to z
         return along_y.moved(np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]), np.zeros(3))
     ball = Mesh.sphere(1.0, _FACETS)
     if kind == kinds.mjGEOM_ELLIPSOID:
         return Mesh(ball.vertices_cm * size, ball.faces, name)
     if kind in (kinds.mjGEOM_SPHERE, kinds.mjGEOM_CAPSULE):
+        # half the length of the straight part of a capsule
         half = size[1] if kind == kinds.mjGEOM_CAPSULE else 0.0
         points = size[0] * ball.vertices_cm
         return Mesh(points + [0, 0, half] * np.sign(points[:, 2:]), ball.faces, name)

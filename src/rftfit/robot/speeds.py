@@ -1,4 +1,10 @@
-"""Measured speeds of the robot by condition, and the differences of simulated speeds from them."""
+"""Measured speeds of the robot by condition, and the differences of simulated speeds from them.
+
+A trial is one run of the real robot, filmed: its marker track gives a speed (`trial_row`). Trials with the same leg
+curvature R'/r and nominal stride frequency are a condition (`measured_speeds`; the paper's by `published_speeds`). The
+robot is simulated at each condition, and both speeds are set beside each other (`speed_errors`). Unknown lengths of the
+paper's robot were fitted to a few conditions: these are marked as ``calibrated``, since agreement there proves nothing.
+"""
 
 from __future__ import annotations
 
@@ -21,24 +27,29 @@ from rftfit.robot.run import spread
 from rftfit.robot.sweep import is_at_condition
 
 TRIALS = columns_of("robot/tracks.csv")
-"""Columns of the table of trials."""
+"""Columns of the table of trials: names of run, condition and medium, curvature and frequency, ``speed_cm_per_s``, numbers
+of strides and rows, and ``status``: "used", or "refused" with a reason."""
 
 MEASURED = columns_of("robot/measured.csv")
-"""Columns of the table of measured speeds."""
+"""Columns of the table of measured speeds, a row for each condition: name, medium, curvature, mean frequency and its
+standard deviation over trials, the same of the speed, number of trials used, ``calibrated`` (yes or no), source, reason."""
 
 ERRORS = columns_of("robot/errors.csv")
-"""Columns of the table of errors. Intervals: ``from_alpha`` by the errors of alpha and of the arc, ``model`` with the
-error of the force model too, ``lowest`` and ``highest`` over the starting phases."""
+"""Columns of the table of errors, a row for each condition on each profile: measured and simulated speed (cm/s), and
+``error_percent``. Intervals: ``from_alpha`` by the errors of alpha and of the arc, ``model`` with the error of the force
+model too, ``lowest`` and ``highest`` over the starting phases."""
 
 
 def trial_row(
     trial: tracks.Trial, folder: Path, tripods: int
 ) -> tuple[dict[str, Any], dict[tuple[str, Remark], int], list[float], list[Remark]]:
-    """Measure the speed of a trial from its marker track in `folder`; `tripods`: groups of legs that alternate.
+    """Measure the speed of a trial from its marker track, and account for every row of the track's file.
 
-    Returns its row of the table of trials, the counts of the rows of its file by use and reason, the forward velocity
-    over its mean stride (cm/s), and its flags. A track that cannot be used gives a row with the status "refused" and a
-    reason.
+    `folder`: folder of the robot's run sheet, to which the path of the track is relative. `tripods`: groups of legs that
+    alternate. Returns four things: the row of the table of trials as a dict; the counts of the rows of the file by use
+    (`USED` or `DROPPED`) and reason, for the ledger; the forward velocity over the mean stride (cm/s, a number for each of
+    `tracks.STRIDE_SAMPLES` moments); and the flags. A track that cannot be used gives a row with the status "refused" and a
+    reason, and no velocities.
     """
     names = ("run_id", "condition", "medium", "curvature_times_R", "frequency_Hz")
     row = {name: getattr(trial, name) for name in names}
@@ -50,6 +61,7 @@ def trial_row(
         counts = {(DROPPED, why): count for why, count in track.dropped.items()}
         stride_speeds = tracks.mean_stride_speed(track, trial.frequency_Hz, tripods)
     except tracks.TrackError as error:
+        # rows that were read, else as many as the error counted; all that were not dropped already fall to its reason
         rows = rows or error.rows
         counts[DROPPED, error.reason] = rows - sum(counts.values())
         row |= {"strides": 0, "rows": rows, "rows_used": 0, "status": "refused"}
@@ -71,9 +83,10 @@ def trial_row(
 def measured_speeds(
     trials: pd.DataFrame, calibrated: Collection[tuple[float, float]] = ()
 ) -> pd.DataFrame:
-    """Return means and standard deviations over the trials of each condition, with the columns `MEASURED`.
+    """Return means and standard deviations over the used trials of each condition, with the columns `MEASURED`.
 
-    `calibrated`: curvature and frequency (Hz) of the conditions on which the robot was calibrated.
+    `trials`: table with the columns `TRIALS`. `calibrated`: curvature and frequency (Hz) of the conditions on which the
+    robot was calibrated. Refused trials give their reasons; with none used the mean is NaN.
     """
     rows = []
     for name, trials_of_condition in trials.groupby("condition", sort=False):
@@ -104,7 +117,8 @@ def measured_speeds(
 def published_speeds(medium: str, calibrated: Collection[tuple[float, float]] = ()) -> pd.DataFrame:
     """Return the measured speeds of Fig. 4C in the form of `measured_speeds`, for a campaign without tracks.
 
-    The robot standing still is left out. The figure shows means of three trials; their scatter was not read.
+    The robot standing still is left out. The figure shows means of three trials; their scatter was not read. `medium`:
+    name of the campaign's medium, which stands in the table; the speeds are on the paper's poppy seeds.
     """
     rows = []
     for curvature_times_R, number, frequency, speed in running_speeds():
@@ -120,12 +134,15 @@ def published_speeds(medium: str, calibrated: Collection[tuple[float, float]] = 
 def speed_errors(
     measured: pd.DataFrame, speed: pd.DataFrame, widths: pd.DataFrame | None = None
 ) -> pd.DataFrame:
-    """Compare simulated speeds (`mean_speed` of each profile) with measured ones; returns the columns `ERRORS`.
+    """Compare simulated speeds with measured ones: a row for each profile and measured condition, columns `ERRORS`.
 
-    Every measured condition was simulated at exactly its curvature and frequency: nothing is
-    interpolated. The error is NaN with a reason if one of both speeds is not known.
+    `measured`: columns `MEASURED`. `speed`: of each profile the table of `rftfit.robot.sweep.mean_speed`, with a column
+    ``profile``. `widths`: half widths of the intervals (`rftfit.robot.intervals`); None: no intervals. Every measured
+    condition was simulated at exactly its curvature and frequency: nothing is interpolated. The error is 100 % times
+    (simulated / measured - 1), NaN with a reason if one of both speeds is not known or the measured one is not positive.
     """
     rows = []
+    # half width (cm/s) by (profile, curvature, frequency)
     half, half_of_model = (half_widths(widths, quantity) for quantity in (SPEED, SPEED_MODEL))
     for profile, rows_of_profile in speed.groupby("profile", sort=False):
         keys = zip(
@@ -134,6 +151,7 @@ def speed_errors(
         by_condition: dict[Any, Any] = dict(zip(keys, rows_of_profile.itertuples(), strict=True))
         row: Any
         for row in measured.itertuples():
+            # the row of the simulated speed; `lo`, `hi`: its least and greatest value over the starting phases
             run = by_condition.get((row.curvature_times_R, row.frequency_Hz))
             lo = hi = simulated_speed = math.nan
             reasons: list[Remark] = []
@@ -154,6 +172,7 @@ def speed_errors(
             elif not reasons:
                 reasons.append(remark("speed-not-positive"))
             condition = (row.curvature_times_R, row.frequency_Hz)
+            # lower and upper end by the errors of alpha, then both with the error of the force model too
             intervals = [
                 simulated_speed + sign * half_widths_by_key.get((profile, *condition), math.nan)
                 for half_widths_by_key in (half, half_of_model)
@@ -169,9 +188,11 @@ def speed_errors(
 def share_within(errors: pd.DataFrame, percent: float) -> tuple[int, int]:
     """Count the conditions whose simulated speed is within `percent` of the measured one, and all measured conditions.
 
-    A condition without a simulated speed counts as not within; one that was not measured is not counted.
+    `errors`: rows of `speed_errors` on one profile. A condition without a simulated speed counts as not within; one that
+    was not measured is not counted.
     """
     compared = errors[np.isfinite(errors["measured_cm_per_s"].to_numpy(float))]
+    # NaN, no simulated speed, counts as infinitely far off
     off = np.abs(compared["error_percent"].to_numpy(float))
     return int((np.nan_to_num(off, nan=np.inf) <= percent).sum()), len(compared)
 
@@ -184,6 +205,7 @@ def count_inside(errors: pd.DataFrame, interval: str) -> tuple[int, int]:
     """
     names = ("measured", f"{interval}_lo", f"{interval}_hi")
     measured, lo, hi = (errors[f"{name}_cm_per_s"].to_numpy(float) for name in names)
+    # a comparison with NaN is False; a sum with NaN is NaN
     return int(((lo <= measured) & (measured <= hi)).sum()), int(np.isfinite(measured + lo).sum())
 
 

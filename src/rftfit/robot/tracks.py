@@ -1,4 +1,9 @@
-"""Run sheet and marker tracks of the robot: readers, and stride frequency and mean speed of each trial."""
+"""Run sheet and marker tracks of the robot: readers, and stride frequency and mean speed of each trial.
+
+A trial is one run of the real robot. Its marker track is a table of time (s) and of x and z (cm) of a point of the body,
+read off a film. Four parts: the sheet (`read_trials`), the tracks (`read_track`), the speed of a trial
+(`mean_stride_speed`), and the check of all these files before any result is calculated (`check_robot`).
+"""
 
 from __future__ import annotations
 
@@ -25,6 +30,7 @@ from rftfit.store.chosen import chosen
 from rftfit.store.text import count
 
 _CHOSEN = chosen("robot", "tracks")
+"""Chosen limits and numbers of this module, explained in ``chosen.toml``."""
 
 # --- The robot's run sheet, which names condition and marker track of each trial.
 
@@ -42,12 +48,16 @@ COLUMNS = (
     _FILE,
     TableColumn("note", "text", "free text", needed=False),
 )
-"""Columns of the sheet."""
+"""Columns of the robot's run sheet, a row for each trial."""
 
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """One trial: R'/r of the legs, stride frequency (NaN: found in the track), track relative to the sheet."""
+    """One trial, a row of the robot's run sheet.
+
+    `condition`: name shared by trials that were run alike. `curvature_times_R`: R'/r of the legs. `frequency_Hz`: stride
+    frequency; NaN: found in the track. `track`: path of the marker track, relative to the folder of the sheet.
+    """
 
     run_id: str
     condition: str
@@ -66,21 +76,24 @@ def read_trials(
 ) -> tuple[list[Trial], list[Problem]]:
     """Return the trials in rows of a robot's run sheet without an error, and all problems, in order.
 
-    `file`: name of the sheet in messages. `medium`: the only medium allowed. `taken`: names of runs, which a trial must
-    not have. `tracks`: the raw folder, and in it the folder of the sheet, to check that the tracks exist; None: not
-    checked.
+    `path`: the sheet; `file`: its name in messages. `medium`: the only medium allowed, that of the config's section
+    ``robot``. `taken`: names of the campaign's runs, which a trial must not have, since results are named by run. `tracks`:
+    the raw folder, and in it the folder of the sheet, to check that the tracks exist; None: not checked.
     """
     columns = [
         replace(column, choices=(medium,)) if column.form == "choice" else column
         for column in COLUMNS
     ]
     drafts, problems = read_rows(path, Schema("robot-sheet", tuple(columns), "trials"), file)
+    # number of the row where a name first stands, by column and name without case
     first_row: dict[tuple[str, str], int] = {}
+    # first trial of each condition
     conditions: dict[str, DraftRow] = {}
+    # `draft.note` adds a problem to `problems`, and makes the row bad
     for draft in drafts:
         for name in ("run_id", "track"):
             cell = draft.text[name]
-            # names become parts of file names: two must not differ in case alone
+            # names become parts of file names: two must not differ in case alone. `row`: the first with this name
             row = first_row.setdefault((name, folded(cell)), draft.row)
             if cell and row != draft.row:
                 allowed = f"a {name} of its own; row {row} has this one"
@@ -97,7 +110,11 @@ def read_trials(
 
 
 def _check_condition(draft: DraftRow, conditions: dict[str, DraftRow]) -> None:
-    """Note a trial whose curvature differs from that of the first trial of its condition, which `conditions` keeps."""
+    """Note a problem if the curvature of a trial differs from that of the first trial of its condition.
+
+    A condition has one mean speed, so its trials must have the same legs. `conditions`: first trial of each condition, to
+    which that of a new condition is added.
+    """
     name = "curvature_times_R"
     first_draft = conditions.setdefault(draft.text["condition"], draft)
     if first_draft.number[name] != draft.number[name]:
@@ -106,7 +123,8 @@ def _check_condition(draft: DraftRow, conditions: dict[str, DraftRow]) -> None:
 
 
 def _make_trial(draft: DraftRow) -> Trial:
-    """Make the trial of a row of the sheet."""
+    """Make the trial of a row of the sheet without an error; a blank frequency becomes NaN."""
+    # later dicts win: texts, NaN for a blank frequency, then the numbers of the cells that are not blank
     cells: dict[str, Any] = draft.text | {"frequency_Hz": math.nan} | draft.number
     return Trial(**{field.name: cells[field.name] for field in fields(Trial)})
 
@@ -122,10 +140,11 @@ _MARKER = (
 _TRACK = Schema(
     "track", _MARKER, comments=True, others="ignored", lenient=True, most_rows=2_000_000
 )
+"""Format of a marker track; a bad cell (`lenient`) only marks its row, which is then left out and counted."""
 
 
 class TrackError(InputError):
-    """A track that cannot be used: the reason, and the number of data lines of the file if they could be counted."""
+    """A track that cannot be used: `reason` as a remark, and `rows`, the data lines of the file; 0 if not yet counted."""
 
     def __init__(self, code: str, reason: str, rows: int = 0) -> None:
         self.reason, self.rows = Remark(code, words=reason), rows
@@ -134,9 +153,10 @@ class TrackError(InputError):
 
 @dataclass(frozen=True)
 class Track:
-    """Usable rows of a marker track, arrays of shape (n,); time counts from the first of them.
+    """Usable rows of a marker track, arrays of shape (n,); time counts from the first of them and grows.
 
-    `rows`: number of data lines of the file. `dropped`: number of unusable lines by reason.
+    `x_cm`: forward. `z_cm`: upward, from any height. `rows`: number of data lines of the file. `dropped`: number of
+    unusable lines by reason.
     """
 
     time_s: FloatArray
@@ -150,7 +170,8 @@ def read_track(path: Path) -> Track:
     """Read a marker track, a table of time, x and z, each with its unit in the header.
 
     Lines that start with ``#`` are comments. A row with a blank cell or one that is no number is left
-    out and counted. Raises TrackError for a track that cannot be used.
+    out and counted. Raises TrackError for a track that cannot be used: not such a table, no good row, or a time that does
+    not grow from row to row (two tracks in one file, or rows out of order, would give a wrong speed).
     """
     names = [column.name for column in _TRACK.columns]
     rows, problems = read_rows(path, _TRACK, "")
@@ -164,6 +185,7 @@ def read_track(path: Path) -> Track:
     first_bad = (next(name for name in names if name in row.bad) for row in rows if row.bad)
     dropped = Counter(remark("no-number", column=name) for name in first_bad)
     time, x, z = np.array([[row.number[name] for name in names] for row in good]).T
+    # indices of rows whose next row is no later
     not_after = np.flatnonzero(np.diff(time) <= 0)
     if not_after.size:
         first = not_after[0]
@@ -180,16 +202,16 @@ def read_track(path: Path) -> Track:
 
 
 STRIDE_SAMPLES = 50
-"""Samples of the mean stride."""
+"""Moments of the mean stride, evenly spaced, for which its velocity is calculated."""
 
 
 @dataclass(frozen=True)
 class StrideSpeed:
     """Mean forward speed of a track, its standard deviation between strides, and the stride frequency.
 
-    `frequency_from`: "sheet" or "track". `strides`: duration of the track in strides. `velocity_cm_per_s`: forward
-    velocity over the mean stride, shape (`STRIDE_SAMPLES`,), which begins at the first moment of the track. `flags`:
-    doubts.
+    `frequency_from`: "sheet" or "track". `strides`: duration of the track in strides, with a fraction.
+    `velocity_cm_per_s`: forward velocity over the mean stride, shape (`STRIDE_SAMPLES`,), which begins at the first moment
+    of the track. `flags`: doubts about the frequency, missing rows, a speed that changes.
     """
 
     speed_cm_per_s: float
@@ -204,9 +226,10 @@ class StrideSpeed:
 def mean_stride_speed(track: Track, frequency_Hz: float, tripods: int) -> StrideSpeed:
     """Measure the mean speed of a trial; a stride frequency of NaN is found in the track.
 
-    `tripods`: groups of legs that alternate, 1 or more; the body bobs once for each in a stride. The speed is the slope of x over time, fitted together with four harmonics of the stride, so
-    that it does not depend on the moments of a stride at which the track begins and ends. Raises TrackError for a track
-    that is too short or has no clear frequency.
+    The speed is the slope of x over time, fitted together with four harmonics of the stride, so that it does not depend on
+    the moments of a stride at which the track begins and ends. `tripods`: groups of legs that alternate, 1 or more; the
+    body bobs once for each in a stride. Raises TrackError for a track that is too short, has too long a gap, or has no
+    clear frequency.
     """
     if len(track.time_s) < _CHOSEN.fewest_rows:
         shortage = f"{len(track.time_s)} usable rows; a track has at least {_CHOSEN.fewest_rows}"
@@ -223,12 +246,14 @@ def mean_stride_speed(track: Track, frequency_Hz: float, tripods: int) -> Stride
         least = f"at least {_CHOSEN.fewest_strides} are needed for a mean speed"
         raise TrackError("few-strides", f"{shortage}; {least}")
     flags += _flag_gaps(track, frequency_Hz)
+    # the harmonics have mean 0 over the stride: what is left is the slope
     velocity = _fit_mean_stride(time, x, frequency_Hz)
     speed = float(velocity.mean())
     whole_strides = int(strides + 1e-6)
     # whole strides that end with the track: what is left over lies at the start, where the robot may accelerate
     ends = time[-1] - np.arange(whole_strides, -1, -1) / frequency_Hz
     speeds = np.diff(np.interp(ends, time, x)) * frequency_Hz
+    # a speed that differs between the halves is no steady one; below 1 cm/s the change counts as at 1 cm/s
     half = whole_strides // 2
     first, last = float(speeds[:half].mean()), float(speeds[-half:].mean())
     if abs(last - first) > _CHOSEN.drift_share * max(abs(speed), 1.0):
@@ -245,17 +270,17 @@ def mean_stride_speed(track: Track, frequency_Hz: float, tripods: int) -> Stride
 
 
 def stride_frequency(track: Track, tripods: int) -> tuple[float, Remark | None]:
-    """Find the stride frequency (Hz) from the bobbing of the body.
+    """Find the stride frequency (Hz) from the bobbing of the body, for a trial whose sheet does not state it.
 
-    The bobbing has the frequency of the highest peak in the periodogram of the height z, or of x if z has no clear
-    peak. Trend and outliers are removed before, and values are interpolated to even time steps. The frequency is
-    refined by least squares with one overtone. Returns it with a doubt, if the frequency may be wrong by a factor, else
-    None.
+    Each tripod lifts the body once in a stride, so the body bobs with `tripods` times the stride frequency. That is the
+    highest peak in the periodogram of the height z, or of x if z has no clear peak. Trend and outliers are removed before,
+    and values are interpolated to even time steps. The frequency is refined by least squares with one overtone. Returns
+    the stride frequency, and a doubt if it may be wrong by a factor, else None. Raises TrackError without a clear peak.
     """
     time = track.time_s
     duration, step = time[-1], float(np.median(np.diff(time)))
     even = np.arange(0, duration + step / 2, step)
-    # padded with zeros to that many samples, so that frequencies lie closer
+    # `grid`: frequencies of the periodogram, Hz; padded with zeros to `size` samples, so that they lie closer
     size = _CHOSEN.finer * even.size
     grid = np.fft.rfftfreq(size, step)
     # at least two bobs in the track; below the greatest frequency that the frame rate can show
@@ -275,10 +300,10 @@ def stride_frequency(track: Track, tripods: int) -> tuple[float, Remark | None]:
         if share[top] < _CHOSEN.least_share:
             continue
         bob = _refine_frequency(time, detrended, float(grid[top]), 1 / (10 * duration))
-        # number of the frequency in the grid
+        # index in the grid of twice the frequency
         twice = int(np.argmin(np.abs(grid - 2 * bob)))
         doubt = None
-        # power at twice this frequency: unequal bobs of the tripods, so that this may be the stride itself
+        # much power at twice this frequency may come from unequal bobs of two tripods: then `bob` is the stride itself
         if tripods > 1 and grid[-1] > 2 * bob and share[twice] > _CHOSEN.uneven_share * share[top]:
             stride = bob / tripods
             doubt = remark("stride-doubled", name=name, bob=bob, twice=2 * bob, stride=stride)
@@ -289,7 +314,10 @@ def stride_frequency(track: Track, tripods: int) -> tuple[float, Remark | None]:
 
 
 def _detrend(time: FloatArray, coordinate: FloatArray) -> FloatArray:
-    """Subtract a parabola over time, and clip outliers; return zeros if only rounding is left."""
+    """Subtract a parabola over time (s) from a coordinate (cm), and clip outliers; return zeros if only rounding is left.
+
+    The forward run and a slow rise would hide the bobbing in the periodogram, and so would single false positions.
+    """
     # times up to 1 keep the fit well conditioned
     scaled = time / time[-1]
     residuals = coordinate - np.polyval(np.polyfit(scaled, coordinate, 2), scaled)
@@ -304,7 +332,10 @@ def _detrend(time: FloatArray, coordinate: FloatArray) -> FloatArray:
 
 
 def _refine_frequency(time: FloatArray, heights: FloatArray, near: float, step: float) -> float:
-    """Return the frequency (Hz), at most `step` from `near`, whose wave and overtone fit the heights best."""
+    """Return the frequency (Hz), at most `step` from `near`, whose wave and overtone fit the heights (cm) best.
+
+    The periodogram alone is too coarse: over many strides a small error of the frequency adds up.
+    """
     from scipy.optimize import minimize_scalar
 
     def misfit(frequency: float) -> float:
@@ -318,25 +349,32 @@ def _refine_frequency(time: FloatArray, heights: FloatArray, near: float, step: 
 
 
 def _waves(time: FloatArray, frequency: float, count: int) -> FloatArray:
-    """Return columns for least squares: 1, and the cosines and sines of `count` harmonics."""
+    """Return columns for least squares, shape (times, 1 + 2 count): 1, the cosines of `count` harmonics, their sines."""
     angle = 2 * np.pi * frequency * np.outer(time, np.arange(1, count + 1))
     return np.column_stack([np.ones_like(time), np.cos(angle), np.sin(angle)])
 
 
 def _fit_mean_stride(time: FloatArray, x: FloatArray, frequency: float) -> FloatArray:
-    """Fit x by a line and harmonics of the stride; return the velocity over one stride, (`STRIDE_SAMPLES`,), cm/s."""
+    """Fit x (cm) by a line and harmonics of the stride; return the velocity over one stride, (`STRIDE_SAMPLES`,), cm/s.
+
+    `frequency`: of the stride, Hz. The velocity is the derivative of the fit: differences of x would be mostly noise.
+    """
     design = np.column_stack([time, _waves(time, frequency, _CHOSEN.harmonics)])
+    # coefficients of time, of 1 (not needed), and of the waves
     slope, _, *amplitudes = np.linalg.lstsq(design, x, rcond=None)[0]
     of_cos, of_sin = np.split(np.array(amplitudes), 2)
     order = np.arange(1, _CHOSEN.harmonics + 1)
     phase = 2 * np.pi * np.outer(np.arange(STRIDE_SAMPLES) / STRIDE_SAMPLES, order)
-    # derivative of the fit over time
+    # derivative of a cos(w t) + b sin(w t): w (b cos(w t) - a sin(w t)), with w as `rates`
     rates = 2 * np.pi * frequency * order
     return np.asarray(slope + (np.cos(phase) * of_sin - np.sin(phase) * of_cos) @ rates)
 
 
 def _flag_gaps(track: Track, frequency: float) -> list[Remark]:
-    """Return a flag if rows are missing; raise TrackError if they are missing over a large part of a stride."""
+    """Return a flag if rows are missing; raise TrackError if they are missing over a large part of a stride.
+
+    `frequency`: of the stride, Hz. Over a long gap the fit of the mean stride would not be held by data.
+    """
     steps = np.diff(track.time_s)
     gaps = steps[steps > _CHOSEN.gap_steps * np.median(steps)]
     if not gaps.size:
@@ -356,9 +394,10 @@ def _flag_gaps(track: Track, frequency: float) -> list[Remark]:
 
 @dataclass(frozen=True)
 class RobotCheck:
-    """Result of `check_robot`: the robot's medium (empty without a robot), the trials without an error, all problems.
+    """Result of `check_robot`, for the command that checks a campaign.
 
-    A missing track is a warning: its trial is dropped.
+    `medium`: of the config's section ``robot``; empty without a robot. `trials`: those without an error. `problems`: of
+    the robot's file and of its sheet. A missing track is a warning: its trial is dropped.
     """
 
     medium: str = ""
@@ -374,10 +413,10 @@ class RobotCheck:
 
 
 def check_robot(config_path: Path) -> RobotCheck:
-    """Check the robot of a campaign, even if other parts of the campaign are not valid.
+    """Check the robot of a campaign, its file and its sheet, even if other parts of the campaign are not valid.
 
-    Errors of the configuration are not reported here. Missing files that its section ``robot`` names count among
-    them (`rftfit.campaign.load`).
+    `config_path`: the campaign's ``config.yaml``. Errors of the configuration are not reported here. Missing files that
+    its section ``robot`` names count among them (`rftfit.campaign.load`).
     """
     root = root_of(config_path)
     config = read_model(config_path, Config).model
@@ -391,6 +430,7 @@ def check_robot(config_path: Path) -> RobotCheck:
         return RobotCheck()
     problems = _check_robot_file(folder, section)
     trials: list[Trial] = []
+    # without a sheet in the config the path is empty, which is no file: there are no trials
     raw = Folder(root / config.raw)
     sheet = raw.look_up(section.runs or "")
     if sheet.status == "file":
@@ -404,20 +444,22 @@ def check_robot(config_path: Path) -> RobotCheck:
 
 
 def _read_runs_and_media(folder: Folder, run_sheet: str) -> tuple[set[str], set[str]]:
-    """Return the names of runs and of media in the run sheet of the campaign, valid or not."""
+    """Return the names of runs and of media in the run sheet of the campaign, valid or not; empty without a sheet.
+
+    The campaign's own reader would refuse a sheet with a fault, which must not hide the problems of the robot.
+    """
     entry = folder.look_up(run_sheet)
     if entry.status != "file":
         return set(), set()
     columns = TableColumn("run_id", "text"), TableColumn("medium", "text", needed=False)
-    rows, _ = read_rows(
-        Path(folder.base, entry.path), Schema("sheet", columns, others="ignored", lenient=True)
-    )
+    rows, _ = read_rows(Path(folder.base, entry.path), Schema("sheet", columns, others="ignored"))
+    # of each column its different texts; blank cells are empty texts
     ids, media = ({row.text[column.name] for row in rows} - {""} for column in columns)
     return ids, media
 
 
 def _check_robot_file(folder: Folder, section: RobotRuns) -> list[Problem]:
-    """Return the problems of the robot's file; empty if the file is missing, which is reported elsewhere."""
+    """Return the problems of the robot's file; empty if it is missing, which is reported elsewhere, or none is named."""
     entry = folder.look_up(section.file or "")
     if entry.status == "file":
         try:

@@ -219,8 +219,8 @@ def robot_motion(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, str]:
         simulate(robot, profile, frequency, curvature, samples_per_stride=SAMPLES)
         for curvature, frequency in sweep.MOTION
     ]
-    motion = pd.concat([tail_of(run, SAMPLES) for run in runs], ignore_index=True)
-    stances = [stance_of(robot, profile, run, SAMPLES) for run in runs]
+    motion = pd.concat([tail_of(run) for run in runs], ignore_index=True)
+    stances = [stance_of(robot, profile, run) for run in runs]
     stance = pd.concat(stances, ignore_index=True)
     for table in (motion, stance):
         table.insert(0, "profile", name)
