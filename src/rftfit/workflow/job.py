@@ -1,4 +1,4 @@
-"""Command that does one job of the workflow, from its inputs to its files and its record; Snakemake starts it, not people.
+"""Command of one job of the workflow, from its inputs to its files and record; Snakemake starts it, not people.
 
 A job is a rule (such as ``slopes``) with one value of its wildcard, here called key (such as a medium). Its *state* is a
 dict from ``code``, ``settings``, ``rows``, ``order``, ``logs``, ``robot files`` to a digest: what its results depend on

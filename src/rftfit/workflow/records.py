@@ -60,7 +60,7 @@ def read_record(path: Path) -> Record | None:
         record = Record(**json.loads(path.read_text(encoding="utf-8")))
         texts = [record.rule, record.key]
         for digests in (record.state, record.reads, record.writes):
-            texts += [*digests, *digests.values()]
+            texts += digests.values()
     except (OSError, ValueError, TypeError, AttributeError):
         return None
     # a damaged file may still be JSON with the right names

@@ -316,8 +316,9 @@ def guard_written(campaign: Campaign) -> None:
 def log_names(campaign: Campaign, medium: str) -> list[str]:
     """List the logs from which a medium is measured, relative to the raw folder; some may not exist.
 
-    These are the logs of its runs, of the rigid contact that shows the compliance of the rig, and the calibration of the
-    transducer, where the config names them. `medium`: Empty for runs that belong to no medium: those in air that no leg names as its tare.
+    These are the logs of its runs, those of the push against a rigid block (which shows how far the rig bends), and the
+    calibration of the transducer, where the config names them. `medium`: Empty for the runs that belong to no medium: those
+    in air that no leg names as its tare.
     """
     runs = campaign.runs_of(medium) if medium else campaign.unassigned_air_runs
     names = {name for run in runs for name in (run.force_log, run.motion_log, run.zero_log)} - {""}
