@@ -1,4 +1,7 @@
-"""The live page: the state of a watch as html, which is sent to every browser that shows the page."""
+"""Content of the live page of a watch, as html: media, the push shown, map, next pushes, table of runs.
+
+It is sent anew to every browser that shows the page (`rftfit.bench.server`) whenever something changes.
+"""
 
 from __future__ import annotations
 
@@ -17,12 +20,13 @@ from rftfit.figures.traces import cell_of_run
 from rftfit.measure.alpha import column
 from rftfit.measure.fits import filed_under
 
-_HEAD = ("row", "run", "state", "beta", "gamma", "alpha_z", "alpha_x", "flags, or why not")
-"""Headings of the table of runs."""
-
 
 def page_of(watch: Watch, query: str) -> str:
-    """Format everything below the heading of the page as html; `query` names the medium and the run to show."""
+    """Format everything below the heading of the page as html.
+
+    `query`: Query of the page's address, ``medium=NAME&run=RUN_ID``: what this browser wants to see; default: the medium
+    and the run that were measured last.
+    """
     if not watch.media:
         return "<p>No run of the run sheet has its logs yet.</p>" + _format_problems(watch)
     asked = dict(parse_qsl(query))
@@ -42,7 +46,7 @@ def page_of(watch: Watch, query: str) -> str:
 def _format_link(title: str, is_here: bool, **query: str) -> str:
     """Format a link to another view of the page; by its id it keeps the focus when the page is sent anew.
 
-    `is_here`: Whether the page shows this view. `query`: Medium and run of the view.
+    `is_here`: True where the page shows this view now. `query`: Medium and run of the view.
     """
     address, current_mark = escape(urlencode(query)), " aria-current=true" if is_here else ""
     return f'<a id="{address}" href="?{address}"{current_mark}>{escape(title)}</a>'
@@ -66,7 +70,10 @@ def _format_problems(watch: Watch) -> str:
 
 
 def _format_push(watch: Watch, medium: LiveMedium, name: str) -> str:
-    """Format the shown push: a picture of its stress with its repeats, its numbers and its flags."""
+    """Format the shown push: a picture of its stress with its repeats (runs of the same cell), its numbers and its flags.
+
+    `name`: Its run_id. Empty where there is no push, or it is no plate run with a row in the table of fits.
+    """
     if not name or "fits" not in medium.runs[name].rows:
         return ""
     facts, run, measured = watch.facts(medium, name), watch.campaign.by_id[name], medium.runs[name]
@@ -75,6 +82,7 @@ def _format_push(watch: Watch, medium: LiveMedium, name: str) -> str:
     runs_of_cell = str(cell_of_run(medium.alpha, name).get("run_ids", "")).split()
     repeats = {key: medium.runs[key] for key in runs_of_cell if key in medium.runs}
     repeats.pop(name, None)
+    # 1 or -1: alpha_x of a pull is filed under another direction, with its sign turned
     sign_x = filed_under(run)[2]
     picture = draw_stress(measured, plate.area_cm2, sign_x, [*repeats.values()])
     numbers = "".join(
@@ -123,8 +131,12 @@ def _format_map(watch: Watch, medium: LiveMedium) -> str:
     )
 
 
+_HEAD = ("row", "run", "state", "beta", "gamma", "alpha_z", "alpha_x", "flags, or why not")
+"""Headings of the table of runs."""
+
+
 def _format_runs(watch: Watch, medium: LiveMedium, shown: str) -> str:
-    """Format the table of runs, the last row of the run sheet first; `shown`: run that the page shows."""
+    """Format the table of runs, the last row of the run sheet first; `shown`: run_id of the run that the page shows."""
     table_rows = []
     runs = [row.run for row in watch.rows[medium.name].values()]
     for run in sorted(runs, key=lambda run: -run.row):
