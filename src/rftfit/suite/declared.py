@@ -1,4 +1,10 @@
-"""An example of the suite as its folder declares it: ``example.yaml``, ``answer.csv`` and ``README.md``."""
+"""Formats of an example of the validation suite: ``example.yaml`` and ``answer.csv`` in its folder, read and checked.
+
+An example is measured data of somebody else, commands of this program that are run on them, and an *answer*: numbers that
+the authors published. Each row of ``answer.csv`` has a published number, and a *key*, cells that name the row of a table
+of results where the program's number stands, as ``medium=yuma; leg=c_leg``. Its *quantity*, an entry of ``example.yaml``,
+says in which table and column.
+"""
 
 from __future__ import annotations
 
@@ -27,14 +33,12 @@ Domain = Literal["plates", "penetrations", "legs", "robot", "wheels"]
 DOMAINS = get_args(Domain)
 """Kinds of compared numbers, in the order of the page."""
 
-EVERY = "*"
-"""Word of a key that any cell agrees with."""
-
-_HEX_DIGITS = 64
-
 
 def _check_relative(name: str) -> str:
-    """Return a path; raise ValueError if it is absolute or leaves the folder of the example."""
+    """Return the path `name`; raise ValueError if it is absolute or leaves the folder of the example.
+
+    An example may come from a stranger: its files must not be written elsewhere.
+    """
     path = PurePosixPath(name)
     if not name or path.is_absolute() or ".." in path.parts or "\\" in name or ":" in name:
         raise ValueError("a path inside the folder of the example wanted, with /")
@@ -42,6 +46,10 @@ def _check_relative(name: str) -> str:
 
 
 RelativePath = Annotated[str, AfterValidator(_check_relative)]
+
+
+_HEX_DIGITS = 64
+"""Digits of a SHA-256."""
 
 
 class ExampleFile(Model):
@@ -102,14 +110,14 @@ class NumberCells(Model):
 
 
 class GivenNumber(NumberCells):
-    """A number that a command takes from the result of an earlier one."""
+    """A number that a command takes from the result of an earlier one, by its place in a table."""
 
     key: str
     """row of the table, as `column=value; column=value`"""
 
 
 class Windows(Model):
-    """Windows of depth of the slopes, all of which count: none was chosen."""
+    """Windows of depth, each of which slopes (alpha) are fitted over: all count, so that none is chosen to fit the answer."""
 
     from_cm: Positive
     """the least depth at which a window begins"""
@@ -134,7 +142,7 @@ class Windows(Model):
 
 
 class Judged(Model):
-    """A table whose rows have a verdict of their own."""
+    """Columns of a table of results whose rows state a verdict themselves, as the reproduction table does."""
 
     column: str
     """column of the verdict"""
@@ -147,7 +155,7 @@ class Judged(Model):
 
 
 class Quantity(Model):
-    """A quantity of the answer, and where the program's number stands."""
+    """A quantity of the answer, such as "alpha, upward": where the program's number stands, and by which rule it is judged."""
 
     title: str
     """what it is, for people"""
@@ -172,7 +180,10 @@ class Quantity(Model):
 
 
 class RemarkOnRows(Model):
-    """What is known of some rows: why they cannot be compared, why they lie outside, or what being inside does not say."""
+    """What is known of some rows of the answer, chosen by `quantities` and `match`.
+
+    It says why they cannot be compared, why they lie outside the errors, or what it does not prove that they lie inside.
+    """
 
     code: Name
     """a short name of the reason"""
@@ -189,7 +200,7 @@ class RemarkOnRows(Model):
 
 
 class ExampleSettings(Model):
-    """An example of the validation suite."""
+    """An example of the validation suite: the content of its ``example.yaml``."""
 
     title: str
     """one line"""
@@ -226,6 +237,9 @@ class ExampleSettings(Model):
         return self
 
 
+EVERY = "*"
+"""Word of a key that any cell agrees with: the row of the answer stands for all such rows of the table."""
+
 _ANSWER = Schema(
     "answer",
     (
@@ -238,10 +252,15 @@ _ANSWER = Schema(
     ),
     rows="published numbers",
 )
+"""Columns of answer.csv."""
 
 
 class Published(NamedTuple):
-    """A row of answer.csv; a number that is not stated is NaN."""
+    """A row of answer.csv; a number that is not stated is NaN.
+
+    `key`: Cells of the row in the program's table, by column. `error`: That of `value`, as published. `where`: Place in the
+    publication.
+    """
 
     quantity: str
     key: dict[str, str]
@@ -253,7 +272,7 @@ class Published(NamedTuple):
 
 @dataclass(frozen=True)
 class Example:
-    """An example: its folder, the settings of its example.yaml, and the published answer."""
+    """An example: its name and folder, the content of its example.yaml, and the published answer."""
 
     name: str
     folder: Path
@@ -262,7 +281,7 @@ class Example:
 
     @property
     def commands(self) -> list[str]:
-        """Commands of rftfit that are run one after another."""
+        """Commands of rftfit that are run one after another, without the word rftfit."""
         return self.settings.commands or ["run"]
 
     @property
@@ -314,8 +333,12 @@ def read_example(folder: Path) -> Example:
 
 
 def _read_answer(row: DraftRow, quantities: Mapping[str, Quantity]) -> Published:
-    """Read a row of the answer; note a quantity or a missing number that example.yaml does not declare."""
-    quantity, key = row.text.get("quantity", ""), {}
+    """Read a row of the answer; add a problem to it for a wrong key, an unknown quantity, or a number that is nowhere.
+
+    `quantities`: Those of example.yaml; empty where that file has an error of its own.
+    """
+    quantity = row.text.get("quantity", "")
+    key: dict[str, str] = {}
     value = row.number.get("value", np.nan)
     if "key" not in row.bad:
         try:
@@ -334,7 +357,7 @@ def _read_answer(row: DraftRow, quantities: Mapping[str, Quantity]) -> Published
 
 
 def parse_key(text: str) -> dict[str, str]:
-    """Parse a key, ``column=value; column=value``."""
+    """Parse a key, ``column=value; column=value``, to values by column; raise ValueError for any other text."""
     pairs = [pair.partition("=") for pair in text.split(";") if pair.strip()]
     key = {name.strip(): value.strip() for name, sign, value in pairs if sign}
     if len(key) != len(pairs) or not all(key) or not all(key.values()):
