@@ -1,4 +1,4 @@
-"""Events that a watch reports one at a time, their kinds and facts: as text for people, as a dictionary for programs."""
+"""Events that a watch reports, their kinds and facts: as text for people, as a dictionary for programs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The watch of a campaign while it is recorded: which runs are measured when; states of runs; map, next pushes, events.
+"""The watch of a campaign: which runs are measured when; states of runs; map, next pushes, events.
 
 `Watch.step` looks at all files once and yields events (`rftfit.bench.events`) on what is new. A file is *still* when its
 stamp (size and time of change) has been the same for some time: only then a log is complete and may be read. A run is

@@ -1,4 +1,4 @@
-"""Run of an example, step by step: its files laid out, its commands run, each published number judged, the page written."""
+"""Run of an example, step by step: files laid out, commands run, published numbers judged, page written."""
 
 from __future__ import annotations
 

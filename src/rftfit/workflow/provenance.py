@@ -1,4 +1,4 @@
-"""Provenance, the record of a whole run (what every result was made from): written, read, compared with another or now.
+"""Provenance, the record of a whole run (what results were made from): written, read, compared.
 
 The last stage of a run writes it as three files below ``results/``: ``provenance.json`` (settings, digests of code, versions,
 and the record of each job, which holds the SHA-256 of the files that the job read and wrote), ``manifest.sha256`` (digests

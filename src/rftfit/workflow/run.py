@@ -1,4 +1,4 @@
-"""`rftfit run`: bring results up to date by Snakemake; what is said of outdated results; options; profiles of clusters.
+"""`rftfit run`: results brought up to date by Snakemake; what is said of outdated ones; profiles of clusters.
 
 A job is one use of a rule, such as ``slopes/poppy_LP`` (rule and medium). Each finished job has left a record: what it read
 and wrote, by SHA-256, and its state, digests of the code, settings, run sheet and logs that it used. `Workflow.run` compares
