@@ -29,7 +29,7 @@ class Event(NamedTuple):
         return {"event": self.kind, **self.facts}
 
     def summary(self) -> str:
-        """Format an event for people, with the time of day; empty for an event that needs no line."""
+        """Format an event for people as one text, its first line with the time of day; empty for an event that needs none."""
         kind, facts = self
         lines: list[str] = []
         if kind == "page":
@@ -91,5 +91,5 @@ def format_alpha(facts: Mapping[str, Any]) -> dict[str, str]:
 
 
 def format_cells(row: Mapping[str, str]) -> str:
-    """Format the cells of a row of the run sheet, each after the name of its column."""
+    """Format the cells of a row of the run sheet, each after the name of its column, as "run_id p01, kind plate"."""
     return ", ".join(f"{name} {cell}" for name, cell in row.items())

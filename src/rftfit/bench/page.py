@@ -102,7 +102,10 @@ def _format_push(watch: Watch, medium: LiveMedium, name: str) -> str:
 
 
 def _format_map(watch: Watch, medium: LiveMedium) -> str:
-    """Format the target and its interval, failed checks, the verdict, the map, and the next pushes."""
+    """Format what is known of the shown medium: target with its interval, failed checks, verdict, map, next pushes.
+
+    The target is the quantity that the next pushes shall determine; they stand there as rows to copy into the run sheet.
+    """
     summary = watch.summary(medium)
     checks = (
         f"{check['check']}, {check['effect']}: {check['sentence']}" for check in summary["checks"]
@@ -117,6 +120,7 @@ def _format_map(watch: Watch, medium: LiveMedium) -> str:
         width += f"; the last push {change} it from {medium.before:.2g} %"
     if medium.map is not None:
         table = medium.map.table()
+        # alpha_z and alpha_x with the next pushes, then the half widths of their intervals
         for error in (False, True):
             pictures += "".join(
                 draw_heat(table, c, None if error else medium.plan, error=error) for c in "zx"
@@ -151,6 +155,7 @@ def _format_runs(watch: Watch, medium: LiveMedium, shown: str) -> str:
         if fit:
             link = _format_link(name, name == shown, medium=medium.name, run=name)
         style = ' class="bad"' if doubts or state == REFUSED else ""
+        # html needs no end of a row or cell
         table_rows.append(
             f"<tr><td>{run.row}<td>{link}<td{style}>{state}<td>{'<td>'.join(cells)}"
             f'<td class="words">{escape(doubts)}'

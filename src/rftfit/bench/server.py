@@ -120,7 +120,7 @@ class LivePage(ThreadingHTTPServer):
                 client.content_ready.set()
 
     def close(self) -> None:
-        """End the server and all connections to browsers."""
+        """End the server and all connections to browsers, whose threads are woken to see it."""
         self.closed = True
         self.shutdown()
         self.server_close()

@@ -187,6 +187,7 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(command)
     def run(**values: Any) -> None:
+        """Make the dataclasses from the values of their options, and call the command."""
         for name, group in groups.items():
             values[name] = group(
                 **{option.name: values.pop(option.name) for option in fields(group)}
@@ -694,7 +695,7 @@ class BodyOptions:
         return read_outline(self.outline, self.width, self.elements)
 
     def make_motion(self) -> Motion:
-        """Make the motion: a rotation about an axle, or a path from a file."""
+        """Make the motion of an outline: a rotation about an axle at the height --hip, or a path from a file."""
         from rftfit.forces.motion import HIP_HEIGHT_CM, read_path
 
         if self.path is None:

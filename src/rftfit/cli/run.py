@@ -141,6 +141,7 @@ def shown_jobs() -> Iterator[Callable[[Progress, Job | None], None]]:
     if not sys.stdout.isatty():
 
         def print_job(progress: Progress, finished: Job | None) -> None:
+            """Print a line for a job that has finished, with the numbers of jobs done and planned."""
             if finished is not None:
                 width = len(str(progress.total))
                 print_line(f"[{progress.done:{width}d}/{progress.total}] {finished}")
@@ -167,6 +168,7 @@ def shown_jobs() -> Iterator[Callable[[Progress, Job | None], None]]:
         task = bars.add_task("finding what has to be done", total=None)
 
         def move_bar(progress: Progress, finished: Job | None) -> None:
+            """Move the bar to the number of jobs done, and name the job that has finished."""
             if finished is not None:
                 failed = f", {len(progress.failed)} failed" if progress.failed else ""
                 bars.update(task, description=f"{finished}{failed}")

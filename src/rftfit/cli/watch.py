@@ -65,6 +65,7 @@ def watch(
     page_is_asked = page.asked if page else Signal()
 
     def print_event(event: Event) -> None:
+        """Print an event as a sentence, or as one line of JSON."""
         # empty for an event that needs no line
         sentence = json_text(event.as_dict(), indent=None) if as_json else event.summary()
         if sentence:

@@ -47,9 +47,10 @@ class CalculatedTables:
         self._tables: dict[str, pd.DataFrame] = {}
 
     def read(self, name: str) -> pd.DataFrame:
-        """Read a table with commas or blanks between its cells; lines that begin with # are left out.
+        """Read a table with commas or blanks between its cells, each cell as text; raise NoRow if there is no such file.
 
-        A cell without a value becomes an empty text.
+        `name`: Path from the folder. Commands of this program put notes, which begin with #, above a table: they are left
+        out. A cell without a value becomes an empty text.
         """
         if name not in self._tables:
             path = self.folder / name
@@ -81,7 +82,10 @@ class CalculatedTables:
         return table
 
     def number(self, cells: NumberCells, key: Mapping[str, str]) -> TableNumber:
-        """Look up the number in the only row with a key; raise NoRow if there is not exactly one."""
+        """Look up a number in the only row with a key; raise NoRow if there is not exactly one.
+
+        `cells`: Table and columns in which it stands.
+        """
         rows = self.rows(cells, key)
         if len(rows) != 1:
             count = "no row" if rows.empty else f"{len(rows)} rows"

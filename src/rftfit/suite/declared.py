@@ -71,12 +71,14 @@ class ExampleFile(Model):
     @field_validator("sha256")
     @classmethod
     def _is_digest(cls, digest: str) -> str:
+        """Return a digest in lower case; raise ValueError for any other text."""
         if len(digest) != _HEX_DIGITS or not set(digest) <= set(hexdigits):
             raise ValueError(f"{_HEX_DIGITS} hexadecimal digits wanted")
         return digest.lower()
 
     @model_validator(mode="after")
     def _has_origin(self) -> ExampleFile:
+        """Refuse a file that can come from nowhere."""
         if not self.address and not self.may_be_shipped:
             raise ValueError("a file that may not be shipped needs an address")
         return self
@@ -104,6 +106,7 @@ class NumberCells(Model):
 
     @model_validator(mode="after")
     def _has_one_interval(self) -> NumberCells:
+        """Refuse one end of an interval without the other, and ends beside a standard error."""
         if (self.lo is None) != (self.hi is None) or (self.lo is not None and self.se is not None):
             raise ValueError("either `lo` and `hi` or `se`")
         return self
@@ -128,13 +131,14 @@ class Windows(Model):
 
     @property
     def ends(self) -> list[tuple[float, float]]:
-        """Least and greatest depth of each window, cm: all pairs of depths `step_cm` apart."""
+        """Least and greatest depth of each window, cm: all pairs of the depths from `from_cm` to `to_cm` in these steps."""
         count = round((self.to_cm - self.from_cm) / self.step_cm)
         depths = np.linspace(self.from_cm, self.to_cm, count + 1).round(6).tolist()
         return [(first, last) for first in depths for last in depths if first < last]
 
     @model_validator(mode="after")
     def _has_windows(self) -> Windows:
+        """Refuse depths that are not some whole steps apart; every window costs a fit of all pushes."""
         steps = (self.to_cm - self.from_cm) / self.step_cm
         if not 1 <= steps <= 100 or abs(steps - round(steps)) > 1e-6:
             raise ValueError("1 to 100 whole steps between from_cm and to_cm wanted")
@@ -172,6 +176,7 @@ class Quantity(Model):
 
     @model_validator(mode="after")
     def _has_a_medium(self) -> Quantity:
+        """Refuse windows of depth for a number that is no alpha of a medium, as only slopes have windows."""
         if self.windows is not None and "{medium}" not in self.ours.table:
             raise ValueError(
                 "`windows` want a table of a medium's alpha: results/alpha/{medium}.csv"
@@ -228,10 +233,12 @@ class ExampleSettings(Model):
     @field_validator("campaign", "copied")
     @classmethod
     def _stay_below(cls, texts: dict[str, str]) -> dict[str, str]:
+        """Return texts by path; refuse a path that leaves the folder of the example."""
         return {_check_relative(name): text for name, text in texts.items()}
 
     @model_validator(mode="after")
     def _does_something(self) -> ExampleSettings:
+        """Refuse an example without anything to run."""
         if not (self.commands or CONFIG in self.campaign):
             raise ValueError(f"either `commands` or a campaign with {CONFIG} wanted")
         return self
@@ -286,7 +293,7 @@ class Example:
 
     @property
     def readme(self) -> str:
-        """Text of README.md below its heading, up to the next heading."""
+        """Text of README.md below its heading, up to the next heading, for the page of verdicts."""
         text = (self.folder / README).read_text(encoding="utf-8")
         without_heading = text.partition("\n")[2] if text.startswith("# ") else text
         return without_heading.partition("\n## ")[0].strip()
@@ -311,7 +318,7 @@ class Example:
 
 
 def read_example(folder: Path) -> Example:
-    """Read the three files of an example; one error reports all problems.
+    """Read an example from its folder, which has three files; one error reports all problems.
 
     Raises
     ------

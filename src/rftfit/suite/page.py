@@ -214,7 +214,10 @@ def format_rows(verdicts: pd.DataFrame) -> list[tuple[str, ...]]:
 
 
 def describe_verdicts(example: Example, verdicts: pd.DataFrame, folder: Path) -> str:
-    """Describe the verdicts on an example for a terminal: their counts, and the first rows that were compared."""
+    """Describe the verdicts on an example for a terminal: their counts, the first rows compared, and where the files are.
+
+    `folder`: That in which the example was run.
+    """
     counts = count_verdicts(verdicts)
     compared = verdicts[verdicts["verdict"] != NOT_COMPARABLE]
     rows = [cells[:-1] for cells in format_rows(compared)]
@@ -332,6 +335,7 @@ def write_page(path: Path, examples: Sequence[Example], verdicts: pd.DataFrame) 
     style = files("rftfit.page").joinpath("page.css").read_text(encoding="utf-8")
     picture = base64.b64encode(content(draw_verdicts(verdicts), "png")).decode()
     parts = []
+    # a block is a table, a heading, a paragraph or, if it is empty, the figure
     for block in describe(examples, verdicts, is_public=False):
         if block.header:
             head = "".join(f"<th>{escape(cell)}</th>" for cell in block.header)
@@ -357,7 +361,7 @@ def write_page(path: Path, examples: Sequence[Example], verdicts: pd.DataFrame) 
 
 
 def _format_inline(text: str) -> str:
-    """Turn bold and slanted words, code and links of Markdown into html."""
+    """Turn a paragraph of Markdown into html: bold and slanted words, code and links; anything else is plain text."""
     html = escape(" ".join(text.split()), quote=False)
     html = re.sub(r"`([^`]+)`", r"<code>\1</code>", html)
     html = re.sub(r"\*\*(.+?)\*\*", r"<strong>\1</strong>", html)

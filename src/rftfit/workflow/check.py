@@ -95,7 +95,10 @@ class Checked:
         return [check["verdict"] for check in self.diagnosis.checks].count(FAILED)
 
     def summary(self) -> str:
-        """Format problems, diagnosis, campaign and plan for people."""
+        """Format the answer for people, in paragraphs: errors, warnings, diagnosis, campaign with robot, plan, totals.
+
+        A paragraph without content is left out.
+        """
         paragraphs = [_format_problems(self.problems, severity) for severity in _SEVERITIES]
         if self.diagnosis is not None:
             paragraphs.append(self.diagnosis.summary())
@@ -122,7 +125,7 @@ class Checked:
         return "\n\n".join([*filter(None, paragraphs), f"{', '.join(totals)}."])
 
     def as_dict(self) -> dict[str, Any]:
-        """Return everything as plain numbers, words and lists."""
+        """Return everything as plain numbers, words and lists, for ``--json``; null for what was not done."""
         return {
             "campaign": self.campaign and self.campaign.config.title,
             "errors": self.errors,
@@ -145,14 +148,18 @@ def _format_problems(problems: Sequence[Problem], severity: str) -> str:
 
 
 def _format_plan(plan: Sequence[PlanPower]) -> str:
-    """Format what the planned runs can tell, a line for all media with the same rating."""
+    """Format what the planned runs can tell, a line for all media with the same rating.
+
+    `plan`: A rating for each medium, whose sentence says which errors that many runs share, such as a turned axis, its runs
+    would show.
+    """
     from rftfit.measure.errors import USUAL_BED_SPREAD
 
-    media: dict[str, list[str]] = {}
+    media_by_sentence: dict[str, list[str]] = {}
     for rating in plan:
-        media.setdefault(rating.sentence, []).append(rating.medium)
+        media_by_sentence.setdefault(rating.sentence, []).append(rating.medium)
     heading = f"Errors that many runs share, as planned, in beds that differ by {100 * USUAL_BED_SPREAD:g} %:"
-    lines = [f"  {', '.join(names)}: {sentence}" for sentence, names in media.items()]
+    lines = [f"  {', '.join(names)}: {sentence}" for sentence, names in media_by_sentence.items()]
     return "\n".join([heading, *lines])
 
 

@@ -34,7 +34,6 @@ LOOK_AT = (
 )
 """Files and folders that the last lines of a run name."""
 
-FIGURES = "results/figures/"
 PRINT = "rftfit run --print"
 """Command that draws the figures for a paper."""
 LEDGER = "results/ledger.csv"
@@ -71,7 +70,7 @@ def _name_print_command(recorded: Recorded, current: set[str]) -> list[str]:
     `current`: Paths of results that are up to date.
     """
     lacking = [path for path in recorded.states.paper_files if path not in current]
-    if not lacking or not any(path.startswith(FIGURES) for path in current):
+    if not lacking or not any(path.startswith("results/figures/") for path in current):
         return []
     return [f"Figures for a paper, as pdf ({len(lacking)} to draw): {PRINT}"]
 

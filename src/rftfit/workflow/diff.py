@@ -68,7 +68,11 @@ class ResultsDiff:
         }
 
     def summary(self, most: int | None = None) -> str:
-        """Format the differences for people, at most `most` of each sort; default: all."""
+        """Format the differences for people: numbers, then what lacks, then what may be the cause.
+
+        `most`: Most entries of each list; None: all. The records are a sure answer to what the results were made from only
+        where all tables are as recorded, and no job was done again since.
+        """
         lines = self._describe_numbers(most)
         lines += first_of([f"Only in one of them: {name}" for name in self.alone], most)
         lines += [
@@ -96,7 +100,7 @@ class ResultsDiff:
         return "\n".join(lines)
 
     def _describe_numbers(self, most: int | None) -> list[str]:
-        """Write the changed numbers as a table, at most `most` rows."""
+        """Format the changed numbers as lines: how many, and a table of them with at most `most` rows; None: all."""
         if not self.numbers:
             return ["No alpha, coefficient, zeta or peak is different."]
         rows = [
@@ -121,7 +125,11 @@ class ResultsDiff:
 
 
 def compare_folders(first: Path, second: Path) -> ResultsDiff:
-    """Compare two folders of results, or of campaigns: `first` before, `second` after."""
+    """Compare two folders of results, or of campaigns: `first` before, `second` after.
+
+    First the tables that both have, number by number; then the records of both last whole runs, which say what may be the
+    cause; and for each folder whether its tables are those of its record. InputError for a folder without results.
+    """
     folders = _find_results(first), _find_results(second)
     # of each folder: by table the columns that name a row
     keys_by_table = [_list_compared_tables(folder) for folder in folders]
@@ -196,7 +204,7 @@ def _list_changed_since(folder: Path, jobs: dict[str, Any]) -> list[str]:
 
 
 def _find_results(folder: Path) -> Path:
-    """Find the folder of results: the one in a campaign's folder, or the folder itself."""
+    """Return the folder of results: the one in a campaign's folder, or the folder itself; InputError where neither is one."""
     for candidate in (folder / RESULTS, folder):
         if (candidate / "provenance.json").is_file():
             return candidate.resolve()

@@ -135,7 +135,7 @@ _POLL_S = 0.5
 
 
 def end_with(process_id: int, end: Callable[[], None] = end_now) -> None:
-    """Watch a process from a thread, and call `end` soon after that process has ended."""
+    """Watch a process from a thread of this one, and call `end`, which ends this one, soon after that process has ended."""
     import psutil
 
     def watch() -> None:

@@ -128,7 +128,7 @@ def data_package(results: Results, digests: Mapping[str, str], sheet: bytes) -> 
     """
 
     def describe_table(path: str, digest: str, size: int, header: bytes) -> ResultFile:
-        """Describe a table; `header`: its first line, which names the columns."""
+        """Describe a csv table; `size`: its bytes; `header`: its first line, which names the columns."""
         (columns,) = read_cells(header)
         return ResultFile(path, digest, size, tuple(columns))
 
@@ -206,7 +206,10 @@ class Change:
 
 
 def changes_between(was: Provenance, now: Provenance) -> list[Change]:
-    """List what differs between two provenances: logs, source files, rows of the run sheet, config keys, versions, one by one."""
+    """List what differs between two provenances, in this order: logs, source files, rows of the run sheet, config, versions.
+
+    Each changed file, row, key and package is a `Change`; results of both may still be the same.
+    """
     changes = [
         Change(sort, name, _format_digest(old), _format_digest(new))
         for sort, before, after in (("log", was.logs, now.logs), ("code", was.modules, now.modules))

@@ -51,7 +51,10 @@ class Remade:
         return not self.unlike
 
     def summary(self, most: int | None = None) -> str:
-        """Format the comparison for people, at most `most` lines of each list; default: all."""
+        """Format the comparison for people: files that differ, why results are out of date, a count.
+
+        `most`: Most lines of each list; None: all.
+        """
         lines = first_of([str(path) for path in self.unlike], most, "more that differ")
         if self.unlike:
             lines += first_of(list_reasons(self.recorded), most, "more reasons")

@@ -124,7 +124,8 @@ def _sweep_tables(results: Results, folder: str) -> tuple[pd.DataFrame, pd.DataF
     condition (the difference of speeds).
     """
     _, robot = robot_of(results.campaign)
-    measured, widths = (results.table(f"robot/{name}.csv") for name in ("measured", "intervals"))
+    measured = results.table("robot/measured.csv")
+    half_widths = results.table("robot/intervals.csv")
     runs = {name: results.table(f"{folder}/runs_{name}.csv") for name in PROFILES}
     all_runs = pd.concat([table for table in runs.values() if len(table)], ignore_index=True)
     # runs at a condition on whose measured speed the robot was calibrated are no test of it
@@ -135,9 +136,9 @@ def _sweep_tables(results: Results, folder: str) -> tuple[pd.DataFrame, pd.DataF
         "yes" if condition in calibrated_on else "no" for condition in conditions
     ]
     best_at = [sweep.BEST_AT_HZ] if robot == paper_robot() else []
-    best = optima(all_runs, best_at, results.config.fit.confidence, widths)
+    best = optima(all_runs, best_at, results.config.fit.confidence, half_widths)
     means = [sweep.mean_speed(table).assign(profile=profile) for profile, table in runs.items()]
-    errors = speed_errors(measured, pd.concat(means, ignore_index=True), widths)
+    errors = speed_errors(measured, pd.concat(means, ignore_index=True), half_widths)
     return results.marked(all_runs), results.marked(best), results.marked(errors)
 
 

@@ -193,7 +193,10 @@ class Workflow:
             raise WorkflowError("the lock cannot be cleared: " + " ".join(lines[-3:]))
 
     def _command(self) -> list[str]:
-        """Return the words of the command line for Snakemake: targets, where jobs run, and how it plans them."""
+        """Return the words of the command line for Snakemake: targets, where jobs run, and how it plans them.
+
+        The config is named from the campaign's folder, so that the command of a job is the same on any machine.
+        """
         source = (self.snakefile or find_snakefile()).resolve()
         where = ["--cores", str(self.cores or "all")]
         if self.cluster is not None:
@@ -345,16 +348,13 @@ def _cluster_words(name: str, snakefile: Path, cores: int | None) -> list[str]:
 _PROFILE_FILE = "config.yaml"
 """File in the folder of a profile that holds its options."""
 
-_NOT_CLUSTERS = ("default",)
-"""Profiles beside the Snakefile that run on this machine."""
-
 
 def find_profile(name: str, snakefile: Path) -> Path:
     """Find the folder of a profile; `name`: a profile in ``profiles`` beside the Snakefile, or the path of a folder."""
     profiles_folder = snakefile.resolve().parent / "profiles"
-    cluster_names = sorted(
-        {path.parent.name for path in profiles_folder.glob(f"*/{_PROFILE_FILE}")} - {*_NOT_CLUSTERS}
-    )
+    names = {path.parent.name for path in profiles_folder.glob(f"*/{_PROFILE_FILE}")}
+    # the profile "default" runs jobs on this machine
+    cluster_names = sorted(names - {"default"})
     if name in cluster_names:
         return profiles_folder / name
     folder = Path(name).resolve()

@@ -98,7 +98,11 @@ class Progress:
     _command_errors: list[tuple[str, str]] = field(default_factory=list)
 
     def update_by(self, line: str) -> Job | None:
-        """Update the progress by one line of Snakemake's output; return the job that has finished by it, or None."""
+        """Update the progress by one line of Snakemake's output; return the job that has finished by it, or None.
+
+        The line is an event, JSON as the logger plug-in writes it, or plain text, which is kept. An event on a job has
+        Snakemake's number of it, ``jobid`` or ``job_id``, by which it is found in `jobs`.
+        """
         try:
             event = json.loads(line) if line.startswith('{"snakemake"') else None
         except ValueError:
@@ -108,10 +112,12 @@ class Progress:
             return None
         message, number = str(event["snakemake"]), str(event.get("jobid", event.get("job_id", "")))
         match event.get("event"):
+            # what is planned
             case "run_info":
                 self.total = int(event.get("stats", {}).get("total", self.total))
             case "progress":
                 self.done, self.total = int(event["done"]), int(event["total"])
+            # a job begins, or would begin in a dry run
             case "job_info":
                 options = {name: event[name] for name in ("wildcards", "reason") if name in event}
                 self.jobs[number] = Job(event["rule_name"], event.get("log", []), **options)
@@ -123,6 +129,7 @@ class Progress:
             # written by this program's executor for a job that it did not do
             case _ if "skipped" in event:
                 self.skipped.append(self.jobs.pop(str(event["skipped"])))
+            # a job failed; its exit status stands in an error that came before
             case "job_error":
                 unknown = Job(event.get("rule_name", "job"), event.get("log", []))
                 job = self.jobs.get(number, unknown)
@@ -131,6 +138,7 @@ class Progress:
                 job.grouped = bool(event.get("indent"))
                 job.status = f"Slurm says {slurm[1]}" if slurm else self._status_of(job)
                 self.failed[number] = job
+            # of a command, of the lock of the folder, or of Snakemake itself
             case "error":
                 if status_match := _STATUS_OF_COMMAND.search(message):
                     self._command_errors.append((message, status_match[1] or status_match[2]))
@@ -184,7 +192,7 @@ def describe_failure(progress: Progress, root: Path, log: Path, status: int) -> 
 
 
 def describe_failed_jobs(progress: Progress, root: Path) -> dict[str, str]:
-    """Say why jobs failed: by rule and wildcard of the job, lines of a message."""
+    """Say why jobs failed: by job (rule and value of its wildcard, as ``slopes poppy_LP``), a message of some lines."""
     jobs = _list_failed_jobs(progress, root)
     return {str(job): "\n".join(_describe_cause(job, progress, root)) for job in jobs}
 
@@ -270,7 +278,7 @@ def _find_message(job: Job, progress: Progress, root: Path) -> list[str]:
 
 
 def _read_logs(job: Job, root: Path) -> Iterator[list[str]]:
-    """Yield the lines of each log of a job; a log that cannot be read is left out."""
+    """Yield the lines of each log of a job, a list for each; a log that cannot be read is left out."""
     for name in job.logs:
         with contextlib.suppress(OSError):
             content = (root / name).read_text(encoding="utf-8", errors="replace")
@@ -284,7 +292,10 @@ _MEMORY = "most often because the memory was full; try --cores 1"
 
 
 def _describe_cause(job: Job, progress: Progress, root: Path) -> list[str]:
-    """Say in lines why a job failed: by the message in its log, or else by its exit status or signal."""
+    """Say in lines why a job failed; the first that is known counts.
+
+    A log that could not be made, the message in its log, the signal that ended it, the end of its log, its exit status.
+    """
     if absent := _logs_not_made(job, root):
         return [f"{name}: cannot write: {_CURE}" for name in absent]
     if message := _find_message(job, progress, root):
@@ -355,7 +366,10 @@ def run_snakemake(
 
 
 def find_snakemakes(root: Path) -> list[int]:
-    """Find the process ids of all Snakemakes that work in the folder `root`, as far as this user may see processes."""
+    """Find the process ids of all Snakemakes that work in the folder `root`, as far as this user may see processes.
+
+    Such a one was started in the folder, or with the option ``--directory`` for it.
+    """
     import psutil
 
     process_ids = []

@@ -56,7 +56,14 @@ _OF_LOGS = ("raw", "dialect", "force_log", "motion_log")
 _OF_CLOCKS = (*_OF_LOGS, "transducer", "arm", "clock")
 """Sections on which the clocks of a run's logs depend."""
 _OF_FITS = (
-    *("force_log", "transducer", "container", "intruders", "fit", "errors", "table", "media"),
+    "force_log",
+    "transducer",
+    "container",
+    "intruders",
+    "fit",
+    "errors",
+    "table",
+    "media",
     "grid",
 )
 """Sections on which the slope of a push depends."""
@@ -113,7 +120,14 @@ STAGES = {
     "legs_predicted": _model_stage(
         "validate",
         "legs_predicted",
-        *("arm", "fit", "errors", "fourier", "grid", "intruders", "maps", "media"),
+        "arm",
+        "fit",
+        "errors",
+        "fourier",
+        "grid",
+        "intruders",
+        "maps",
+        "media",
     ),
     "natural_sands": _model_stage(
         "validate", "natural_sands", *_OF_FITS, "surface", "fourier", rows=True

@@ -174,6 +174,7 @@ class States:
 
     def _make_state(self, rule: str, key: str) -> dict[str, str]:
         """Make the state of a job: a digest of each thing that its stage depends on (`rftfit.workflow.stages.Stage`)."""
+        # without a medium, rows and logs are those that belong to no single one
         stage, medium = self.stage(rule, key)[0], self.medium_of(rule, key)
         state = {"code": self.code_digest_of(stage)}
         if stage.settings:

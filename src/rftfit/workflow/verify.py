@@ -73,7 +73,10 @@ class Verified:
         return list_reasons(self.now)
 
     def summary(self, most: int | None = None) -> str:
-        """Format the answer for people, at most `most` lines of each list; default: all."""
+        """Format the answer for people: each result asked for, changes since the last whole run, reasons, a count.
+
+        `most`: Most lines of each list; None: all.
+        """
         lines = [
             line for path in self.asked for line in [*_describe_chain(self.now, path, most), ""]
         ]
@@ -145,7 +148,7 @@ def _find_outdated(now: Recorded) -> list[OutdatedResult]:
 
 
 def _format_finding(finding: OutdatedResult) -> str:
-    """Write one finding about a job as a sentence."""
+    """Format one finding about a job as a sentence, without full stop."""
     job = finding.job.replace("/", " ")
     match finding.sort:
         case "edited" | "missing":
