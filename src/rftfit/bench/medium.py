@@ -113,12 +113,12 @@ def measure(
     `run_ids`: Runs to measure. `moving`: Runs whose files still change; such a tare counts as missing. `clocks`: Clocks of
     the sessions; None: logs have one clock.
     """
-    runs_of_medium, names = campaign.runs_of(medium), [*run_ids]
+    runs_of_medium, ids_to_measure = campaign.runs_of(medium), [*run_ids]
     tare_of = {run.run_id: run.tare_run for run in runs_of_medium}
     at_a_time = 256
-    for first in range(0, len(names), at_a_time):
-        batch = names[first : first + at_a_time]
-        tares_of_batch = {tare_of[name] for name in batch}.difference(["", *moving])
+    for first in range(0, len(ids_to_measure), at_a_time):
+        batch = ids_to_measure[first : first + at_a_time]
+        tares_of_batch = {tare_of[run_id] for run_id in batch}.difference(["", *moving])
         runs = tuple(run for run in runs_of_medium if run.run_id in tares_of_batch.union(batch))
         batch_campaign = replace(campaign, runs=runs)
         # each table goes through the form of its csv file, so that numbers are those of `rftfit run`
@@ -140,14 +140,14 @@ def measure(
         samples_of_run = split_runs(tared)
         strokes = tared.assign(window=windows["why"]).drop(columns="run_id")
         books = dict(zip(FLAGGING, (book_of_ingest, book_of_tare, book_of_slopes), strict=True))
-        for name in batch:
+        for run_id in batch:
             flags = {
-                stage: [flag for flag in book.flags if flag.run_id == name]
+                stage: [flag for flag in book.flags if flag.run_id == run_id]
                 for stage, book in books.items()
             }
-            stroke = strokes.iloc[samples_of_run.get(name, slice(0))]
+            stroke = strokes.iloc[samples_of_run.get(run_id, slice(0))]
             tared_columns = {str(key): values.to_numpy().copy() for key, values in stroke.items()}
-            yield name, MeasuredRun(rows_by_run[name], tared_columns, flags)
+            yield run_id, MeasuredRun(rows_by_run[run_id], tared_columns, flags)
 
 
 def hold(results: Results, medium: LiveMedium, runs: Collection[Run]) -> None:
@@ -163,7 +163,7 @@ def hold(results: Results, medium: LiveMedium, runs: Collection[Run]) -> None:
         flags = [flag for run in measured_runs.values() for flag in run.flags[stage]]
         table = flag_table(medium.name, stage, flags)
         results.hold_as_csv(f"flags/{stage}/{medium.name}.csv", table)
-    strokes = {name: run.tared for name, run in measured_runs.items() if run.tared["why"].size}
+    strokes = {run_id: run.tared for run_id, run in measured_runs.items() if run.tared["why"].size}
     tared = join_runs(strokes, [*next(iter(measured_runs.values())).tared])
     windows = tared[["run_id"]].assign(why=tared["window"])
     results.hold(f"tared/{medium.name}.parquet", tared.drop(columns="window"))

@@ -69,19 +69,23 @@ def _format_problems(watch: Watch) -> str:
     return f"<h2>To be put right</h2><ul>{items}</ul>" if items else ""
 
 
-def _format_push(watch: Watch, medium: LiveMedium, name: str) -> str:
+def _format_push(watch: Watch, medium: LiveMedium, run_id: str) -> str:
     """Format the shown push: a picture of its stress with its repeats (runs of the same cell), its numbers and its flags.
 
-    `name`: Its run_id. Empty where there is no push, or it is no plate run with a row in the table of fits.
+    Empty where there is no push, or it is no plate run with a row in the table of fits.
     """
-    if not name or "fits" not in medium.runs[name].rows:
+    if not run_id or "fits" not in medium.runs[run_id].rows:
         return ""
-    facts, run, measured = watch.facts(medium, name), watch.campaign.by_id[name], medium.runs[name]
+    facts, run, measured = (
+        watch.facts(medium, run_id),
+        watch.campaign.by_id[run_id],
+        medium.runs[run_id],
+    )
     plate = watch.campaign.config.intruders[run.intruder]
     assert plate.shape != "leg"
-    runs_of_cell = str(cell_of_run(medium.alpha, name).get("run_ids", "")).split()
+    runs_of_cell = str(cell_of_run(medium.alpha, run_id).get("run_ids", "")).split()
     repeats = {key: medium.runs[key] for key in runs_of_cell if key in medium.runs}
-    repeats.pop(name, None)
+    repeats.pop(run_id, None)
     # 1 or -1: alpha_x of a pull is filed under another direction, with its sign turned
     sign_x = filed_under(run)[2]
     picture = draw_stress(measured, plate.area_cm2, sign_x, [*repeats.values()])
@@ -90,12 +94,12 @@ def _format_push(watch: Watch, medium: LiveMedium, name: str) -> str:
         for c, alpha in format_alpha(facts).items()
     )
     doubts = _format_items([*(flag["text"] for flag in facts["flags"]), facts["reason"]], "bad")
-    has_delay = np.isfinite(medium.seconds) and name == medium.last
+    has_delay = np.isfinite(medium.seconds) and run_id == medium.last
     note = f"Shown after {medium.seconds:.1f} s." if has_delay else ""
     note += f" Repeats, dashed: {', '.join(repeats)}." if repeats else ""
-    which = "Last push" if name == medium.last else "Push"
+    which = "Last push" if run_id == medium.last else "Push"
     return (
-        f"<h2>{which}: {escape(name)}, {facts['state']}</h2><div class=row><div>{picture}</div><div>"
+        f"<h2>{which}: {escape(run_id)}, {facts['state']}</h2><div class=row><div>{picture}</div><div>"
         f"<p>beta {facts['beta_deg']:g}, gamma {facts['gamma_deg']:.4g} deg, {facts['direction']}</p>"
         f"<ul>{numbers}{doubts}</ul><p class=soft>{escape(note)}</p></div></div>"
     )
@@ -144,16 +148,16 @@ def _format_runs(watch: Watch, medium: LiveMedium, shown: str) -> str:
     table_rows = []
     runs = [row.run for row in watch.rows[medium.name].values()]
     for run in sorted(runs, key=lambda run: -run.row):
-        name = run.run_id
-        state, measured = watch.state(medium.name, name), medium.runs.get(name)
+        run_id = run.run_id
+        state, measured = watch.state(medium.name, run_id), medium.runs.get(run_id)
         fit = measured.rows.get("fits", {}) if measured else {}
         doubts = "; ".join(measured.doubts) or measured.why if measured else ""
         columns = ("beta_deg", "gamma_deg", column("z"), column("x"))
         numbers = [fit.get(key, np.nan) for key in columns]
         cells = [f"{number:.4g}" if np.isfinite(number) else "" for number in numbers]
-        link = escape(name)
+        link = escape(run_id)
         if fit:
-            link = _format_link(name, name == shown, medium=medium.name, run=name)
+            link = _format_link(run_id, run_id == shown, medium=medium.name, run=run_id)
         style = ' class="bad"' if doubts or state == REFUSED else ""
         # html needs no end of a row or cell
         table_rows.append(

@@ -196,17 +196,17 @@ class Watch:
         # by run_id: settings, cells and stamps that a push was aligned by, and its row of the table of clocks
         aligned: dict[str, tuple[Any, pd.DataFrame]] = {}
         for medium, rows in self.rows.items():
-            for name, row in rows.items():
+            for run_id, row in rows.items():
                 stamps = self._files.stamps(row.files)
                 are_still = stamps is not None and None not in stamps
                 if not are_still or row.run.excluded or not goes_straight_down(row.run):
                     continue
                 inputs = settings, row.cells, stamps
-                if name in self._aligned and self._aligned[name][0] == inputs:
-                    aligned[name] = self._aligned[name]
+                if run_id in self._aligned and self._aligned[run_id][0] == inputs:
+                    aligned[run_id] = self._aligned[run_id]
                 else:
                     campaign_of_run = replace(self.campaign, runs=(row.run,))
-                    aligned[name] = inputs, align_medium(campaign_of_run, medium)
+                    aligned[run_id] = inputs, align_medium(campaign_of_run, medium)
         self._aligned = aligned
         return SessionClocks.of_pushes([table for _, table in aligned.values()], settings)
 
@@ -218,25 +218,27 @@ class Watch:
         """
         rows, first = self.rows[medium.name], medium.alpha.empty
         # None for a run with a file that still changes
-        stamps = {name: self._files.stamps(row.files) for name, row in rows.items()}
+        stamps = {run_id: self._files.stamps(row.files) for run_id, row in rows.items()}
         keys_to_measure = self._changed_keys(medium, stamps, clocks)
-        moving = [name for name, stamps_of_run in stamps.items() if stamps_of_run is None]
-        for name, measured in measure(self.campaign, medium.name, keys_to_measure, moving, clocks):
-            run_and_tare = {name, rows[name].run.tare_run} & rows.keys()
+        moving = [run_id for run_id, stamps_of_run in stamps.items() if stamps_of_run is None]
+        for run_id, measured in measure(
+            self.campaign, medium.name, keys_to_measure, moving, clocks
+        ):
+            run_and_tare = {run_id, rows[run_id].run.tare_run} & rows.keys()
             # files of the run, or of a tare that was still, changed while they were read: a later step measures it
             if any(stamps[key] not in (None, rows[key].stamps_now()) for key in run_and_tare):
                 continue
             if measured.lacked_handle:
                 self._must_look_again = True
                 continue
-            previous = medium.runs.get(name)
-            medium.runs[name], medium.keys[name] = measured, keys_to_measure[name]
-            facts = self.facts(medium, name)
+            previous = medium.runs.get(run_id)
+            medium.runs[run_id], medium.keys[run_id] = measured, keys_to_measure[run_id]
+            facts = self.facts(medium, run_id)
             if facts["state"] == WAITING and previous and previous.is_read:
-                yield _withdrawn_event(medium, name, "its log is gone")
+                yield _withdrawn_event(medium, run_id, "its log is gone")
                 continue
             if facts["kind"] == "plate" and facts["state"] != WAITING:
-                medium.last, medium.measured_at = name, time.time()
+                medium.last, medium.measured_at = run_id, time.time()
                 medium.seconds = np.nan if first else facts["seconds_since_change"]
             yield Event("push", facts | {"first": first})
 
@@ -254,18 +256,20 @@ class Watch:
         # runs of a medium with several plates are flagged, with their number
         plates = len({row.run.intruder for row in rows.values() if row.run.kind == "plate"})
         changed_keys = {}
-        for name, row in rows.items():
+        for run_id, row in rows.items():
             # the row of its tare; None without one
             tare = rows.get(row.run.tare_run)
             tare_stamps = tare and stamps[tare.run.run_id]
             # a leg needs its tare, and a run that was already measured keeps its result until the tare is still
-            waits = tare and tare_stamps is None and (row.run.kind == "leg" or name in medium.runs)
+            waits = (
+                tare and tare_stamps is None and (row.run.kind == "leg" or run_id in medium.runs)
+            )
             sessions = sorted({row.run.session, tare.run.session if tare else row.run.session})
             session_clocks = clocks and [clocks.of_session(label) for label in sessions]
             tare_key = tare and (tare.cells, tare_stamps)
-            key = row.cells, stamps[name], tare_key, plates, session_clocks
-            if stamps[name] is not None and not waits and medium.keys.get(name) != key:
-                changed_keys[name] = key
+            key = row.cells, stamps[run_id], tare_key, plates, session_clocks
+            if stamps[run_id] is not None and not waits and medium.keys.get(run_id) != key:
+                changed_keys[run_id] = key
         return changed_keys
 
     def _withdraw_runs(self, medium: LiveMedium, rows: Collection[str]) -> Iterator[Event]:
@@ -273,13 +277,13 @@ class Watch:
 
         `rows`: run_ids of the medium with a valid row.
         """
-        for name in [name for name in medium.runs if name not in rows]:
-            del medium.runs[name], medium.keys[name]
-            yield _withdrawn_event(medium, name, "no row without an error names it")
+        for run_id in [run_id for run_id in medium.runs if run_id not in rows]:
+            del medium.runs[run_id], medium.keys[run_id]
+            yield _withdrawn_event(medium, run_id, "no row without an error names it")
 
-    def state(self, medium: str, name: str) -> str:
-        """Return the state of a run at this moment, one of the constants at the top; `name`: its run_id."""
-        row, measured = self.rows[medium][name], self.media[medium].runs.get(name)
+    def state(self, medium: str, run_id: str) -> str:
+        """Return the state of a run at this moment, one of the constants at the top."""
+        row, measured = self.rows[medium][run_id], self.media[medium].runs.get(run_id)
         stamps = self._files.stamps(row.files)
         if row.run.excluded:
             return EXCLUDED
@@ -293,13 +297,13 @@ class Watch:
         lacks_tare = tare in self.rows[medium] and self.state(medium, tare) in (WAITING, GROWING)
         return UNTARED if measured.is_read and lacks_tare else REFUSED
 
-    def facts(self, medium: LiveMedium, name: str) -> dict[str, Any]:
+    def facts(self, medium: LiveMedium, run_id: str) -> dict[str, Any]:
         """Return the facts of an event about a run: state, alpha with its interval, flags, or why it has no number.
 
         Alpha (``alpha_z_N_per_cm3``, with ``_lo`` and ``_hi``) is NaN without a number. ``seconds_since_change`` is the time
-        since its newest file changed. `name`: run_id of a measured run.
+        since its newest file changed. `run_id`: Of a measured run.
         """
-        row, measured = self.rows[medium.name][name], medium.runs[name]
+        row, measured = self.rows[medium.name][run_id], medium.runs[run_id]
         run, fit = row.run, measured.rows.get("fits", {})
         columns_of_fit = ["beta_deg", "gamma_deg"]
         columns_of_fit += [column(c, end) for c in "zx" for end in ("", "_lo", "_hi")]
@@ -307,10 +311,10 @@ class Watch:
         changed_s = max(change_times_s, default=np.nan)
         return {
             "medium": medium.name,
-            "run_id": name,
+            "run_id": run_id,
             "row": run.row,
             "kind": run.kind,
-            "state": self.state(medium.name, name),
+            "state": self.state(medium.name, run_id),
             "direction": run.direction,
             **{name: fit.get(name, np.nan) for name in columns_of_fit},
             "flags": [
@@ -328,7 +332,7 @@ class Watch:
 
         `changed`: Names of these media. Where maps learn from the campaign's own media, all maps are estimated anew.
         """
-        measured = {name for medium in self.media.values() for name in medium.runs}
+        measured = {run_id for medium in self.media.values() for run_id in medium.runs}
         runs = [run for run in self.campaign.runs if run.run_id in measured]
         # a view of the campaign with the measured runs alone; a leg without its tare has no force
         runs = [run for run in runs if run.kind != "leg" or run.tare_run in {"", *measured}]
@@ -377,7 +381,7 @@ class Watch:
         ``half_width_percent`` is that of the target now, ``before_percent`` before the last push.
         """
         failed = medium.checks[medium.checks["verdict"] == FAILED]
-        states = Counter(self.state(medium.name, name) for name in self.rows[medium.name])
+        states = Counter(self.state(medium.name, run_id) for run_id in self.rows[medium.name])
         return {
             "medium": medium.name,
             "states": dict(states),
@@ -399,15 +403,15 @@ class Watch:
         if not medium.plan or not plate_runs:
             return []
         last_run, depths = plate_runs[-1], self.campaign.config.fit.horizontal_depths_cm
-        names = (f"{medium.name}_{number:03d}" for number in count(1 + len(runs)))
-        free_names = (name for name in names if name not in self.campaign.by_id)
+        new_ids = (f"{medium.name}_{number:03d}" for number in count(1 + len(runs)))
+        free_ids = (new_id for new_id in new_ids if new_id not in self.campaign.by_id)
         # the first step is the state before any of the next pushes
         pushes = chain.from_iterable(push_rows(step, depths) for step in medium.plan.steps[1:])
         rows = []
-        for push, name in zip(pushes, free_names, strict=False):
-            tare = f"{name}_rod" if last_run.tare_run and not last_run.tare_shared else ""
+        for push, push_id in zip(pushes, free_ids, strict=False):
+            tare = f"{push_id}_rod" if last_run.tare_run and not last_run.tare_shared else ""
             # without a tare the second row has no run_id, and is left out
-            for run_id, kind, tare_run in ((name, "plate", tare), (tare, "rod", "")):
+            for run_id, kind, tare_run in ((push_id, "plate", tare), (tare, "rod", "")):
                 row = {"run_id": run_id, "kind": kind, "medium": medium.name} | push
                 row |= {"intruder": last_run.intruder, "tare_run": tare_run}
                 for log in ("force_log", "motion_log"):
@@ -458,6 +462,6 @@ class Watch:
         return {}
 
 
-def _withdrawn_event(medium: LiveMedium, name: str, why: str) -> Event:
+def _withdrawn_event(medium: LiveMedium, run_id: str, why: str) -> Event:
     """Make the event of a run whose result is no longer valid; `why`: the reason."""
-    return Event("withdrawn", {"medium": medium.name, "run_id": name, "why": why})
+    return Event("withdrawn", {"medium": medium.name, "run_id": run_id, "why": why})

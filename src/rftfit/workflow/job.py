@@ -165,7 +165,7 @@ def run_forked(words: Sequence[str], log: str, folder: str) -> None:
     """Do a job in this process, which was forked from one that has imported `rftfit.workflow.preload`; then end it.
 
     A forked process need not import anything, which takes longer than most jobs. Never returns: the process ends with the
-    exit status of `main`, or 1 after an unexpected error, or when the process that it was forked from ends.
+    exit status of `main`, with 1 after an unexpected error, or when Snakemake, which has asked for the job, ends.
 
     `words`: Arguments as in `main`. `log`: Path of the file for standard error. `folder`: The campaign's folder.
     """

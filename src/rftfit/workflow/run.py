@@ -127,6 +127,7 @@ class Workflow:
         """Make all results that are missing or out of date; return what Snakemake did. A failed job raises JobsFailedError."""
         if not self._mark_outdated():
             return Progress(nothing_to_do=True)
+        # a table of numbers instead of logs needs no readers of logs
         if not self.states.campaign.numbers:
             readers(self.states.campaign)  # refuses an unknown dialect before any job starts
         self._clear_stale_lock()
@@ -223,6 +224,7 @@ class Workflow:
         progress = Progress()
 
         def on_line(line: str) -> None:
+            """Update the progress by a line of Snakemake, and hand it on."""
             self.on_job(progress, progress.update_by(line))
 
         try:

@@ -63,7 +63,7 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, ...]:
     estimate them once more.
     """
     media = [results[name] for name in (*results.laboratory, *results.sands)]
-    # relative error that the force model itself has on the campaign's legs; NaN without legs, then that of the paper's
+    # relative error that the force model itself has on the campaign's legs; NaN without legs: then the published one counts
     error_by_legs = error_of_legs([results[name] for name in results.laboratory])
     model_error = larger_model_error(error_by_legs)
     tables_with_rows = []
