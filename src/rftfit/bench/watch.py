@@ -257,13 +257,14 @@ class Watch:
         plates = len({row.run.intruder for row in rows.values() if row.run.kind == "plate"})
         changed_keys = {}
         for run_id, row in rows.items():
-            # the row of its tare; None without one
+            # the row of its tare; None without one, and then `tare and ...` is None, too
             tare = rows.get(row.run.tare_run)
             tare_stamps = tare and stamps[tare.run.run_id]
             # a leg needs its tare, and a run that was already measured keeps its result until the tare is still
             waits = (
                 tare and tare_stamps is None and (row.run.kind == "leg" or run_id in medium.runs)
             )
+            # the runs may be of two sessions, each with clocks of its own
             sessions = sorted({row.run.session, tare.run.session if tare else row.run.session})
             session_clocks = clocks and [clocks.of_session(label) for label in sessions]
             tare_key = tare and (tare.cells, tare_stamps)
@@ -307,6 +308,7 @@ class Watch:
         run, fit = row.run, measured.rows.get("fits", {})
         columns_of_fit = ["beta_deg", "gamma_deg"]
         columns_of_fit += [column(c, end) for c in "zx" for end in ("", "_lo", "_hi")]
+        # a stamp is the size of a file and the time of its last change, ns
         change_times_s = (stamp[1] / 1e9 for stamp in row.stamps_now() if stamp)
         changed_s = max(change_times_s, default=np.nan)
         return {
@@ -408,6 +410,7 @@ class Watch:
         # the first step is the state before any of the next pushes
         pushes = chain.from_iterable(push_rows(step, depths) for step in medium.plan.steps[1:])
         rows = []
+        # free run_ids never end
         for push, push_id in zip(pushes, free_ids, strict=False):
             tare = f"{push_id}_rod" if last_run.tare_run and not last_run.tare_shared else ""
             # without a tare the second row has no run_id, and is left out

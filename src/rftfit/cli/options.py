@@ -338,6 +338,11 @@ class MediumOptions:
         Path | None, file_option("A medium that was handed on: as rftfit export writes it.")
     ] = None
 
+    @property
+    def is_of_pushes(self) -> bool:
+        """True where the medium is known by pushes alone: one, or a table of some."""
+        return self.alpha is not None or self.pushes is not None
+
     def check(self, se: float | None = None) -> None:
         """Refuse options that do not go together; `se`: value of --se, standard error of --alpha; None: not given."""
         sources_given = list_given(self, "medium", "alpha", "pushes", "profile_file")
@@ -352,16 +357,15 @@ class MediumOptions:
             raise InputError(
                 f"found {choices_given[0]} with --profile-file; allowed: that file alone"
             )
-        of_pushes = self.alpha is not None or self.pushes is not None
         if self.profile is not None:
             from rftfit.model.profiles import KINDS
 
-            allowed = PROFILES_OF_PUSHES if of_pushes else KINDS
-            hint = "pushes give no other profile" if of_pushes else ""
+            allowed = PROFILES_OF_PUSHES if self.is_of_pushes else KINDS
+            hint = "pushes give no other profile" if self.is_of_pushes else ""
             choose("--profile", self.profile, allowed, hint)
         if se is not None and self.alpha is None:
             raise InputError("--se is the standard error of --alpha, so it needs --alpha")
-        if self.method is not None and self.results is None and not of_pushes:
+        if self.method is not None and self.results is None and not self.is_of_pushes:
             raise InputError(
                 "--method chooses among fits, so it needs --results DIR or --alpha; the published media "
                 "have those of Table S2"
@@ -377,8 +381,7 @@ class MediumOptions:
 
         Empty without either: then the table of the medium is taken where it is enough for the body, else the map.
         """
-        of_pushes = self.alpha is not None or self.pushes is not None
-        return self.profile or ("map" if of_pushes else "")
+        return self.profile or ("map" if self.is_of_pushes else "")
 
     def find_profile(
         self, se: float | None = None, has_all_directions: Callable[[Profile], bool] | None = None
@@ -397,7 +400,7 @@ class MediumOptions:
             if table.doubt:
                 warn(f"warning: {self.profile_file.name} is of data that are {table.doubt}")
             return table
-        if self.alpha is not None or self.pushes is not None:
+        if self.is_of_pushes:
             return self._profile_of_pushes(se)
         assert self.medium is not None
         if self.results is None:

@@ -40,9 +40,9 @@ class Remade:
     not make, such as the whole sweep of the robot. `recorded`: Records of the campaign, with its files as they are.
     """
 
-    same: tuple[str, ...]
+    same: list[str]
     unlike: dict[str, str]
-    not_made: tuple[str, ...]
+    not_made: list[str]
     recorded: Recorded
 
     @property
@@ -51,11 +51,12 @@ class Remade:
         return not self.unlike
 
     def summary(self, most: int | None = None) -> str:
-        """Format the comparison for people: files that differ, why results are out of date, a count.
+        """Format the comparison for people: files that differ and where, why results are out of date, a count.
 
         `most`: Most lines of each list; None: all.
         """
-        lines = first_of([str(path) for path in self.unlike], most, "more that differ")
+        unlike = [f"{path}: {difference}" for path, difference in self.unlike.items()]
+        lines = first_of(unlike, most, "more that differ")
         if self.unlike:
             lines += first_of(list_reasons(self.recorded), most, "more reasons")
         results = count(len(self.same) + len(self.unlike), "result")
@@ -108,9 +109,9 @@ def remake(
         workflow = Workflow(config, cores=cores, on_job=on_job)
         workflow.run()
         recorded_again = workflow.recorded
-        same: list[str] = []
+        same = []
         unlike: dict[str, str] = {}
-        not_made: list[str] = []
+        not_made = []
         # by path, those of both folders, in the order of the jobs that made them
         for path in recorded.maker | recorded_again.maker:
             if path not in recorded_again.maker:
@@ -119,7 +120,7 @@ def remake(
                 same.append(path)
             else:
                 unlike[path] = _describe_difference(recorded.root / path, root / path)
-    return Remade(tuple(same), unlike, tuple(not_made), recorded)
+    return Remade(same, unlike, not_made, recorded)
 
 
 def _copy_settings(states: States, root: Path) -> Path:
