@@ -54,6 +54,7 @@ class MeasuredRun(NamedTuple):
     @property
     def lacked_handle(self) -> bool:
         """True if its logs could not be read only because the machine had too many open files: it is tried again."""
+        # a code of a remark is written with - in tables
         return has(self.rows["runs"], NO_HANDLE.replace("_", "-"))
 
     @property

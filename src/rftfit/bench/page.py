@@ -130,6 +130,7 @@ def _format_map(watch: Watch, medium: LiveMedium) -> str:
                 draw_heat(table, c, None if error else medium.plan, error=error) for c in "zx"
             )
     rows = summary["next"]
+    # names of the columns, if there is a row
     header = [",".join(row) for row in rows[:1]]
     sheet = "\n".join(header + [",".join(row.values()) for row in rows])
     return (

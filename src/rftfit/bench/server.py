@@ -59,6 +59,7 @@ class LivePage(ThreadingHTTPServer):
         self.clients, self.closed = list[Client](), False
         # open connections, the oldest first; True for those that have shown the token
         self._connections: dict[socket.socket, bool] = {}
+        # held while connections are counted or changed, by several threads
         self._changing = Lock()
         try:
             super().__init__((HOST, port), _Handler)

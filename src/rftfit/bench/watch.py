@@ -234,6 +234,7 @@ class Watch:
             previous = medium.runs.get(run_id)
             medium.runs[run_id], medium.keys[run_id] = measured, keys_to_measure[run_id]
             facts = self.facts(medium, run_id)
+            # it was read before, and now a file is absent
             if facts["state"] == WAITING and previous and previous.is_read:
                 yield _withdrawn_event(medium, run_id, "its log is gone")
                 continue

@@ -141,6 +141,7 @@ def make_command() -> Any:
                 and parameter.metavar is None
                 and parameter.name in hints
             ):
+                # as text, such as "float | None", in which the name of the type is found
                 annotation = str(hints[parameter.name])
                 words = [word for name, word in _WORD_BY_TYPE.items() if name in annotation]
                 parameter.metavar = [*words, "NAME"][0]

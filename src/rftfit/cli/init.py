@@ -36,6 +36,7 @@ def init(
     from rftfit.campaign.new_campaign import init_campaign, init_from_table
 
     table = stress_table or alpha_table
+    # read: the table, with the columns and units that were found in it
     if table:
         written, read = init_from_table(folder, table, "stress" if stress_table else "alpha")
     else:

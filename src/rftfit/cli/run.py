@@ -92,6 +92,7 @@ def run(
     if dry_run:
         progress = workflow.dry_run()
     else:
+        # the function that shows jobs becomes that attribute
         with shown_jobs() as workflow.on_job:
             progress = workflow.run()
     if progress.nothing_to_do:

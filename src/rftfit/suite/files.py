@@ -59,6 +59,7 @@ def lay_out(
     refuse_target_by_link(folder)
     refuse_links(folder, [*names, *settings.campaign, *settings.copied])
     lacking = [file for file in settings.files if not _is_as_published(paths[file.name], file)]
+    # these are another file's bytes, perhaps of the user: they are not overwritten
     wrong = [str(paths[file.name]) for file in lacking if paths[file.name].exists()]
     if wrong:
         raise InputError(
@@ -68,6 +69,7 @@ def lay_out(
         sources = _find_sources(example, lacking, origin, Path(downloads), say)
         for file in lacking:
             copy_file(sources[file.name], paths[file.name])
+    # a campaign's file that is there may have been edited, and stays
     contents = {
         name: shipped(source).read_text(encoding="utf-8")
         for name, source in settings.copied.items()

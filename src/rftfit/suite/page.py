@@ -115,6 +115,42 @@ def describe(
         yield PageBlock("", 0, tuple(map(str, cells)), cells.to_numpy().tolist())
 
 
+def _count_by_domain(verdicts: pd.DataFrame) -> list[tuple[str, ...]]:
+    """Return rows of cells with counts of verdicts, one for each domain and example, in the order of `DOMAINS`.
+
+    Cells: domain, example, rows compared, then one count for each verdict. A domain is a kind of compared numbers, as legs.
+    """
+    rows = []
+    for domain in DOMAINS:
+        verdicts_of_domain = verdicts[verdicts["domain"] == domain]
+        for example, group in verdicts_of_domain.groupby("example", sort=False):
+            counts = count_verdicts(group)
+            numbers = (counts[INSIDE] + counts[OUTSIDE], *counts.values())
+            rows.append((domain, str(example), *map(str, numbers)))
+    return rows
+
+
+def _list_widths(verdicts: pd.DataFrame) -> list[tuple[str, ...]]:
+    """Return rows of cells on the width of our intervals, one for each quantity of an example that has some.
+
+    Cells: quantity, example, rows compared, rows inside, median width. The width is that of the whole interval in percent of
+    the published number: verdicts inside by a wide interval prove little.
+    """
+    compared = verdicts[verdicts["verdict"].isin((INSIDE, OUTSIDE))].dropna(subset=["lo", "hi"])
+    published = pd.to_numeric(compared["published"], errors="coerce").abs()
+    compared = compared.assign(width=100 * (compared["hi"] - compared["lo"]) / published)
+    groups = compared.groupby(["title", "example"], sort=False)
+    return [
+        (
+            *map(str, names),
+            str(len(group)),
+            str(count_verdicts(group)[INSIDE]),
+            f"{group['width'].median():.0f} %",
+        )
+        for names, group in groups
+    ]
+
+
 def _describe_reservations(
     examples: Sequence[Example], inside: pd.DataFrame
 ) -> Iterator[PageBlock]:
@@ -122,6 +158,36 @@ def _describe_reservations(
     for code, sentence in _remark_sentences(examples).items():
         if rows := int((inside["reason_code"] == code).sum()):
             yield PageBlock(f"Inside, but with a reservation, {count(rows, 'row')}: {sentence}.")
+
+
+def _remark_sentences(examples: Sequence[Example]) -> dict[str, str]:
+    """Return the sentences of the examples' remarks on rows that are compared, by their code."""
+    return {
+        remark.code: remark.sentence
+        for example in examples
+        for remark in example.settings.remarks
+        if remark.comparable
+    }
+
+
+def _describe_figure(verdicts: pd.DataFrame) -> str:
+    """Describe what the figure shows, and the rows that it leaves out: it draws numbers with a unit alone."""
+    numbers = numbers_with_unit(verdicts)
+    across = (
+        ", and the published error"
+        if (numbers["published_hi"] > numbers["published_lo"]).any()
+        else ""
+    )
+    text = (
+        f"Each point: a published number (across) and ours (up). Bars: our interval{across}; a bar that crosses the dashed line holds "
+        "the published number."
+    )
+    compared = verdicts[verdicts["verdict"] != NOT_COMPARABLE]
+    left_out = compared.drop(numbers.index)
+    if left_out.empty:
+        return text
+    outside = count_verdicts(left_out)[OUTSIDE]
+    return f"{text} {len(left_out)} statements without a common unit, as counts of media, are not drawn: {outside} of them lie outside."
 
 
 HEADER = ("what", "published (error or tolerance)", "ours (95 % interval)", "unit", "verdict")
@@ -163,6 +229,17 @@ def _describe_not_compared(not_compared: pd.DataFrame) -> PageBlock:
     return PageBlock("", 0, ("domain", "example", "reason", "rows", "in words"), rows)
 
 
+def _describe_example(example: Example) -> Iterator[PageBlock]:
+    """Yield the blocks on the source of an example: title, citation, licence, README and command."""
+    settings = example.settings
+    yield PageBlock(f"{example.name}: {settings.title}", 3)
+    licences = sorted({file.licence for file in settings.files})
+    licence = f"Licence: {', '.join(licences)}." if licences else ""
+    yield PageBlock(" ".join(filter(None, (settings.citation, licence, settings.note))))
+    yield PageBlock(example.readme)
+    yield PageBlock(f"`rftfit example {example.name}`")
+
+
 def tabulate_compared(examples: Sequence[Example], verdicts: pd.DataFrame) -> pd.DataFrame:
     """Return a table of all rows that were compared, as texts: the column ``example``, those of `HEADER`, and ``reason``.
 
@@ -178,107 +255,9 @@ def tabulate_compared(examples: Sequence[Example], verdicts: pd.DataFrame) -> pd
     return rows
 
 
-def _describe_figure(verdicts: pd.DataFrame) -> str:
-    """Describe what the figure shows, and the rows that it leaves out: it draws numbers with a unit alone."""
-    numbers = numbers_with_unit(verdicts)
-    across = (
-        ", and the published error"
-        if (numbers["published_hi"] > numbers["published_lo"]).any()
-        else ""
-    )
-    text = (
-        f"Each point: a published number (across) and ours (up). Bars: our interval{across}; a bar that crosses the dashed line holds "
-        "the published number."
-    )
-    compared = verdicts[verdicts["verdict"] != NOT_COMPARABLE]
-    left_out = compared.drop(numbers.index)
-    if left_out.empty:
-        return text
-    outside = count_verdicts(left_out)[OUTSIDE]
-    return f"{text} {len(left_out)} statements without a common unit, as counts of media, are not drawn: {outside} of them lie outside."
-
-
-def _remark_sentences(examples: Sequence[Example]) -> dict[str, str]:
-    """Return the sentences of the examples' remarks on rows that are compared, by their code."""
-    return {
-        remark.code: remark.sentence
-        for example in examples
-        for remark in example.settings.remarks
-        if remark.comparable
-    }
-
-
 def format_rows(verdicts: pd.DataFrame) -> list[tuple[str, ...]]:
     """Format verdicts as rows of cells below `HEADER`, with the reason as a further cell."""
     return [_format_cells(row) for row in verdicts.to_dict("records")]
-
-
-def describe_verdicts(example: Example, verdicts: pd.DataFrame, folder: Path) -> str:
-    """Describe the verdicts on an example for a terminal: their counts, the first rows compared, and where the files are.
-
-    `folder`: That in which the example was run.
-    """
-    counts = count_verdicts(verdicts)
-    compared = verdicts[verdicts["verdict"] != NOT_COMPARABLE]
-    rows = [cells[:-1] for cells in format_rows(compared)]
-    most = 40
-    lines = [
-        f"{example.settings.title}: {count(len(verdicts), 'published number')}",
-        ", ".join(f"{number} {verdict}" for verdict, number in counts.items()) + ".",
-        table(HEADER, rows[:most]),
-    ]
-    if len(rows) > most:
-        lines.append(f"  and {len(rows) - most} more in the page")
-    if example.settings.note:
-        lines.append(example.settings.note)
-    return "\n".join([*lines, f"Verdicts: {folder / FILE}; page: {folder / PAGE}"])
-
-
-def _count_by_domain(verdicts: pd.DataFrame) -> list[tuple[str, ...]]:
-    """Return rows of cells with counts of verdicts, one for each domain and example, in the order of `DOMAINS`.
-
-    Cells: domain, example, rows compared, then one count for each verdict. A domain is a kind of compared numbers, as legs.
-    """
-    rows = []
-    for domain in DOMAINS:
-        verdicts_of_domain = verdicts[verdicts["domain"] == domain]
-        for example, group in verdicts_of_domain.groupby("example", sort=False):
-            counts = count_verdicts(group)
-            numbers = (counts[INSIDE] + counts[OUTSIDE], *counts.values())
-            rows.append((domain, str(example), *map(str, numbers)))
-    return rows
-
-
-def _list_widths(verdicts: pd.DataFrame) -> list[tuple[str, ...]]:
-    """Return rows of cells on the width of our intervals, one for each quantity of an example that has some.
-
-    Cells: quantity, example, rows compared, rows inside, median width. The width is that of the whole interval in percent of
-    the published number: verdicts inside by a wide interval prove little.
-    """
-    compared = verdicts[verdicts["verdict"].isin((INSIDE, OUTSIDE))].dropna(subset=["lo", "hi"])
-    published = pd.to_numeric(compared["published"], errors="coerce").abs()
-    compared = compared.assign(width=100 * (compared["hi"] - compared["lo"]) / published)
-    groups = compared.groupby(["title", "example"], sort=False)
-    return [
-        (
-            *map(str, names),
-            str(len(group)),
-            str(count_verdicts(group)[INSIDE]),
-            f"{group['width'].median():.0f} %",
-        )
-        for names, group in groups
-    ]
-
-
-def _describe_example(example: Example) -> Iterator[PageBlock]:
-    """Yield the blocks on the source of an example: title, citation, licence, README and command."""
-    settings = example.settings
-    yield PageBlock(f"{example.name}: {settings.title}", 3)
-    licences = sorted({file.licence for file in settings.files})
-    licence = f"Licence: {', '.join(licences)}." if licences else ""
-    yield PageBlock(" ".join(filter(None, (settings.citation, licence, settings.note))))
-    yield PageBlock(example.readme)
-    yield PageBlock(f"`rftfit example {example.name}`")
 
 
 def _format_cells(row: Mapping[Any, Any]) -> tuple[str, ...]:
@@ -328,6 +307,27 @@ def _format_short(number: float) -> str:
         return f"{number:.0f}"
     # -0.0 + 0.0 is 0.0
     return f"{number + 0.0:.3g}" if abs(number) >= 1e-4 or not number else f"{number:.5f}"
+
+
+def describe_verdicts(example: Example, verdicts: pd.DataFrame, folder: Path) -> str:
+    """Describe the verdicts on an example for a terminal: their counts, the first rows compared, and where the files are.
+
+    `folder`: That in which the example was run.
+    """
+    counts = count_verdicts(verdicts)
+    compared = verdicts[verdicts["verdict"] != NOT_COMPARABLE]
+    rows = [cells[:-1] for cells in format_rows(compared)]
+    most = 40
+    lines = [
+        f"{example.settings.title}: {count(len(verdicts), 'published number')}",
+        ", ".join(f"{number} {verdict}" for verdict, number in counts.items()) + ".",
+        table(HEADER, rows[:most]),
+    ]
+    if len(rows) > most:
+        lines.append(f"  and {len(rows) - most} more in the page")
+    if example.settings.note:
+        lines.append(example.settings.note)
+    return "\n".join([*lines, f"Verdicts: {folder / FILE}; page: {folder / PAGE}"])
 
 
 def write_page(path: Path, examples: Sequence[Example], verdicts: pd.DataFrame) -> None:

@@ -53,6 +53,7 @@ class OverWindows:
 
         if not len(self.values):
             return math.nan
+        # half the width of a 95 % interval is `NORMAL_95` times sd; without width brentq would find no root
         sd = np.maximum(np.ptp(self.intervals, axis=1) / 2 / NORMAL_95, 1e-12)
         # nothing of a normal distribution lies farther from its mean than 9 sd
         low = float((self.values - 9 * sd).min())

@@ -50,7 +50,7 @@ def closing_lines(recorded: Recorded) -> list[str]:
     root = recorded.root
     current = {path for path in recorded.maker if recorded.is_current(path)}
     rows = _read_rows(root / FINDINGS)[:3] if FINDINGS in current else []
-    # a terminal may have no true minus sign
+    # the three most important; a terminal may have no true minus sign
     findings = [f"  {row.get('finding', '')}".replace("\N{MINUS SIGN}", "-") for row in rows]
     counts = describe_ledger(root / LEDGER) if LEDGER in current else ""
     results = [*filter(None, (_format_result(root, current, name) for name in LOOK_AT))]
@@ -62,6 +62,59 @@ def closing_lines(recorded: Recorded) -> list[str]:
         *_count_outdated(recorded, current),
         *list_others(recorded),
     ]
+
+
+def _read_rows(path: Path) -> list[dict[str, str]]:
+    """Read the rows of a csv table, each a dict from column to cell; none where it cannot be read."""
+    from rftfit.store import read_cells
+
+    try:
+        header, *rows = read_cells(path) or [[]]
+    except (OSError, ValueError):
+        return []
+    # not strict: a damaged row may be shorter
+    return [dict(zip(header, cells, strict=False)) for cells in rows]
+
+
+def describe_ledger(path: Path) -> str:
+    """Say how many runs and rows were used, excluded on purpose and dropped; empty where the ledger cannot be read.
+
+    `path`: That of the ledger. It has a row for each run, log, ``fate`` (used or dropped) and reason, with ``rows``, the
+    number of rows of the log.
+    """
+    from rftfit.measure.ledger import DROPPED, USED, runs_with_result
+    from rftfit.store import read_csv
+
+    try:
+        ledger = read_csv(path, lambda name: "count" if name == "rows" else "text")
+        used = len(runs_with_result(ledger))
+        runs = ledger["run_id"].nunique()
+        excluded = ledger.loc[ledger["reason_code"] == "excluded", "run_id"].nunique()
+        # other fates count lost samples, which are no rows of a log
+        rows_used, rows_dropped = (
+            int(ledger.loc[ledger["fate"] == fate, "rows"].sum()) for fate in (USED, DROPPED)
+        )
+    except (OSError, KeyError, ValueError, TypeError, InputError):
+        return ""
+    if not runs or ledger["rows"].isna().any():
+        return ""
+    left_out = f", {excluded} excluded" if excluded else ""
+    return (
+        f"Of {count(runs, 'run')}, {used} used{left_out} and {runs - used - excluded} dropped; of "
+        f"{rows_used + rows_dropped} rows, {rows_used} used. Every reason is in {LEDGER}."
+    )
+
+
+def _format_result(root: Path, current: set[str], name: str) -> str:
+    """Format a line that names a result, or a folder with its number of results; empty where none is up to date.
+
+    `current`: Paths of results that are up to date. `name`: Path of the file or folder. A table without rows has no line.
+    """
+    if name in current:
+        is_empty = name.endswith(".csv") and not _read_rows(root / name)
+        return "" if is_empty else f"  {name}"
+    files_inside = sum(path.startswith(f"{name}/") for path in current)
+    return f"  {name}/ ({count(files_inside, 'file')})" if files_inside else ""
 
 
 def _name_print_command(recorded: Recorded, current: set[str]) -> list[str]:
@@ -97,17 +150,6 @@ def list_others(recorded: Recorded) -> list[str]:
     return [f"Not made by this campaign, and left as they are: {names}."] if names else []
 
 
-def _read_rows(path: Path) -> list[dict[str, str]]:
-    """Read the rows of a csv table, each a dict from column to cell; none where it cannot be read."""
-    from rftfit.store import read_cells
-
-    try:
-        header, *rows = read_cells(path) or [[]]
-    except (OSError, ValueError):
-        return []
-    return [dict(zip(header, cells, strict=False)) for cells in rows]
-
-
 def failed_checks(recorded: Recorded) -> list[str]:
     """Describe the failed physical checks of all media whose table of checks is up to date, a line each."""
     tables = (f"results/checks/{medium}.csv" for medium in recorded.states.campaign.media_with_runs)
@@ -117,47 +159,6 @@ def failed_checks(recorded: Recorded) -> list[str]:
         if recorded.is_current(name)
         for line in format_failures(_read_rows(recorded.root / name))
     ]
-
-
-def _format_result(root: Path, current: set[str], name: str) -> str:
-    """Format a line that names a result, or a folder with its number of results; empty where none is up to date.
-
-    `current`: Paths of results that are up to date. `name`: Path of the file or folder. A table without rows has no line.
-    """
-    if name in current:
-        is_empty = name.endswith(".csv") and not _read_rows(root / name)
-        return "" if is_empty else f"  {name}"
-    files_inside = sum(path.startswith(f"{name}/") for path in current)
-    return f"  {name}/ ({count(files_inside, 'file')})" if files_inside else ""
-
-
-def describe_ledger(path: Path) -> str:
-    """Say how many runs and rows were used, excluded on purpose and dropped; empty where the ledger cannot be read.
-
-    `path`: That of the ledger. It has a row for each run, log, ``fate`` (used or dropped) and reason, with ``rows``, the
-    number of rows of the log.
-    """
-    from rftfit.measure.ledger import DROPPED, USED, runs_with_result
-    from rftfit.store import read_csv
-
-    try:
-        ledger = read_csv(path, lambda name: "count" if name == "rows" else "text")
-        used = len(runs_with_result(ledger))
-        runs = ledger["run_id"].nunique()
-        excluded = ledger.loc[ledger["reason_code"] == "excluded", "run_id"].nunique()
-        # other fates count lost samples, which are no rows of a log
-        rows_used, rows_dropped = (
-            int(ledger.loc[ledger["fate"] == fate, "rows"].sum()) for fate in (USED, DROPPED)
-        )
-    except (OSError, KeyError, ValueError, TypeError, InputError):
-        return ""
-    if not runs or ledger["rows"].isna().any():
-        return ""
-    left_out = f", {excluded} excluded" if excluded else ""
-    return (
-        f"Of {count(runs, 'run')}, {used} used{left_out} and {runs - used - excluded} dropped; of "
-        f"{rows_used + rows_dropped} rows, {rows_used} used. Every reason is in {LEDGER}."
-    )
 
 
 def media_without_alpha(campaign: Campaign) -> list[str]:

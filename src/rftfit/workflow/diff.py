@@ -169,6 +169,14 @@ def compare_folders(first: Path, second: Path) -> ResultsDiff:
     return ResultsDiff(differences, changes_between(*provenances), alone, unrecorded, since)
 
 
+def _find_results(folder: Path) -> Path:
+    """Return the folder of results: the one in a campaign's folder, or the folder itself; InputError where neither is one."""
+    for candidate in (folder / RESULTS, folder):
+        if (candidate / "provenance.json").is_file():
+            return candidate.resolve()
+    raise InputError(f"{folder}: no results of `rftfit run` there (no provenance.json)")
+
+
 _KEYS = {
     "alpha": ("medium", "beta_deg", "gamma_deg"),
     "alpha_at_depth": ("medium", "beta_deg", "gamma_deg", "depth_cm"),
@@ -187,42 +195,6 @@ def _list_compared_tables(folder: Path) -> dict[str, tuple[str, ...]]:
     # the key in `_KEYS` of a table: its own name, or that of its folder
     stems = {name.as_posix(): name.parts[0].removesuffix(".csv") for name in names}
     return {name: _KEYS[stem] for name, stem in stems.items() if stem in _KEYS}
-
-
-def _list_changed_since(folder: Path, jobs: dict[str, Any]) -> list[str]:
-    """List what changed between a whole run and later runs of single jobs: of ``code``, ``settings``, ``rows``, ``logs``.
-
-    `jobs`: By name of the job its record, as the whole run wrote it; the job's file in the folder ``records`` is its newest
-    record. The state of a record holds a digest of each of these things.
-    """
-    changed: set[str] = set()
-    for name, job in jobs.items():
-        newest = read_record(folder / "records" / f"{name}.json")
-        state = {} if newest is None else newest.state
-        changed |= {what for what, digest in state.items() if job["state"].get(what) != digest}
-    return sorted(changed)
-
-
-def _find_results(folder: Path) -> Path:
-    """Return the folder of results: the one in a campaign's folder, or the folder itself; InputError where neither is one."""
-    for candidate in (folder / RESULTS, folder):
-        if (candidate / "provenance.json").is_file():
-            return candidate.resolve()
-    raise InputError(f"{folder}: no results of `rftfit run` there (no provenance.json)")
-
-
-def _is_strength(difference: Difference) -> bool:
-    """Tell whether a number is the strength of a medium: zeta, or alpha_z of a level plate pushed straight down."""
-    is_flat_push_down = difference.file.startswith("alpha/") and difference.row.endswith(" 0 90")
-    return difference.quantity == ("alpha_z_N_per_cm3" if is_flat_push_down else "zeta")
-
-
-def _sort_size(difference: Difference) -> float:
-    """Return the size of a change: in half widths, or relative where there is no interval; inf where a number came or went."""
-    if np.isfinite(difference.half_widths):
-        return difference.half_widths
-    share = share_of_change(difference.was, difference.now)
-    return share if np.isfinite(share) else np.inf
 
 
 NOT_SAME = 1e-5
@@ -247,12 +219,14 @@ def _compare_tables(
     quantities = [
         quantity
         for quantity in before.columns.intersection(after.columns)
+        # columns of integers or floats
         if before[quantity].dtype.kind in "if" and not _is_of_interval(quantity)
     ]
     half_widths, no_interval = _half_widths(before), np.full(len(rows), np.nan)
     differences = []
     # `cell.row` is a place in `rows`, whose entries are the cells of `index`
     for cell in find_changed_cells(before[quantities], after[quantities], NOT_SAME):
+        # with one key an entry is the cell itself
         labels = rows[cell.row] if isinstance(rows[cell.row], tuple) else (rows[cell.row],)
         row = " ".join(f"{key:g}" if isinstance(key, float) else str(key) for key in labels)
         half_width = half_widths.get(cell.column, no_interval)[cell.row]
@@ -289,3 +263,31 @@ def _half_widths(table: pd.DataFrame) -> dict[str, np.ndarray]:
         unit = table["value_N_per_cm3"].abs() / table["relative_to_A00"]
         half_widths["relative_to_A00"] = half_widths["value_N_per_cm3"] / unit.to_numpy(float)
     return half_widths
+
+
+def _is_strength(difference: Difference) -> bool:
+    """Tell whether a number is the strength of a medium: zeta, or alpha_z of a level plate pushed straight down."""
+    is_flat_push_down = difference.file.startswith("alpha/") and difference.row.endswith(" 0 90")
+    return difference.quantity == ("alpha_z_N_per_cm3" if is_flat_push_down else "zeta")
+
+
+def _sort_size(difference: Difference) -> float:
+    """Return the size of a change: in half widths, or relative where there is no interval; inf where a number came or went."""
+    if np.isfinite(difference.half_widths):
+        return difference.half_widths
+    share = share_of_change(difference.was, difference.now)
+    return share if np.isfinite(share) else np.inf
+
+
+def _list_changed_since(folder: Path, jobs: dict[str, Any]) -> list[str]:
+    """List what changed between a whole run and later runs of single jobs: of ``code``, ``settings``, ``rows``, ``logs``.
+
+    `jobs`: By name of the job its record, as the whole run wrote it; the job's file in the folder ``records`` is its newest
+    record. The state of a record holds a digest of each of these things.
+    """
+    changed: set[str] = set()
+    for name, job in jobs.items():
+        newest = read_record(folder / "records" / f"{name}.json")
+        state = {} if newest is None else newest.state
+        changed |= {what for what, digest in state.items() if job["state"].get(what) != digest}
+    return sorted(changed)

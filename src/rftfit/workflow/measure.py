@@ -116,7 +116,7 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     outliers = outlier_differences(peers)
 
     def average_runs(fits: pd.DataFrame, law: DepthLaw, surface: SurfaceError) -> pd.DataFrame:
-        """Average fits to the table of alpha.
+        """Average fits to the table of alpha, without copies: for the law of the config, and for others (`alpha_at_depths`).
 
         `law`: How stress grows with depth. `surface`: Error of the free surface, and so of every depth, under this law.
         """

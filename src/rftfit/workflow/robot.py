@@ -30,7 +30,7 @@ from rftfit.robot.motion import SAMPLES, frames_of, stance_of, tail_of
 from rftfit.robot.run import simulate
 from rftfit.robot.speeds import TRIALS, measured_speeds, published_speeds, speed_errors, trial_row
 
-# --- The robot: measured speeds from marker tracks, and speeds of the sweep compared with them.
+# --- The robot, and measured speeds from marker tracks.
 
 
 def robot_of(campaign: Campaign) -> tuple[RobotRuns, Robot]:
@@ -116,32 +116,6 @@ def robot_measured(results: Results) -> tuple[pd.DataFrame, ...]:
     return table, speeds, strides, ledger, flag_table(section.medium, "robot_measured", flags)
 
 
-def _sweep_tables(results: Results, folder: str) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
-    """Join the runs of a sweep on all profiles, find the best curvatures, and compare speeds with measured ones.
-
-    `folder`: ``robot`` (reduced sweep) or ``robot_full`` (the paper's whole sweep). Returns three tables, for each profile: a
-    row for each run (its speed), for each frequency (the curvature at which the robot is fastest), and for each measured
-    condition (the difference of speeds).
-    """
-    _, robot = robot_of(results.campaign)
-    measured = results.table("robot/measured.csv")
-    half_widths = results.table("robot/intervals.csv")
-    runs = {name: results.table(f"{folder}/runs_{name}.csv") for name in PROFILES}
-    all_runs = pd.concat([table for table in runs.values() if len(table)], ignore_index=True)
-    # runs at a condition on whose measured speed the robot was calibrated are no test of it
-    calibrated = measured[measured["calibrated"] == "yes"]
-    calibrated_on = {*zip(calibrated["curvature_times_R"], calibrated["frequency_Hz"], strict=True)}
-    conditions = zip(all_runs["curvature_times_R"], all_runs["frequency_Hz"], strict=True)
-    all_runs["calibrated"] = [
-        "yes" if condition in calibrated_on else "no" for condition in conditions
-    ]
-    best_at = [sweep.BEST_AT_HZ] if robot == paper_robot() else []
-    best = optima(all_runs, best_at, results.config.fit.confidence, half_widths)
-    means = [sweep.mean_speed(table).assign(profile=profile) for profile, table in runs.items()]
-    errors = speed_errors(measured, pd.concat(means, ignore_index=True), half_widths)
-    return results.marked(all_runs), results.marked(best), results.marked(errors)
-
-
 # --- The force profiles that the robot runs on, from the tables of the earlier stages.
 
 
@@ -163,7 +137,7 @@ def robot_profile(results: Results, name: str) -> Profile:
     return results[results.campaign.robot_medium].profile(name, draws=False)
 
 
-# --- The robot's sweep: one profile over all its conditions.
+# --- The robot's sweep: one profile over all its conditions; then the runs on all profiles, compared with measured speeds.
 
 
 def robot_runs(results: Results, runs: str, threads: int) -> pd.DataFrame:
@@ -204,6 +178,32 @@ def robot_speeds(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataF
 def robot_full_speeds(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
     """Make the tables of the paper's whole sweep: speeds, best curvatures, errors."""
     return _sweep_tables(results, "robot_full")
+
+
+def _sweep_tables(results: Results, folder: str) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
+    """Join the runs of a sweep on all profiles, find the best curvatures, and compare speeds with measured ones.
+
+    `folder`: ``robot`` (reduced sweep) or ``robot_full`` (the paper's whole sweep). Returns three tables, for each profile: a
+    row for each run (its speed), for each frequency (the curvature at which the robot is fastest), and for each measured
+    condition (the difference of speeds).
+    """
+    _, robot = robot_of(results.campaign)
+    measured = results.table("robot/measured.csv")
+    half_widths = results.table("robot/intervals.csv")
+    runs = {name: results.table(f"{folder}/runs_{name}.csv") for name in PROFILES}
+    all_runs = pd.concat([table for table in runs.values() if len(table)], ignore_index=True)
+    # runs at a condition on whose measured speed the robot was calibrated are no test of it
+    calibrated = measured[measured["calibrated"] == "yes"]
+    calibrated_on = {*zip(calibrated["curvature_times_R"], calibrated["frequency_Hz"], strict=True)}
+    conditions = zip(all_runs["curvature_times_R"], all_runs["frequency_Hz"], strict=True)
+    all_runs["calibrated"] = [
+        "yes" if condition in calibrated_on else "no" for condition in conditions
+    ]
+    best_at = [sweep.BEST_AT_HZ] if robot == paper_robot() else []
+    best = optima(all_runs, best_at, results.config.fit.confidence, half_widths)
+    means = [sweep.mean_speed(table).assign(profile=profile) for profile, table in runs.items()]
+    errors = speed_errors(measured, pd.concat(means, ignore_index=True), half_widths)
+    return results.marked(all_runs), results.marked(best), results.marked(errors)
 
 
 # --- Half widths of the intervals of the robot's speed and best curvature, from the errors of alpha.

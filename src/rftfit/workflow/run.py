@@ -133,6 +133,7 @@ class Workflow:
         self._clear_stale_lock()
         self.recorded.bring_times_back()
         progress = self._watch(self._command(), self.root / LOG)
+        # records and files as they are after the run
         self.recorded = Recorded(self.states)
         self._refuse_outdated_targets()
         return progress

@@ -53,6 +53,7 @@ class Job:
     grouped: bool = False
 
     def __str__(self) -> str:
+        """Rule and value of its wildcard, as ``slopes poppy_LP``."""
         return " ".join([self.rule, *self.wildcards.values()])
 
     @property

@@ -225,6 +225,7 @@ class States:
     def dialects(self) -> list[DialectOrigin]:
         """Dialects (readers of a log format) of other packages that the config names."""
         config = self.campaign.config
+        # that of the campaign, and of a sort of logs that states its own
         dialect_names = {config.dialect, config.force_log.dialect, config.motion_log.dialect}
         return [*origins(filter(None, dialect_names)).values()]
 

@@ -208,7 +208,7 @@ def validate(results: Results) -> pd.DataFrame:
     # numbers of the paper that contradict one another
     if items:
         items += discrepancies()
-    # logs that were simulated from the published numbers prove nothing about sand
+    # what rests on logs is measured; if these were simulated from the published numbers, it is so by construction
     evidence = BY_CONSTRUCTION if results.campaign.reenacted else MEASURED
     items = [
         item._replace(evidence=evidence) if item.evidence == FROM_LOGS else item for item in items

@@ -127,41 +127,6 @@ def verify_results(now: Recorded, results: Sequence[Path]) -> Verified:
     return Verified(now, asked, changes, recorded)
 
 
-def list_reasons(now: Recorded) -> list[str]:
-    """Say why results are out of date, a sentence for each reason; without results, say what was never made."""
-    return list(dict.fromkeys(map(_format_finding, _find_outdated(now))))
-
-
-_OF_RESULTS = ("edited", "missing", "new")
-"""Values of `OutdatedResult.sort` about the files of results; the others are about what results are made from."""
-
-
-def _find_outdated(now: Recorded) -> list[OutdatedResult]:
-    """Find what differs from the records of all jobs that made results; without results, the jobs that are not done."""
-    of_whole_run = now.collect_records()
-    findings = [] if of_whole_run else now.findings_of_targets()
-    jobs = dict.fromkeys([*of_whole_run, *(record.name for record in now.extra_records.values())])
-    for job in jobs:
-        if job in now.outdated:
-            findings += now.findings_of_job(job)
-    return findings
-
-
-def _format_finding(finding: OutdatedResult) -> str:
-    """Format one finding about a job as a sentence, without full stop."""
-    job = finding.job.replace("/", " ")
-    match finding.sort:
-        case "edited" | "missing":
-            fault = "edited or damaged" if finding.sort == "edited" else "not there"
-            return f"result {finding.what}: {fault}; was sha256 {finding.was[:12]}"
-        case "new":
-            return f"{job}: never finished"
-        case "input":
-            return f"{job}: {finding.what} is another than it was made from"
-        case _:
-            return f"{job}: made with other {finding.what}"
-
-
 def _find_asked(words: Sequence[Path], root: Path, recorded_paths: list[str]) -> list[str]:
     """Find the recorded results that `words` name: files or folders, from the working folder or the campaign's folder `root`.
 
@@ -218,3 +183,38 @@ def _describe_chain(now: Recorded, name: str, most: int | None) -> list[str]:
     ]
     findings_of_chain = [finding for job in jobs for finding in now.findings_of_job(job)]
     return lines + [f"  {_format_finding(finding)}" for finding in findings_of_chain[:most]]
+
+
+def list_reasons(now: Recorded) -> list[str]:
+    """Say why results are out of date, a sentence for each reason; without results, say what was never made."""
+    return list(dict.fromkeys(map(_format_finding, _find_outdated(now))))
+
+
+_OF_RESULTS = ("edited", "missing", "new")
+"""Values of `OutdatedResult.sort` about the files of results; the others are about what results are made from."""
+
+
+def _find_outdated(now: Recorded) -> list[OutdatedResult]:
+    """Find what differs from the records of all jobs that made results; without results, the jobs that are not done."""
+    of_whole_run = now.collect_records()
+    findings = [] if of_whole_run else now.findings_of_targets()
+    jobs = dict.fromkeys([*of_whole_run, *(record.name for record in now.extra_records.values())])
+    for job in jobs:
+        if job in now.outdated:
+            findings += now.findings_of_job(job)
+    return findings
+
+
+def _format_finding(finding: OutdatedResult) -> str:
+    """Format one finding about a job as a sentence, without full stop."""
+    job = finding.job.replace("/", " ")
+    match finding.sort:
+        case "edited" | "missing":
+            fault = "edited or damaged" if finding.sort == "edited" else "not there"
+            return f"result {finding.what}: {fault}; was sha256 {finding.was[:12]}"
+        case "new":
+            return f"{job}: never finished"
+        case "input":
+            return f"{job}: {finding.what} is another than it was made from"
+        case _:
+            return f"{job}: made with other {finding.what}"
