@@ -103,6 +103,7 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     share, such as a turned axis (causes); all flags, those of the earlier stages included.
     """
     config = results.config
+    # by name, the tables that checks may read; alpha and the comparisons of runs are added below
     tables = {name: results.table(f"{name}/{medium}.csv") for name in ("runs", "tares", "fits")}
     tables |= {name: results.table(f"{name}/{medium}.parquet") for name in ("tared", "windows")}
     sheet = {run.run_id: run for run in results.campaign.runs_of(medium)}
@@ -110,9 +111,11 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     # by run_id the run_ids of its copies
     copies = copies_of(sheet, tables["runs"], fits, tables["tared"], tolerance_deg)
     peers = compare_runs(fits, medium, tolerance_deg)
+    # errors that no log shows: of angles, tare and bed by the config, and of the free surface
     errors, surface_error = errors_of(fits, config)
     # number of depths at which a horizontal direction is pushed
     depths = results.campaign.count_level_depths(medium)
+    # by run_id of a run that stands apart: its alpha less that of the others, which widens the interval of its cell
     outliers = outlier_differences(peers)
 
     def average_runs(fits: pd.DataFrame, law: DepthLaw, surface: SurfaceError) -> pd.DataFrame:
@@ -142,6 +145,7 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     tables |= {"alpha": unmarked_alpha, "peers": peers, "causes": causes}
     tables |= {"axes": axes, "misplaced": misplaced}
     flags_of_runs = [results.table(f"flags/{stage}/{medium}.csv") for stage in FLAGGING]
+    # the outcome of each check, with its flags
     checked = check_medium(results.campaign, medium, tables, copies, Flags(*flags_of_runs))
     verdicts = pd.DataFrame([check.row(medium) for check in checked], columns=COLUMNS)
     cell_flags = flags_of_cells(unmarked_alpha, Flags(*flags_of_runs), depths)

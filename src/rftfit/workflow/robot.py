@@ -171,12 +171,12 @@ def _run_sweep(results: Results, runs: str, threads: int, *, full: bool) -> pd.D
 
 
 def robot_speeds(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
-    """Make the tables of the reduced sweep: speeds, best curvatures, errors."""
+    """Make the tables of the reduced sweep, which every run makes: speeds, best curvatures, errors (`_sweep_tables`)."""
     return _sweep_tables(results, "robot")
 
 
 def robot_full_speeds(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
-    """Make the tables of the paper's whole sweep: speeds, best curvatures, errors."""
+    """Make the tables of the paper's whole sweep, of ``rftfit sweep``: speeds, best curvatures, errors (`_sweep_tables`)."""
     return _sweep_tables(results, "robot_full")
 
 

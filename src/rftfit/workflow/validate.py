@@ -121,7 +121,9 @@ MAP_COLUMNS = [
 def estimated_map_rows(results: Results, medium: str) -> pd.DataFrame:
     """Estimate alpha of a medium in every direction by the shape that known media share: a row a direction.
 
-    A direction that was pushed keeps its measured alpha. Where no map can be estimated, one row says why.
+    A direction that was pushed keeps its measured alpha (``source``). ``chance_if_it_belongs``: how often a medium of that
+    shape has pushes that lie as far from it. ``horizontal``: how strong alpha_x is beside alpha_z, relative to the known
+    media. Where no map can be estimated, one row says why.
     """
     columns: dict[str, Any] = {"medium": medium} | mark_columns(results.marks.get(medium, ()))
     try:
@@ -191,6 +193,7 @@ def validate(results: Results) -> pd.DataFrame:
     if not published_as:
         return pd.DataFrame(columns=ITEM_COLUMNS)
     tables = {medium: results[medium].alpha for medium in results.laboratory}
+    # zeta and chi of each medium
     scaled = results.table("penetration.csv")
     items = compare_alpha(tables, published_as, config.grid.angle_tolerance_deg)
     items += compare_coefficients(results.table("coefficients.csv"), published_as)
@@ -204,6 +207,7 @@ def validate(results: Results) -> pd.DataFrame:
         if errors["measured_cm_per_s"].notna().any():
             tables_of_sweep = (results.table(f"robot/{name}.csv") for name in ("optimum", "speed"))
             claims = robot_claims(errors, *tables_of_sweep)
+            # their numbers rest on the robot's medium
             items += [claim._replace(media=(results.campaign.robot_medium,)) for claim in claims]
     # numbers of the paper that contradict one another
     if items:
