@@ -12,6 +12,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import pandas as pd
 
 from rftfit.suite.cells import CalculatedTables, NoRow, TableNumber, fill_words, is_same
@@ -203,7 +204,8 @@ def _apply_rule(row: RowVerdict, quantity: Quantity, ours: TableNumber, error: f
     if abs(difference) <= half:
         reason = f"the published number lies in our 95 % interval{tried}"
         return row._replace(verdict=INSIDE, reason_code="in-interval", reason=reason)
-    allowed = math.hypot(*(0 if math.isnan(size) else size for size in (half, error)))
+    # an error that is not stated adds nothing
+    allowed = math.hypot(*np.nan_to_num([half, error]))
     if abs(difference) <= allowed:
         reason = f"the numbers differ by less than both errors together{tried}"
         return row._replace(verdict=INSIDE, reason_code="within-errors", reason=reason)

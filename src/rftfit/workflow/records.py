@@ -240,7 +240,6 @@ class Recorded:
         needed_records: dict[str, Record] = {}
         for record in filter(None, records_of_targets.values()):
             needed_records |= self.collect_records(record)
-        needed = {*needed_records}
         # a target without a record may need any job; and where no record says who wrote a result that is needed, any job
         # without a record may have written it
         lacks_maker = any(
@@ -248,16 +247,11 @@ class Recorded:
             for record in needed_records.values()
             for path in record.reads
         )
+        findings: list[OutdatedResult] = []
         for job, record_of_job in self.records.items():
             may_be_needed = never_made or (record_of_job is None and lacks_maker)
-            if may_be_needed and not self.states.on_demand(job):
-                needed.add(job)
-        findings = [
-            finding
-            for job in self.records
-            if job in needed
-            for finding in self.findings_of_job(job)
-        ]
+            if job in needed_records or (may_be_needed and not self.states.on_demand(job)):
+                findings += self.findings_of_job(job)
         # before the first run there are no jobs to say anything about
         return findings or [OutdatedResult(name, "new") for name in never_made]
 
