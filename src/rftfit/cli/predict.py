@@ -82,6 +82,7 @@ def predict(
     with inputs.collect():
         if mesh is None:
             motion = body.make_motion()
+        # a path can be read without the mesh; pressing and rolling begin at its lowest point
         elif shape is not None or body.path is not None:
             motion = mesh_options.make_motion(shape, body.path)
         # cut so fine that the force on each element is that at its middle
@@ -89,7 +90,7 @@ def predict(
             shape = fine_enough(shape, motion)
 
     def has_all_directions(table: Profile) -> bool:
-        """Tell whether a table has a number in every direction of the body; True where body or motion could not be read."""
+        """Return True where a table has a number in every direction of the body, or body or motion could not be read."""
         is_read = shape is not None and motion is not None
         return not is_read or set_in_motion(shape, motion).is_covered_by(table)
 
@@ -127,6 +128,7 @@ def predict(
     for doubt in [*answer.list_doubts(cure), *beyond]:
         warn(f"warning: {doubt}")
     # after the numbers are out: a folder that cannot be written must not hide them
+    # what is left of sums that cancel, such as the force across the motion of a symmetric mesh, becomes 0
     forces = answer.forces.round(9) if answer.in_space else answer.forces
     write_csv(output, forces.drop(columns="reason"), MARK, answer.notes, digits=12)
     if figure is not None:
