@@ -163,8 +163,9 @@ class Progress:
         errors_of_job = [error for error in errors if f" {job.state} " in error[0]] or errors
         if not errors_of_job:
             return ""
-        errors.remove(errors_of_job[0])
-        return errors_of_job[0][1]
+        error_of_job = errors_of_job[0]
+        errors.remove(error_of_job)
+        return error_of_job[1]
 
 
 def describe_failure(progress: Progress, root: Path, log: Path, status: int) -> str:
