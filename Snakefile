@@ -1,8 +1,9 @@
-# From transducer logs to coefficient tables, figures and the reproduction table.
+# The workflow, from transducer logs to coefficient tables, figures and the reproduction table: processes and rules.
 # `rftfit run` starts this with sane defaults; by hand: snakemake --cores 2 --config campaign=config/config.yaml
 #
-# The rules name their files. What a result depends on besides these (code, settings, rows of the run sheet,
-# logs) is told by a small file a job, `state`: see src/rftfit/workflow/stages.py.
+# The rules (workflow/rules) name their files. A rule is carried out once for each value of its wildcard, such as a
+# medium: each time is a job. What a result depends on besides files of other rules (code, settings, rows of the run
+# sheet, logs) stands in a small file a job, its state, which is an input, too: see src/rftfit/workflow/stages.py.
 import os
 import sys
 from pathlib import Path
@@ -54,17 +55,18 @@ include: "workflow/rules/common.smk"
 
 
 if workflow.remote_exec:
-    # the jobs that went to a node as one start there as they do on one machine
+    # this Snakemake runs inside of a batch job of a cluster; several jobs in it start as they do on one machine
     from snakemake_executor_plugin_rftfit import fork_in_batch_jobs
 
     fork_in_batch_jobs(STATES)
 
 
 if workflow.is_main_process:
-    # also where Snakemake is started by hand
+    # refuses links where files are written; also where Snakemake is started by hand
     guard_written(CAMPAIGN)
 
 
+# runs: a table of runs of the robot on one profile of its medium, as runs_map
 wildcard_constraints:
     medium=one_of(MEDIA),
     figure=one_of(Path(path).name for path in FIGURES if path.startswith("figures/")),

@@ -1,6 +1,6 @@
-"""Snakemake's events as lines of JSON on standard output, for ``rftfit run`` (``--logger rftfit``).
+"""Logger plug-in of Snakemake, ``--logger rftfit``: its events as lines of JSON on standard output.
 
-Snakemake finds its plug-ins by the name of this package.
+An event is that a job began, finished or failed, or a message. Snakemake finds its plug-ins by the name of this package.
 """
 
 from __future__ import annotations
@@ -33,7 +33,10 @@ KEYS = (
 
 
 class LogHandler(LogHandlerBase):
-    """Writes the attributes `KEYS` of each event, and its message."""
+    """Writes the attributes `KEYS` of each event, and its message under the key ``snakemake``.
+
+    The properties tell Snakemake what it need not add: a stream or file to write to, a filter, a format, the graph of rules.
+    """
 
     writes_to_stream = property(lambda _: True)
     writes_to_file = property(lambda _: False)
@@ -42,7 +45,7 @@ class LogHandler(LogHandlerBase):
     needs_rulegraph = property(lambda _: False)
 
     def emit(self, record: LogRecord) -> None:
-        """Write one event; a reader that has gone is no reason to stop the workflow."""
+        """Write one event as a line; a reader that has gone is no reason to stop the workflow."""
         fields = {key: value for key in KEYS if (value := getattr(record, key, None)) is not None}
         line = json.dumps({"snakemake": record.getMessage(), **fields}, default=str)
         try:

@@ -48,8 +48,8 @@ def renew_records(root, changed):
 
 
 @pytest.fixture(scope="module")
-def differences(tmp_path_factory):
-    """What `verify --again` says of a campaign whose results were changed, and records with them, by path."""
+def forged(tmp_path_factory):
+    """A campaign whose results were changed, and records with them."""
     campaign = make_campaign(
         tmp_path_factory.mktemp("forged") / "lab é", ("yuma",), plates_only=True
     )
@@ -64,9 +64,20 @@ def differences(tmp_path_factory):
     plain = json.loads(campaign.rftfit("verify", "--json").stdout)
     mismatched = [name for name, holds in plain["as_recorded"].items() if not holds]
     assert not {ALPHA, TRACES, LEDGER, FIGURE} & {*mismatched}  # the records cannot tell
-    process = campaign.rftfit("verify", "--again", "--json")
+    return campaign
+
+
+@pytest.fixture(scope="module")
+def differences(forged):
+    """What `verify --again` says of the forged campaign, by path."""
+    process = forged.rftfit("verify", "--again", "--json")
     assert process.returncode == 5, process.stderr
     return json.loads(process.stdout)
+
+
+def test_people_read_where_each_file_differs(forged, differences):
+    lines = forged.rftfit("verify", "--again", "--all").stdout.splitlines()
+    assert {f"{path}: {where}" for path, where in differences["unlike"].items()} <= {*lines}
 
 
 def test_a_forged_number_is_named_with_its_line_and_size(differences):

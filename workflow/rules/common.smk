@@ -1,4 +1,4 @@
-# The campaign, and lists of files.
+# The campaign, its media, and functions that name the input files of rules; memory of a stage.
 import re
 from functools import partial
 
@@ -9,15 +9,21 @@ CONFIG = config.get("campaign", "config/config.yaml")
 STATES = read_states(Path(CONFIG))
 CAMPAIGN = STATES.campaign
 MEDIA = CAMPAIGN.media_with_runs
+# media that were pushed in many directions, and those that were pushed straight down only
 LABORATORY = CAMPAIGN.of_role("laboratory")
 SANDS = CAMPAIGN.of_role("natural_sand")
 ROBOT = bool(CAMPAIGN.robot_medium)
+# True where the offset of the clocks of force and motion log is found from the logs
 ESTIMATED = CAMPAIGN.config.clock.method == "estimate"
+# figure and medium by path below results/ without ending, as figures/NAME
 FIGURES = STATES.figures
 
 
 def state_of(rule):
-    """Return an input function: it writes a job's state, a file that changes with code, settings, rows or logs alone."""
+    """Return the input function for the state of a rule's jobs: it writes the file of a job's state and returns its path.
+
+    The file changes when code, settings, rows of the run sheet or logs of the job change, and so makes Snakemake do it.
+    """
     return partial(STATES.write_state, rule)
 
 
@@ -27,7 +33,7 @@ def memory_of(wildcards):
 
 
 def one_of(names):
-    """Return the regular expression of a wildcard that stands for one of some names."""
+    """Return the regular expression of a wildcard that stands for one of some names, of which there may be none."""
     # without names: an expression that nothing matches
     return "|".join(map(re.escape, names)) or "(?!)"
 
@@ -41,7 +47,11 @@ def names_in(folder):
 
 
 def of_figure(folder):
-    """Return the input function for the figures of a folder, each of which declares the files that it reads."""
+    """Return the input function for the figures of a folder: the files that each figure declares to read.
+
+    These are patterns with {medium} (of the figure), {media} (all), {laboratory} or {sands}. Every figure also reads the
+    checks of all media, as it marks those that fail.
+    """
 
     def inputs(wildcards):
         figure, medium = FIGURES[f"{folder}/{wildcards[0]}"]
@@ -57,7 +67,7 @@ def of_figure(folder):
 
 
 def made_by(*rules_of_a_run, endings=("",)):
-    """List the files with certain endings (default: all) that rules write for this campaign."""
+    """List the files that some rules write in a whole run of this campaign; `endings`: only files that end so."""
     wildcards = {
         "medium": MEDIA,
         "figure": names_in("figures"),

@@ -1,9 +1,9 @@
-# From logs to alpha. Logs are no inputs for Snakemake: their content is watched, by `state`.
+# Rules from logs to alpha (src/rftfit/workflow/measure.py). Logs are no inputs: their content is watched, by `state`.
 from shlex import quote
 
 
 rule stage:
-    # What all rules of the stages share; no job of its own.
+    # What all rules share: the command of a job. It makes no job of its own.
     log:
         "results/logs/stage.log",
     conda:

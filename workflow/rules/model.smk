@@ -1,4 +1,4 @@
-# From alpha to the force model, and the model on trial.
+# Rules from alpha to the force model, and the model on trial (src/rftfit/workflow/profiles.py, validate.py).
 CHECKS = expand("results/checks/{medium}.csv", medium=MEDIA)
 ALPHA = expand("results/alpha/{medium}.csv", medium=LABORATORY)
 ALPHA_OF_ALL = expand("results/alpha/{medium}.csv", medium=[*LABORATORY, *SANDS])

@@ -1,6 +1,7 @@
-# What people look at, and the record of what it was made from.
+# Rules of what people look at (figures, workbooks, page), and the record of what it was made from.
 from rftfit.workflow.stages import STAGES
 
+# rules that write tables in a whole run of this campaign
 TABLES = [
     getattr(rules, name)
     for name, declared in STAGES.items()

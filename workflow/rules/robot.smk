@@ -1,4 +1,4 @@
-# The legged robot on the measured and modelled media; robot_full: the paper's whole sweep, `rftfit sweep`.
+# Rules of the legged robot (src/rftfit/workflow/robot.py); robot_full: the paper's whole sweep, `rftfit sweep`.
 
 
 use rule stage as robot_measured with:

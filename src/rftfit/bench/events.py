@@ -1,4 +1,4 @@
-"""Events that a watch reports one at a time, as text for people and as a dictionary for programs."""
+"""Events that a watch reports, their kinds and facts: as text for people, as a dictionary for programs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,14 @@ from rftfit.measure.alpha import column
 
 
 class Event(NamedTuple):
-    """An event of a `kind`, ``page``, ``problem``, ``file``, ``push``, ``withdrawn`` or ``medium``, and its facts."""
+    """Something new in a campaign that is watched; the keys of `facts` depend on `kind`.
+
+    ``page``: the live page is there: ``address``. ``problem``: of config or run sheet, new or ``solved`` (bool): ``text``,
+    ``severity``, ``code``, ``row``. ``file``: one that no row names: ``file``, and ``row``, cells that would name it.
+    ``push``: a run was measured: `Watch.facts`, and ``first``, True for a run that was there when the watch began.
+    ``withdrawn``: the result of a run is not valid any more: ``medium``, ``run_id``, ``why``. ``medium``: a medium has new
+    runs: `Watch.summary`.
+    """
 
     kind: str
     facts: Mapping[str, Any]
@@ -22,7 +29,7 @@ class Event(NamedTuple):
         return {"event": self.kind, **self.facts}
 
     def summary(self) -> str:
-        """Format an event for people, with the time of day; empty for an event that needs no line."""
+        """Format an event for people as one text, its first line with the time of day; empty for an event that needs none."""
         kind, facts = self
         lines: list[str] = []
         if kind == "page":
@@ -45,7 +52,7 @@ class Event(NamedTuple):
 
 
 def _describe_push(facts: Mapping[str, Any]) -> list[str]:
-    """Format the result of a push as lines: state and alpha, each flag, and why it has no number."""
+    """Format the result of a push as lines: state and alpha, each flag, and why it has no number (empty: it has)."""
     result = f"{facts['run_id']} (row {facts['row']}): {facts['state']}"
     result += "".join(f", alpha_{c} {alpha}" for c, alpha in format_alpha(facts).items())
     delay_s = facts["seconds_since_change"]
@@ -54,7 +61,7 @@ def _describe_push(facts: Mapping[str, Any]) -> list[str]:
 
 
 def _describe_medium(facts: Mapping[str, Any]) -> list[str]:
-    """Format the state of a medium as lines: its runs and target, verdict, next pushes, and failed checks."""
+    """Format the state of a medium as lines: its runs and target, verdict, next pushes, and failed checks; some are empty."""
     states = ", ".join(f"{number} {state}" for state, number in facts["states"].items())
     width, before = facts["half_width_percent"], facts["before_percent"]
     state = f"{facts['medium']}: {states}"
@@ -71,7 +78,10 @@ def _describe_medium(facts: Mapping[str, Any]) -> list[str]:
 
 
 def format_alpha(facts: Mapping[str, Any]) -> dict[str, str]:
-    """Format alpha of a push and its interval, N/cm^3, by component; without a component that has no number."""
+    """Format alpha of a push and its interval, N/cm^3, by component, z and x; a component without a number is left out.
+
+    `facts`: Those of an event on a push.
+    """
     numbers = {c: [facts[column(c, end)] for end in ("", "_lo", "_hi")] for c in COMPONENTS}
     return {
         c: f"{alpha:.4g} [{low:.4g}, {high:.4g}]"
@@ -81,5 +91,5 @@ def format_alpha(facts: Mapping[str, Any]) -> dict[str, str]:
 
 
 def format_cells(row: Mapping[str, str]) -> str:
-    """Format the cells of a row of the run sheet, each after the name of its column."""
+    """Format the cells of a row of the run sheet, each after the name of its column, as "run_id p01, kind plate"."""
     return ", ".join(f"{name} {cell}" for name, cell in row.items())

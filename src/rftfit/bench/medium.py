@@ -1,4 +1,7 @@
-"""Measured runs of one medium in a watch; each is kept until one of its files or rows changes."""
+"""Runs of one medium in a watch: measured once, and kept until one of their files or rows of the run sheet changes.
+
+They are measured by the functions of the stages of a run (ingest, tare, slopes), some runs at a time.
+"""
 
 from __future__ import annotations
 
@@ -26,15 +29,17 @@ from rftfit.results import Results
 from rftfit.workflow.measure import FLAGGING
 
 _TABLE_COLUMNS = {"runs": [*RUN_COLUMNS], "tares": TARE_COLUMNS, "fits": FIT_COLUMNS}
-"""Tables with at most one row for each run, and their columns."""
+"""Tables with at most one row for each run, and their columns: reading of the logs, tare, fit with alpha."""
 
 
 class MeasuredRun(NamedTuple):
     """Results of one run.
 
-    `rows`: Its row in each table of `_TABLE_COLUMNS` that has one.
-    `tared`: Columns of its tared stroke; ``why`` is the `RowStatus` by the tare stage, ``window`` that by the fit.
-    `flags`: Flags by the stage that found them.
+    `rows`: Its row in each table of `_TABLE_COLUMNS` that has one, by name of the table.
+    `tared`: Columns of its samples on the stroke, the way through the medium, tare subtracted: as ``depth_cm``,
+        ``force_z_N``, shape (samples,) each. ``why`` is the `RowStatus` of each sample (0: good) after the tare stage,
+        ``window`` that after the fit: 0 where alpha is fitted.
+    `flags`: Flags (doubts) by the stage that found them, one of `FLAGGING`.
     """
 
     rows: dict[str, Row]
@@ -48,7 +53,8 @@ class MeasuredRun(NamedTuple):
 
     @property
     def lacked_handle(self) -> bool:
-        """True if its logs could not be read only because the machine had too many open files."""
+        """True if its logs could not be read only because the machine had too many open files: it is tried again."""
+        # a code of a remark is written with - in tables
         return has(self.rows["runs"], NO_HANDLE.replace("_", "-"))
 
     @property
@@ -58,7 +64,7 @@ class MeasuredRun(NamedTuple):
 
     @property
     def why(self) -> str:
-        """Reason why it has no number; empty if it has one."""
+        """Reason why it has no number, in words; empty if it has one. That of the fit is the last word, if there is one."""
         reasons = (
             reason_of(self.rows[name]) for name in ("fits", "runs", "tares") if name in self.rows
         )
@@ -70,13 +76,15 @@ class LiveMedium:
     """One medium at this moment.
 
     `runs`: Measured runs by run_id.
-    `keys`: Inputs from which each run was measured (cells, stamps of files, tare, clocks), to see whether they changed.
-    `alpha`, `checks`: Tables as `rftfit run` writes them.
+    `keys`: By run_id the inputs from which it was measured (cells of its row, stamps of its files, both of its tare, number
+        of plates in the medium, clocks), to see whether they changed.
+    `alpha`, `checks`: Tables as `rftfit run` writes them; empty before the first check.
     `verdict`: None before the first check.
     `map`: None while no push has alpha.
     `plan`: Next pushes; None if the target has no number in this medium.
-    `width`, `before`: Half width of the interval of the target, percent, now and before the last push.
-    `last`: run_id of the plate run that was measured last, at the time `measured_at`, `seconds` after its files changed.
+    `width`, `before`: Half width of the interval of the target, percent, now and before the last push; NaN: none.
+    `last`: run_id of the plate run that was measured last; empty: none. That was at `measured_at` (s since 1970),
+        `seconds` after its files changed; NaN if it was there when the watch began.
     """
 
     name: str
@@ -103,18 +111,20 @@ def measure(
 ) -> Iterator[tuple[str, MeasuredRun]]:
     """Measure some runs of a medium, and yield each with its run_id; runs are measured in batches, which limits memory.
 
-    `moving`: Runs whose files still change; such a tare counts as missing.
+    `run_ids`: Runs to measure. `moving`: Runs whose files still change; such a tare counts as missing. `clocks`: Clocks of
+    the sessions; None: logs have one clock.
     """
-    runs_of_medium, names = campaign.runs_of(medium), [*run_ids]
+    runs_of_medium, ids_to_measure = campaign.runs_of(medium), [*run_ids]
     tare_of = {run.run_id: run.tare_run for run in runs_of_medium}
     at_a_time = 256
-    for first in range(0, len(names), at_a_time):
-        batch = names[first : first + at_a_time]
-        tares_of_batch = {tare_of[name] for name in batch}.difference(["", *moving])
+    for first in range(0, len(ids_to_measure), at_a_time):
+        batch = ids_to_measure[first : first + at_a_time]
+        tares_of_batch = {tare_of[run_id] for run_id in batch}.difference(["", *moving])
         runs = tuple(run for run in runs_of_medium if run.run_id in tares_of_batch.union(batch))
         batch_campaign = replace(campaign, runs=runs)
         # each table goes through the form of its csv file, so that numbers are those of `rftfit run`
         results = Results(batch_campaign)
+        # books: the ledger of each stage with its flags
         samples, status, book_of_ingest = ingest_medium(batch_campaign, medium, clocks)
         status = results.hold_as_csv(f"runs/{medium}.csv", status)
         tared, tares, book_of_tare = tare_medium(batch_campaign, medium, samples, status)
@@ -131,18 +141,21 @@ def measure(
         samples_of_run = split_runs(tared)
         strokes = tared.assign(window=windows["why"]).drop(columns="run_id")
         books = dict(zip(FLAGGING, (book_of_ingest, book_of_tare, book_of_slopes), strict=True))
-        for name in batch:
+        for run_id in batch:
             flags = {
-                stage: [flag for flag in book.flags if flag.run_id == name]
+                stage: [flag for flag in book.flags if flag.run_id == run_id]
                 for stage, book in books.items()
             }
-            stroke = strokes.iloc[samples_of_run.get(name, slice(0))]
+            stroke = strokes.iloc[samples_of_run.get(run_id, slice(0))]
             tared_columns = {str(key): values.to_numpy().copy() for key, values in stroke.items()}
-            yield name, MeasuredRun(rows_by_run[name], tared_columns, flags)
+            yield run_id, MeasuredRun(rows_by_run[run_id], tared_columns, flags)
 
 
 def hold(results: Results, medium: LiveMedium, runs: Collection[Run]) -> None:
-    """Put the tables of the measured runs into `results`, as if `rftfit run` had written them."""
+    """Put the tables of measured runs into `results`, as if `rftfit run` had written them, for the stage ``checks``.
+
+    `runs`: Runs of the medium, all measured.
+    """
     measured_runs = {run.run_id: medium.runs[run.run_id] for run in runs}
     for name, columns in _TABLE_COLUMNS.items():
         rows = [run.rows[name] for run in measured_runs.values() if name in run.rows]
@@ -151,7 +164,7 @@ def hold(results: Results, medium: LiveMedium, runs: Collection[Run]) -> None:
         flags = [flag for run in measured_runs.values() for flag in run.flags[stage]]
         table = flag_table(medium.name, stage, flags)
         results.hold_as_csv(f"flags/{stage}/{medium.name}.csv", table)
-    strokes = {name: run.tared for name, run in measured_runs.items() if run.tared["why"].size}
+    strokes = {run_id: run.tared for run_id, run in measured_runs.items() if run.tared["why"].size}
     tared = join_runs(strokes, [*next(iter(measured_runs.values())).tared])
     windows = tared[["run_id"]].assign(why=tared["window"])
     results.hold(f"tared/{medium.name}.parquet", tared.drop(columns="window"))

@@ -1,4 +1,7 @@
-"""The live page: the state of a watch as html, which is sent to every browser that shows the page."""
+"""Content of the live page of a watch, as html: media, the push shown, map, next pushes, table of runs.
+
+It is sent anew to every browser that shows the page (`rftfit.bench.server`) whenever something changes.
+"""
 
 from __future__ import annotations
 
@@ -17,12 +20,13 @@ from rftfit.figures.traces import cell_of_run
 from rftfit.measure.alpha import column
 from rftfit.measure.fits import filed_under
 
-_HEAD = ("row", "run", "state", "beta", "gamma", "alpha_z", "alpha_x", "flags, or why not")
-"""Headings of the table of runs."""
-
 
 def page_of(watch: Watch, query: str) -> str:
-    """Format everything below the heading of the page as html; `query` names the medium and the run to show."""
+    """Format everything below the heading of the page as html.
+
+    `query`: Query of the page's address, ``medium=NAME&run=RUN_ID``: what this browser wants to see; default: the medium
+    and the run that were measured last.
+    """
     if not watch.media:
         return "<p>No run of the run sheet has its logs yet.</p>" + _format_problems(watch)
     asked = dict(parse_qsl(query))
@@ -42,7 +46,7 @@ def page_of(watch: Watch, query: str) -> str:
 def _format_link(title: str, is_here: bool, **query: str) -> str:
     """Format a link to another view of the page; by its id it keeps the focus when the page is sent anew.
 
-    `is_here`: Whether the page shows this view. `query`: Medium and run of the view.
+    `is_here`: True where the page shows this view now. `query`: Medium and run of the view.
     """
     address, current_mark = escape(urlencode(query)), " aria-current=true" if is_here else ""
     return f'<a id="{address}" href="?{address}"{current_mark}>{escape(title)}</a>'
@@ -65,16 +69,24 @@ def _format_problems(watch: Watch) -> str:
     return f"<h2>To be put right</h2><ul>{items}</ul>" if items else ""
 
 
-def _format_push(watch: Watch, medium: LiveMedium, name: str) -> str:
-    """Format the shown push: a picture of its stress with its repeats, its numbers and its flags."""
-    if not name or "fits" not in medium.runs[name].rows:
+def _format_push(watch: Watch, medium: LiveMedium, run_id: str) -> str:
+    """Format the shown push: a picture of its stress with its repeats (runs of the same cell), its numbers and its flags.
+
+    Empty where there is no push, or it is no plate run with a row in the table of fits.
+    """
+    if not run_id or "fits" not in medium.runs[run_id].rows:
         return ""
-    facts, run, measured = watch.facts(medium, name), watch.campaign.by_id[name], medium.runs[name]
+    facts, run, measured = (
+        watch.facts(medium, run_id),
+        watch.campaign.by_id[run_id],
+        medium.runs[run_id],
+    )
     plate = watch.campaign.config.intruders[run.intruder]
     assert plate.shape != "leg"
-    runs_of_cell = str(cell_of_run(medium.alpha, name).get("run_ids", "")).split()
+    runs_of_cell = str(cell_of_run(medium.alpha, run_id).get("run_ids", "")).split()
     repeats = {key: medium.runs[key] for key in runs_of_cell if key in medium.runs}
-    repeats.pop(name, None)
+    repeats.pop(run_id, None)
+    # 1 or -1: alpha_x of a pull is filed under another direction, with its sign turned
     sign_x = filed_under(run)[2]
     picture = draw_stress(measured, plate.area_cm2, sign_x, [*repeats.values()])
     numbers = "".join(
@@ -82,19 +94,22 @@ def _format_push(watch: Watch, medium: LiveMedium, name: str) -> str:
         for c, alpha in format_alpha(facts).items()
     )
     doubts = _format_items([*(flag["text"] for flag in facts["flags"]), facts["reason"]], "bad")
-    has_delay = np.isfinite(medium.seconds) and name == medium.last
+    has_delay = np.isfinite(medium.seconds) and run_id == medium.last
     note = f"Shown after {medium.seconds:.1f} s." if has_delay else ""
     note += f" Repeats, dashed: {', '.join(repeats)}." if repeats else ""
-    which = "Last push" if name == medium.last else "Push"
+    which = "Last push" if run_id == medium.last else "Push"
     return (
-        f"<h2>{which}: {escape(name)}, {facts['state']}</h2><div class=row><div>{picture}</div><div>"
+        f"<h2>{which}: {escape(run_id)}, {facts['state']}</h2><div class=row><div>{picture}</div><div>"
         f"<p>beta {facts['beta_deg']:g}, gamma {facts['gamma_deg']:.4g} deg, {facts['direction']}</p>"
         f"<ul>{numbers}{doubts}</ul><p class=soft>{escape(note)}</p></div></div>"
     )
 
 
 def _format_map(watch: Watch, medium: LiveMedium) -> str:
-    """Format the target and its interval, failed checks, the verdict, the map, and the next pushes."""
+    """Format what is known of the shown medium: target with its interval, failed checks, verdict, map, next pushes.
+
+    The target is the quantity that the next pushes shall determine; they stand there as rows to copy into the run sheet.
+    """
     summary = watch.summary(medium)
     checks = (
         f"{check['check']}, {check['effect']}: {check['sentence']}" for check in summary["checks"]
@@ -109,11 +124,13 @@ def _format_map(watch: Watch, medium: LiveMedium) -> str:
         width += f"; the last push {change} it from {medium.before:.2g} %"
     if medium.map is not None:
         table = medium.map.table()
+        # alpha_z and alpha_x with the next pushes, then the half widths of their intervals
         for error in (False, True):
             pictures += "".join(
                 draw_heat(table, c, None if error else medium.plan, error=error) for c in "zx"
             )
     rows = summary["next"]
+    # names of the columns, if there is a row
     header = [",".join(row) for row in rows[:1]]
     sheet = "\n".join(header + [",".join(row.values()) for row in rows])
     return (
@@ -123,22 +140,27 @@ def _format_map(watch: Watch, medium: LiveMedium) -> str:
     )
 
 
+_HEAD = ("row", "run", "state", "beta", "gamma", "alpha_z", "alpha_x", "flags, or why not")
+"""Headings of the table of runs."""
+
+
 def _format_runs(watch: Watch, medium: LiveMedium, shown: str) -> str:
-    """Format the table of runs, the last row of the run sheet first; `shown`: run that the page shows."""
+    """Format the table of runs, the last row of the run sheet first; `shown`: run_id of the run that the page shows."""
     table_rows = []
     runs = [row.run for row in watch.rows[medium.name].values()]
     for run in sorted(runs, key=lambda run: -run.row):
-        name = run.run_id
-        state, measured = watch.state(medium.name, name), medium.runs.get(name)
+        run_id = run.run_id
+        state, measured = watch.state(medium.name, run_id), medium.runs.get(run_id)
         fit = measured.rows.get("fits", {}) if measured else {}
         doubts = "; ".join(measured.doubts) or measured.why if measured else ""
         columns = ("beta_deg", "gamma_deg", column("z"), column("x"))
         numbers = [fit.get(key, np.nan) for key in columns]
         cells = [f"{number:.4g}" if np.isfinite(number) else "" for number in numbers]
-        link = escape(name)
+        link = escape(run_id)
         if fit:
-            link = _format_link(name, name == shown, medium=medium.name, run=name)
+            link = _format_link(run_id, run_id == shown, medium=medium.name, run=run_id)
         style = ' class="bad"' if doubts or state == REFUSED else ""
+        # html needs no end of a row or cell
         table_rows.append(
             f"<tr><td>{run.row}<td>{link}<td{style}>{state}<td>{'<td>'.join(cells)}"
             f'<td class="words">{escape(doubts)}'

@@ -1,4 +1,7 @@
-"""Pictures of the live page, as svg that takes its colours from the page."""
+"""Pictures of the live page: stress of a push over depth, and the map, as svg that takes its colours from the page.
+
+Places are in units of the picture, about pixels, from its upper left corner: x to the right, y down.
+"""
 
 from __future__ import annotations
 
@@ -17,9 +20,11 @@ from rftfit.measure.ledger import RowStatus
 def draw_stress(
     measured: MeasuredRun, area_cm2: float, sign_x: float, repeats: Sequence[MeasuredRun]
 ) -> str:
-    """Draw stress of a run over depth (horizontal run: over its path), its fit, and the fits of repeats, dashed.
+    """Draw stress (N/cm^2) of a run over depth, cm, its fit, and the fits of repeats, dashed; empty without a sample.
 
-    `sign_x`: Factor of alpha_x of the run. Empty if there is no sample.
+    Stress is alpha times depth. Of a horizontal run it is drawn over the path, and the fit is a level line.
+    `area_cm2`: Of the plate, by which force becomes stress. `sign_x`: 1 or -1, by which the measured force along x becomes
+    that of the cell that the run is filed under. `repeats`: Other runs of this cell.
     """
     tared = measured.tared
     is_level = measured.rows["fits"]["direction"] == "horizontal"
@@ -27,17 +32,20 @@ def draw_stress(
     if not along_cm.size:
         return ""
     fitted_cm = along_cm[tared["window"] == RowStatus.GOOD]
+    # both ends of the samples that were fitted; empty if there is none
     window_cm = np.array([fitted_cm.min(), fitted_cm.max()]) if fitted_cm.size else fitted_cm
     # the fit of a level push is the stress at its one depth
     depth_cm = np.full(window_cm.size, tared["depth_cm"].mean()) if is_level else window_cm
-    stress = {c: s * tared[f"force_{c}_N"] / area_cm2 for c, s in (("z", 1.0), ("x", sign_x))}
+    signs = {"z": 1.0, "x": sign_x}
+    stress = {c: sign * tared[f"force_{c}_N"] / area_cm2 for c, sign in signs.items()}
     both = np.nan_to_num(np.concatenate([*stress.values()]))
     first_cm, last_cm = float(along_cm.min()), float(along_cm.max())
     lowest, highest = min(0, both.min()), max(1e-9, both.max())
+    # ends of the axes in the picture
     left, right, bottom, top = 46.0, 412.0, 206.0, 10.0
 
     def points(x_cm: FloatArray, stress: FloatArray) -> list[str]:
-        """Format points of a curve as coordinates of the picture, without those that are NaN."""
+        """Format points of a curve as places in the picture, "x,y" each, without those that are NaN; `x_cm`: along the axis."""
         x = left + (x_cm - first_cm) / ((last_cm - first_cm) or 1) * (right - left)
         y = bottom - (stress - lowest) / (highest - lowest) * (bottom - top)
         return [f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True) if np.isfinite(b)]
@@ -67,37 +75,40 @@ def draw_stress(
 def _text_element(
     x: float, y: float, content: object, anchor: str = "middle", attributes: str = ""
 ) -> str:
-    """Format a text at (x, y), in units of the picture; `anchor`: end of the text that lies there."""
+    """Format a text at (x, y); `anchor`: which part of the text lies there: start, middle or end."""
     return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}"{attributes}>{content}</text>'
 
 
 def _svg_picture(width: int, height: int, label: str, parts: Sequence[str]) -> str:
-    """Format a picture of some elements; `label`: its description for readers that do not see it."""
+    """Format a picture of some svg elements (`parts`); `label`: its description for readers that do not see it."""
     box = f'viewBox="0 0 {width} {height}" role="img" aria-label="{label}"'
     return f"<svg {box}>{''.join(parts)}</svg>"
 
 
 _CELL = 16
-"""Size of a cell of a map, in units of the picture."""
+"""Width and height of a cell of a map, in units of the picture."""
 _LEFT = 34
 """Left end of a map, in units of the picture."""
 
 
 def draw_heat(table: pd.DataFrame, component: str, plan: Plan | None, *, error: bool) -> str:
-    """Draw one component of a map over gamma and beta, or with `error` the half width of its interval.
+    """Draw one component of a map over gamma (across) and beta (up), or with `error` the half width of its interval.
 
-    Larger numbers have fuller colours. Directions that were pushed have a frame; the next pushes have their number.
-    `table`: Map as `Map.table` returns it.
+    A cell for each direction of the map. Larger numbers have fuller colours. Directions that were pushed have a frame; the
+    next pushes have their number. `table`: Map as `Map.table` returns it: a row for each direction, with ``beta_deg``,
+    ``gamma_deg``, alpha and its interval (N/cm^3) and ``source``. `component`: z or x. `plan`: Next pushes, or None.
     """
     betas, gammas = (np.sort(table[f"{angle}_deg"].unique()) for angle in ("beta", "gamma"))
     alpha, low, high = (table[column(component, end)].to_numpy(float) for end in ("", "_lo", "_hi"))
     half_width = (high - low) / 2
+    # of both components, so that their colours mean the same
     largest = float(table[[column(c) for c in "zx"]].abs().max().max()) or 1.0
+    # N/cm^3; errors are smaller than alpha, and would be pale
     full_colour = largest / 4 if error else largest
     opacities = np.minimum(half_width if error else np.abs(alpha), full_colour) / full_colour
 
     def corner(beta: float, gamma: float) -> tuple[int, int]:
-        """Return the upper left corner of the cell nearest to a direction, deg."""
+        """Return the upper left corner (x, y) of the cell nearest to a direction, deg."""
         row, col = np.argmin(np.abs(betas - beta)), np.argmin(np.abs(gammas - gamma))
         return _LEFT + _CELL * int(col), 4 + _CELL * int(betas.size - 1 - row)
 
@@ -131,7 +142,11 @@ def draw_heat(table: pd.DataFrame, component: str, plan: Plan | None, *, error: 
 
 
 def _colour_bar(right: int, bottom: int, full_colour: float, *, error: bool) -> list[str]:
-    """Draw the colour bar below a map from -`full_colour` to +`full_colour`, N/cm^3, or with `error` from 0."""
+    """Draw the colour bar below a map from -`full_colour` to +`full_colour`, N/cm^3, or with `error` from 0.
+
+    `right`, `bottom`: Lower right corner of the map in the picture.
+    """
+    # fields of the bar on each side of 0
     end = 4
     steps = range(0 if error else -end, end + 1)
     width = (right - _LEFT) / len(steps)

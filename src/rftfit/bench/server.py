@@ -1,4 +1,9 @@
-"""The server of the live page: this machine only, one random address, nothing that changes a file."""
+"""The server of the live page: who may read it (this machine only, one random address), and how content is sent.
+
+A browser asks for the page once, and then for ``events``, an answer that does not end: whenever the watch has new content,
+it is sent there. The address holds a random token, so that other users of this machine, and pages of other hosts that
+a browser shows, cannot read it. Nothing here changes a file.
+"""
 
 from __future__ import annotations
 
@@ -20,21 +25,17 @@ from typing import Any
 from rftfit.errors import InputError
 
 HOST = "127.0.0.1"
+"""Address that other machines cannot reach."""
 MOST_CONNECTIONS = 32
 """Most connections open at a time, as each is an open file."""
-LONGEST_WAIT_S = 10.0
-"""Longest time for the whole head of a request, and for which a browser may stop reading an answer, s."""
-_POLICY = (
-    "default-src 'none'; script-src 'nonce-{0}'; style-src 'nonce-{0}'; connect-src 'self'; img-src data:; "
-    "frame-ancestors 'none'; base-uri 'none'"
-)
 
 
 @dataclass(eq=False)
 class Client:
-    """A browser that shows the page with its own query; it receives only the newest content.
+    """A browser that shows the page; it receives only the newest content.
 
-    `content_ready`: Set while there is content to send. `is_new`: True until the first content is made.
+    `query`: Query of the address that it shows, by which content is made for it (medium and run). `content`: The newest,
+    html. `content_ready`: Set while this is not sent yet. `is_new`: True until the first content is made.
     """
 
     query: str
@@ -44,9 +45,10 @@ class Client:
 
 
 class LivePage(ThreadingHTTPServer):
-    """The page of one campaign at `address`, which has a new random token after each start.
+    """The page of one campaign at `address`, which has a new random token after each start; made, it serves at once.
 
-    So the token of a page that stays open after the end is worthless for another program that takes the port.
+    So the token of a page that stays open after the end is worthless for another program that takes the port. `port`: 0
+    for any free one. `asked`: Event that is set when a browser has asked for content. `clients`: Browsers with the page.
     """
 
     daemon_threads = True
@@ -57,6 +59,7 @@ class LivePage(ThreadingHTTPServer):
         self.clients, self.closed = list[Client](), False
         # open connections, the oldest first; True for those that have shown the token
         self._connections: dict[socket.socket, bool] = {}
+        # held while connections are counted or changed, by several threads
         self._changing = Lock()
         try:
             super().__init__((HOST, port), _Handler)
@@ -69,7 +72,10 @@ class LivePage(ThreadingHTTPServer):
         Thread(target=self.serve_forever, daemon=True).start()
 
     def verify_request(self, request: Any, client_address: Any) -> bool:  # noqa: ARG002 (of the library)
-        """Admit a connection. If there are too many, end the oldest one without the token, or refuse the new one."""
+        """Return True to admit a connection. If there are too many, end the oldest one without the token, or return False.
+
+        So a program that opens connections and sends nothing cannot keep the user's browser out.
+        """
         with self._changing:
             if len(self._connections) >= MOST_CONNECTIONS:
                 without_token = [
@@ -104,9 +110,9 @@ class LivePage(ThreadingHTTPServer):
             super().handle_error(request, client_address)
 
     def show(self, content: Callable[[str], str], *, changed: bool) -> None:
-        """Send content to every browser, or without `changed` only to browsers that are new.
+        """Give new content to every browser, or without `changed` only to browsers that are new; their threads send it.
 
-        `content`: Function that makes the content for a query.
+        `content`: Function that makes the content, html, for the query of a browser.
         """
         self.asked.clear()
         for client in list(self.clients):
@@ -115,7 +121,7 @@ class LivePage(ThreadingHTTPServer):
                 client.content_ready.set()
 
     def close(self) -> None:
-        """End the server and all connections to browsers."""
+        """End the server and all connections to browsers, whose threads are woken to see it."""
         self.closed = True
         self.shutdown()
         self.server_close()
@@ -124,10 +130,14 @@ class LivePage(ThreadingHTTPServer):
 
 
 class _HeadReader(io.RawIOBase):
-    """Reads a connection until a deadline, which does not move when single bytes arrive."""
+    """Reads a connection until a deadline, which does not move when single bytes arrive.
+
+    The library's own limit begins anew with each byte, so one byte now and then would hold a connection for ever.
+    """
 
     def __init__(self, connection: socket.socket) -> None:
         self.connection = connection
+        # the deadline, by a monotonic clock; set for each request
         self.ends_at_s = 0.0
 
     def readable(self) -> bool:
@@ -135,7 +145,7 @@ class _HeadReader(io.RawIOBase):
         return True
 
     def readinto(self, buffer: Any) -> int:
-        """Read the bytes that have arrived; raise TimeoutError after the deadline."""
+        """Read the bytes that have arrived into `buffer`, and return their number; raise TimeoutError after the deadline."""
         left_s = self.ends_at_s - time.monotonic()
         if left_s <= 0:
             raise TimeoutError
@@ -143,8 +153,18 @@ class _HeadReader(io.RawIOBase):
         return self.connection.recv_into(buffer)
 
 
+LONGEST_WAIT_S = 10.0
+"""Longest time for the whole head of a request, and for which a browser may stop reading an answer, s."""
+
+_POLICY = (
+    "default-src 'none'; script-src 'nonce-{0}'; style-src 'nonce-{0}'; connect-src 'self'; img-src data:; "
+    "frame-ancestors 'none'; base-uri 'none'"
+)
+"""What the page may load (Content-Security-Policy): its own script and style, which carry the random word {0}, and no more."""
+
+
 class _Handler(BaseHTTPRequestHandler):
-    """Answers the requests of one connection."""
+    """Answers the requests of one connection; the library calls its methods, in a thread for each connection."""
 
     server: LivePage
     timeout = LONGEST_WAIT_S
@@ -162,9 +182,13 @@ class _Handler(BaseHTTPRequestHandler):
         super().handle_one_request()
 
     def do_GET(self) -> None:
-        """Answer a request that names this host, comes from this page or from no page, and has the token."""
+        """Answer a request that names this host, comes from this page or from no page, and has the token; refuse any other.
+
+        Paths are ``/TOKEN/`` for the page and ``/TOKEN/events?QUERY`` for its content.
+        """
         self.connection.settimeout(self.timeout)
         page_hosts = [f"{name}:{self.server.port}" for name in (HOST, "localhost")]
+        # a shorter path has empty parts at its end
         _, token, page_and_query = [*self.path.split("/", 2), "", ""][:3]
         name, _, query = page_and_query.partition("?")
         is_ours = self.headers.get("Origin") in (None, *(f"http://{host}" for host in page_hosts))
@@ -188,7 +212,11 @@ class _Handler(BaseHTTPRequestHandler):
     def _head(
         self, status: int, size: int | None = 0, kind: str = "text/html", nonce: str = ""
     ) -> None:
-        """Send the head of an answer; `size`: bytes of its body, None if not known."""
+        """Send the head of an answer.
+
+        `status`: Code of HTTP. `size`: Bytes of its body, None if not known. `kind`: Type of its content. `nonce`: Random
+        word that the page's own script and style carry.
+        """
         self.send_response(status)
         for key, value in {
             "Content-Type": f"{kind}; charset=utf-8",
@@ -204,7 +232,10 @@ class _Handler(BaseHTTPRequestHandler):
         self.end_headers()
 
     def _send_events(self, query: str) -> None:
-        """Send content whenever it is new, and in between a sign that the connection is alive."""
+        """Send content whenever it is new, and in between a sign that the connection is alive; ends with browser or server.
+
+        `query`: That of the page's address.
+        """
         page, client = self.server, Client(query)
         self.close_connection = True
         self._head(200, None, "text/event-stream")

@@ -1,4 +1,4 @@
-"""The list of commands of ``rftfit``, with an example for each."""
+"""The list of commands of ``rftfit`` in the order of the help, with an example for each; words of the help."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from rftfit.cli.watch import watch
 from rftfit.cli.wheel import wheel
 from rftfit.version import __version__
 
-# one paragraph per code: the help joins the lines of a paragraph
+# text at the end of `rftfit --help`, one paragraph per code: the help joins the lines of a paragraph
 _EPILOG = "\n\n".join(
     [
         "Example: mkdir demo && cd demo && rftfit reenact && rftfit run",
@@ -92,7 +92,7 @@ for _command, _words in _EXAMPLES:
 
 
 def _show_version(is_asked: bool) -> None:
-    """Print the version and stop, where --version is given."""
+    """Print the version and stop, where --version is given; typer calls this for every command line."""
     if is_asked:
         print_line(f"rftfit {__version__}")
         raise typer.Exit
@@ -120,7 +120,11 @@ _WORD_BY_TYPE = {"bool": "", "float": "NUMBER", "int": "NUMBER", "Path": "PATH"}
 
 @cache
 def make_command() -> Any:
-    """Return the command line; its help shows a word for the value of each option, and none for a switch."""
+    """Return the command line as an object of click, the library below typer.
+
+    Typer would show types (TEXT, INTEGER) for the values of options in the help: here each gets a word of `_WORD_BY_TYPE`
+    or its own, and a switch none.
+    """
     group: Any = typer.main.get_command(app)
     for parameter in group.params:
         parameter.metavar = ""
@@ -131,11 +135,13 @@ def make_command() -> Any:
     for info in app.registered_commands:
         hints = get_type_hints(info.callback)
         for parameter in group.commands[info.name].params:
+            # an option that has no word of its own yet
             if (
                 parameter.param_type_name == "option"
                 and parameter.metavar is None
                 and parameter.name in hints
             ):
+                # as text, such as "float | None", in which the name of the type is found
                 annotation = str(hints[parameter.name])
                 words = [word for name, word in _WORD_BY_TYPE.items() if name in annotation]
                 parameter.metavar = [*words, "NAME"][0]

@@ -1,4 +1,4 @@
-"""``rftfit check``: lists everything that is wrong with a campaign, or else what it contains."""
+"""``rftfit check``: options, and when it ends with exit code 2; the checks are `rftfit.workflow.check`."""
 
 from __future__ import annotations
 
@@ -33,6 +33,7 @@ def check(
     """
     checked = check_all(config, diagnose=diagnose)
     print_answer(checked, as_json)
+    # numbers: 0, or None where no physical check was made, is no doubt
     found_doubts = checked.warnings or checked.failed_checks
     if checked.campaign is None or checked.errors or (strict and found_doubts):
         raise typer.Exit(INPUT_NOT_VALID)

@@ -1,4 +1,4 @@
-"""``rftfit compare``: tells whether two media, sessions or folders of results differ."""
+"""``rftfit compare``: options of the comparison of two media, sessions or folders; its figure."""
 
 from __future__ import annotations
 

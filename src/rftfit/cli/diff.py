@@ -1,4 +1,4 @@
-"""``rftfit diff``: tells which numbers of two folders of results differ, and what may be the cause."""
+"""``rftfit diff``: options of the comparison of two folders of results, which is `rftfit.workflow.diff`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``rftfit example``: published data and answers, run and judged."""
+"""``rftfit example``: the list of examples of the validation suite, or one run and judged (`rftfit.suite`)."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def example(
 
 
 def _list_examples(as_json: bool) -> None:
-    """Print all examples."""
+    """Print all examples that come with the program, one a line, or as JSON."""
     from rftfit.suite.declared import find_example, list_examples
 
     examples = [find_example(name) for name in list_examples()]
@@ -77,7 +77,7 @@ def _list_examples(as_json: bool) -> None:
 
 
 def _run_and_print(example: Example, folder: Path, origin: str | None, as_json: bool) -> None:
-    """Run an example in a folder and print its verdicts."""
+    """Run an example in a folder and print its verdicts; `origin`: value of --from, None: not given."""
     from rftfit.suite.page import describe_verdicts
     from rftfit.suite.run import run_example
     from rftfit.suite.verdicts import count_verdicts

@@ -1,4 +1,4 @@
-"""Exit codes of ``rftfit`` and their meanings; the help text and the documentation are made from them."""
+"""Exit codes of ``rftfit`` and their meanings in words; the help text and the documentation are made from them."""
 
 from rftfit.errors import InputError, OutputError, RftfitError, WorkflowError
 

@@ -1,4 +1,8 @@
-"""``rftfit export``: the stress profile of a medium as one file to hand on."""
+"""``rftfit export``: the stress profile of a medium (or Bekker's law) as one file to hand on.
+
+A profile file is made from a *source*, a table of alpha or a map (alpha estimated in all directions), and *facts*: keyword
+arguments of `rftfit.write_profile`, as ``name``, ``marks`` (doubts about the medium) or ``made_from`` (digests of files).
+"""
 
 from __future__ import annotations
 
@@ -107,11 +111,15 @@ def export(
 
 
 _BEKKER_MARK = '{\n "format": "rftfit-bekker 1"'
-"""Beginning of such a file: only files with it are overwritten unasked."""
+"""Beginning of a file of Bekker's law: only files with it are overwritten unasked."""
 
 
 def _export_bekker(folder: Path, name: str, output: Path, force: bool) -> None:
-    """Write Bekker's law of a medium of a campaign, and print it."""
+    """Write Bekker's law of a medium of a campaign, and print it.
+
+    The law is pressure = k sinkage^n, fitted to pushes straight down; programs for wheels and tracks ask for k and n.
+    `folder`: Results of the campaign. `name`: The medium. `force`: True overwrites a file of any origin.
+    """
     from rftfit.store import write_text
 
     check_target(output, _BEKKER_MARK, "law", force)
@@ -130,12 +138,17 @@ def _export_bekker(folder: Path, name: str, output: Path, force: bool) -> None:
 def _source_in_campaign(
     folder: Path, name: str, kind: str | None
 ) -> tuple[KnownMedium, dict[str, Any]]:
-    """Find a medium of a campaign; return it with the keyword arguments of `rftfit.write_profile`."""
+    """Find a medium of a campaign; return source and facts of its profile file.
+
+    `folder`: Results of the campaign. `name`: The medium. `kind`: ``table`` or ``map``; None: the table if every direction was
+    pushed, else the map.
+    """
     from rftfit.workflow.provenance import RECORD, SUMS
 
     campaign = rftfit.open(folder)
     medium = campaign[choose("--medium", name, campaign.media, f"in {folder}")]
     source, facts = medium.export_source(kind)
+    # digests of the logs and of the record of the run, so that the numbers can be followed back
     facts["made_from"] |= {
         path: sha256_of(campaign.root / path)
         for path in (SUMS, RECORD)
@@ -145,7 +158,7 @@ def _source_in_campaign(
 
 
 def _published_source(name: str, kind: str | None) -> tuple[KnownMedium, dict[str, Any]]:
-    """Find a published medium; return it with the keyword arguments of `rftfit.write_profile`."""
+    """Find a published medium; return source and facts of its profile file; `kind`: ``map``, or else the table."""
     from rftfit.model.maps import published_map
     from rftfit.model.profiles import PAPER_WINDOW
     from rftfit.reference import MEDIA

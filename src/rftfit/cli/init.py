@@ -1,4 +1,4 @@
-"""``rftfit init``: a new campaign from the template."""
+"""``rftfit init``: options of a new campaign, and what is said of the next steps; `rftfit.campaign` writes it."""
 
 from __future__ import annotations
 
@@ -36,6 +36,7 @@ def init(
     from rftfit.campaign.new_campaign import init_campaign, init_from_table
 
     table = stress_table or alpha_table
+    # read: the table, with the columns and units that were found in it
     if table:
         written, read = init_from_table(folder, table, "stress" if stress_table else "alpha")
     else:
@@ -60,7 +61,10 @@ def init(
 
 
 def _print_next_steps(folder: Path, shown: str, read: TableRead) -> None:
-    """Print what to do next in a campaign that was made from a table; `shown`: its folder as a shell reads it."""
+    """Print what to do next in a campaign that was made from a table, with the problems of the table.
+
+    `shown`: Its folder as a shell reads it. `read`: The table, so that it need not be read again.
+    """
     from rftfit.campaign.load import check_campaign
     from rftfit.campaign.problems import in_lines
 

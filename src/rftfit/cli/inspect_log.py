@@ -1,4 +1,4 @@
-"""``rftfit inspect``: describes a log before any run sheet names it."""
+"""``rftfit inspect``: options of the description of a log, and its picture; `rftfit.logs.inspection` describes it."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def inspect_log(
 
 
 def _read_option(pair: str) -> tuple[str, str | float]:
-    """Read KEY=VALUE; the value is true or false, a number, or a word."""
+    """Read KEY=VALUE, an option of a dialect; the value is true or false, a number, or a word, as YAML would read it."""
     key, equals, value = pair.partition("=")
     if not equals:
         raise InputError(f"--option: found {pair!r}; allowed: KEY=VALUE")

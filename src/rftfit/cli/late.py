@@ -1,5 +1,6 @@
-"""Libraries that are loaded at the first use of a name of theirs, although modules import them at the top.
+"""Late loading: a library is loaded at the first use of one of its names, although modules import it at the top.
 
+So a command that mostly ends without pandas does not wait for it.
 `importlib.util.LazyLoader` does not serve: it loads a library as soon as another module imports it.
 """
 
@@ -16,13 +17,17 @@ class _LateModule(ModuleType):
     """Stands for a library until one of its names is used."""
 
     def __getattr__(self, name: str) -> Any:
+        # called for a name that this object lacks, and so for each of the library: it is loaded in place of this object
         if sys.modules.get(self.__name__) is self:
             del sys.modules[self.__name__]
         return getattr(import_module(self.__name__), name)
 
 
 def load_late(name: str) -> None:
-    """Let `import NAME` return without loading the library; for a command that mostly ends without it."""
+    """Let `import NAME` return without loading the library; for a command that mostly ends without it.
+
+    `name`: Of a library or of a module in one, whose package is then loaded.
+    """
     if name not in sys.modules:
         late = _LateModule(name)
         late.__spec__ = find_spec(name)

@@ -1,4 +1,4 @@
-"""The entry point of ``rftfit``: turns errors into messages and exit codes."""
+"""The entry point of ``rftfit``: which error becomes which message and exit code; the report of an unexpected one."""
 
 from __future__ import annotations
 
@@ -40,7 +40,10 @@ _LONGEST = 300
 
 
 def crash_message(error: BaseException, words: list[str]) -> str:
-    """Write the report of an unexpected error to a file; return a message with the error and the file's path."""
+    """Write the report of an unexpected error to a file; return a message with the error and the file's path.
+
+    `words`: Command line, without ``rftfit``.
+    """
     error_text = " ".join(str(error).split()) or "no further text"
     if len(error_text) > _LONGEST:
         error_text = f"{error_text[:_LONGEST]}..."
@@ -59,7 +62,11 @@ def crash_message(error: BaseException, words: list[str]) -> str:
 
 
 def quoted_traceback(error: BaseException) -> str:
-    """Format the traceback of an error and its causes; texts are quoted, because strangers may have written them."""
+    """Format the traceback of an error and of the errors that led to it, the first one first.
+
+    Texts of errors are quoted, because they may hold cells of files that strangers have written.
+    """
+    # as Python does: the stated cause, else the error that was being handled, unless `from None` hides it
     cause = error.__cause__ or (None if error.__suppress_context__ else error.__context__)
     earlier = f"{quoted_traceback(cause)}\n" if cause else ""
     calls = "".join(traceback.format_tb(error.__traceback__))
@@ -94,14 +101,17 @@ def quiet_standard_output() -> None:
 
 
 _REFUSALS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
-"""Errors of a disk that refuses to be written to; errors of results are raised by `rftfit.store`."""
+"""Numbers of system errors of a disk that refuses to be written to; errors of results are raised by `rftfit.store`."""
 
 
 STOPPED = "Stopped. Files are written whole or not at all; to go on, give the same command again."
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command line; errors become messages on standard error and one of `MEANINGS`."""
+    """Run the command line and return its exit code (`exit_codes.MEANINGS`); an error becomes a message on standard error.
+
+    `argv`: Words after ``rftfit``; default: those of this process.
+    """
     words = sys.argv[1:] if argv is None else list(argv)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
@@ -114,6 +124,7 @@ def main(argv: list[str] | None = None) -> int:
         return _report_error(f"rftfit: {error}", error.exit_code)
     except KeyboardInterrupt as error:
         return _report_error(str(error) or STOPPED, exit_codes.INTERRUPTED)
+    # whoever read the output, such as `head`, has stopped
     except BrokenPipeError:
         quiet_standard_output()
         return exit_codes.PIPE_CLOSED
@@ -141,7 +152,7 @@ def _report_error(message: str, code: int) -> int:
 
 
 def _invoke(words: list[str]) -> int:
-    """Run one command and return its exit code; a wrong option is shown with the command's usage."""
+    """Run the command that `words` name and return its exit code; a wrong option is shown with the command's usage."""
     # imported here, so that a damaged installation ends in a message, too
     import typer
 

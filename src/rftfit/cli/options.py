@@ -1,4 +1,13 @@
-"""Options that several commands share, each declared once."""
+"""Options of several commands: declared once, checked together, read into media, bodies, motions, pushes.
+
+Typer makes an option from each parameter of a command: its annotation holds the help, its name the option's. A dataclass
+here is a group of options; a command takes one as a parameter and has the decorator `grouped`. A value of None means that
+the option was not given. Helpers raise InputError with the name of the option, since nothing later knows it.
+
+Words: a *penetration test* is one push of a level plate straight down, (beta, gamma) = (0, 90) deg, whose alpha_z (N/cm^3) is
+the value of --alpha. A *profile* is a function alpha(beta, gamma) of a medium, a *map* one that is estimated in all
+directions from few pushes. *Contacts* are measured forces on a leg or body, from which a map can be estimated, too.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +43,7 @@ if TYPE_CHECKING:
 
 
 def parse_option_number(text: str) -> float:
-    """Read a number of the command line; the message on a decimal comma proposes a point."""
+    """Read the value of an option as a number, for typer; the message on a decimal comma proposes a point."""
     try:
         return float(text)
     except ValueError:
@@ -44,7 +53,7 @@ def parse_option_number(text: str) -> float:
 
 
 def parse_numbers(option: str, text: str) -> list[float]:
-    """Read numbers with commas between them."""
+    """Read numbers with commas between them, the value of the option that `option` names, as ``--slip``."""
     try:
         return [float(number) for number in text.split(",")]
     except ValueError:
@@ -54,17 +63,17 @@ def parse_numbers(option: str, text: str) -> list[float]:
 
 
 def number_option(unit: str, meaning: str) -> Any:
-    """Describe an option whose value is a number."""
+    """Describe an option whose value is a number; `unit`: what stands for it in the help. `meaning`: The help."""
     return typer.Option(parser=parse_option_number, metavar=unit, help=meaning)
 
 
 def word_option(metavar: str, meaning: str) -> Any:
-    """Describe an option whose value is a word; `metavar`: what stands for it in the help."""
+    """Describe an option whose value is a word; `metavar`: what stands for it in the help. `meaning`: The help."""
     return typer.Option(metavar=metavar, help=meaning)
 
 
 def file_option(meaning: str) -> Any:
-    """Describe an option whose value is the path of a file."""
+    """Describe an option whose value is the path of a file; `meaning`: the help."""
     return word_option("FILE", meaning)
 
 
@@ -156,9 +165,17 @@ MethodName = Annotated[
 ]
 
 
+# --- Groups of options, and checks of single ones
+
+
 def grouped(command: Callable[..., None]) -> Callable[..., None]:
-    """Return a command with the fields of its dataclass parameters as options; it makes the dataclasses from their values."""
+    """Decorate a command so that each field of its dataclass parameters is an option of its own.
+
+    Typer cannot group options. It sees a function whose parameters are these fields and all other parameters; this
+    function makes the dataclasses from the values and calls the command.
+    """
     hints = get_type_hints(command, include_extras=True)
+    # dataclass by the name of its parameter
     groups: dict[str, Any] = {name: hint for name, hint in hints.items() if is_dataclass(hint)}
     parameters: list[inspect.Parameter] = []
     for name, parameter in inspect.signature(command).parameters.items():
@@ -170,6 +187,7 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(command)
     def run(**values: Any) -> None:
+        """Make the dataclasses from the values of their options, and call the command."""
         for name, group in groups.items():
             values[name] = group(
                 **{option.name: values.pop(option.name) for option in fields(group)}
@@ -183,9 +201,10 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def list_given(options: object, *names: str) -> list[str]:
-    """List the options that were given, as the command line names them: fields with a value other than None and False.
+    """List the options that were given, as the command line names them, for messages as "found --leg and --mesh".
 
-    `options`: dataclass with a field for each option. `names`: the fields to look at.
+    An option was given where its value is neither None nor False. `options`: Dataclass with a field for each option.
+    `names`: The fields to look at.
     """
     values = {name: getattr(options, name) for name in names}
     return [
@@ -196,7 +215,7 @@ def list_given(options: object, *names: str) -> list[str]:
 
 
 def check_confidence(confidence: float) -> None:
-    """Refuse a level of intervals that is impossible."""
+    """Refuse a level of intervals (--confidence) that is impossible."""
     if not 0.5 < confidence < 1:
         raise InputError(
             f"--confidence: found {confidence:g}; allowed: above 0.5 and below 1, such as 0.95"
@@ -204,7 +223,11 @@ def check_confidence(confidence: float) -> None:
 
 
 def read_mesh(file: Path, unit: str, sheet: bool = False) -> Mesh:
-    """Read a mesh, and print what was mended in it."""
+    """Read a mesh from a file, and print to standard error what was mended in it.
+
+    `unit`: Of its coordinates: mm, cm, m or in. `sheet`: True for a thin sheet, which need not be closed.
+    """
+    # the same notes would come as warnings of Python
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         mesh = rftfit.Mesh.read(file, unit, sheet)
@@ -214,16 +237,17 @@ def read_mesh(file: Path, unit: str, sheet: bool = False) -> Mesh:
 
 
 _MOST_FRICTION = 2.0
+"""Greatest friction that is taken: stress along a face over that across it."""
 
 
 def check_friction(friction: float | None) -> None:
-    """Refuse a friction that is impossible."""
+    """Refuse a friction that is impossible; None: not given."""
     if friction is not None and not 0 <= friction <= _MOST_FRICTION:
         raise InputError(f"--friction: found {friction:g}; allowed: 0 to {_MOST_FRICTION:g}")
 
 
 def check_model_error(model_error: float | None) -> None:
-    """Refuse an error of the model that is impossible."""
+    """Refuse an error of the model that is impossible; None: not given."""
     if model_error is not None and not 0 <= model_error < math.inf:
         raise InputError(f"--model-error: found {model_error:g}; allowed: 0 or a positive number")
 
@@ -233,7 +257,10 @@ _PLAUSIBLE_N_PER_CM3 = (0.05, 5.0)
 
 
 def check_penetration_test(alpha: float | None, se: float) -> None:
-    """Refuse a penetration test that is impossible; warn of one that seems to be in another unit."""
+    """Refuse a penetration test that is impossible; warn of one that seems to be in another unit.
+
+    `alpha`: Value of --alpha, N/cm^3; None: not given. `se`: Its standard error; 0: not given.
+    """
     if alpha is not None and not (math.isfinite(alpha) and alpha > 0):
         raise InputError(f"--alpha: found {alpha:g}; allowed: a positive number, in N/cm^3")
     if not (math.isfinite(se) and se >= 0):
@@ -247,7 +274,11 @@ def check_penetration_test(alpha: float | None, se: float) -> None:
 
 
 def reference_in(folder: Path | None, method: str | None) -> Reference:
-    """Return the reference media of the scaling routine: the published five, or those of a campaign."""
+    """Return the media by which the paper's routine scales a medium: the published five, or those of a campaign.
+
+    `folder`: Value of --results; None: the published five. `method`: Nine-term fit that their chi and M0 belong to; None:
+    the first of `METHODS`, or the one of the campaign's config.
+    """
     if folder is None:
         from rftfit.model.fourier import METHODS
         from rftfit.model.scaling import published
@@ -263,9 +294,19 @@ def reference_in(folder: Path | None, method: str | None) -> Reference:
     return replace(reference, name=name)
 
 
+# --- A medium
+
+
+PROFILES_OF_PUSHES = ("map", "generic")
+"""Profiles that can be estimated from pushes alone."""
+
+
 @dataclass(frozen=True)
 class MediumOptions:
-    """Options that state a medium: published, of a campaign, one penetration test, some pushes, or a file."""
+    """Options that state a medium: published, of a campaign, one penetration test, some pushes, or a file.
+
+    A command calls `check` before it imports anything slow, then `find_profile`.
+    """
 
     medium: MediumName = None
     profile: Annotated[
@@ -297,8 +338,13 @@ class MediumOptions:
         Path | None, file_option("A medium that was handed on: as rftfit export writes it.")
     ] = None
 
+    @property
+    def is_of_pushes(self) -> bool:
+        """True where the medium is known by pushes alone: one, or a table of some."""
+        return self.alpha is not None or self.pushes is not None
+
     def check(self, se: float | None = None) -> None:
-        """Refuse options that do not go together; `se`: standard error of --alpha."""
+        """Refuse options that do not go together; `se`: value of --se, standard error of --alpha; None: not given."""
         sources_given = list_given(self, "medium", "alpha", "pushes", "profile_file")
         if len(sources_given) != 1:
             raise InputError(
@@ -311,16 +357,15 @@ class MediumOptions:
             raise InputError(
                 f"found {choices_given[0]} with --profile-file; allowed: that file alone"
             )
-        of_pushes = self.alpha is not None or self.pushes is not None
         if self.profile is not None:
             from rftfit.model.profiles import KINDS
 
-            allowed = PROFILES_OF_PUSHES if of_pushes else KINDS
-            hint = "pushes give no other profile" if of_pushes else ""
+            allowed = PROFILES_OF_PUSHES if self.is_of_pushes else KINDS
+            hint = "pushes give no other profile" if self.is_of_pushes else ""
             choose("--profile", self.profile, allowed, hint)
         if se is not None and self.alpha is None:
             raise InputError("--se is the standard error of --alpha, so it needs --alpha")
-        if self.method is not None and self.results is None and not of_pushes:
+        if self.method is not None and self.results is None and not self.is_of_pushes:
             raise InputError(
                 "--method chooses among fits, so it needs --results DIR or --alpha; the published media "
                 "have those of Table S2"
@@ -332,17 +377,20 @@ class MediumOptions:
 
     @property
     def kind(self) -> str:
-        """Name of the profile; empty where the body decides between the table and the map of a medium."""
-        of_pushes = self.alpha is not None or self.pushes is not None
-        return self.profile or ("map" if of_pushes else "")
+        """Kind of profile: value of --profile, or its default.
+
+        Empty without either: then the table of the medium is taken where it is enough for the body, else the map.
+        """
+        return self.profile or ("map" if self.is_of_pushes else "")
 
     def find_profile(
         self, se: float | None = None, has_all_directions: Callable[[Profile], bool] | None = None
     ) -> Profile:
-        """Find the profile of the medium; call `check` before.
+        """Find the profile of the medium; call `check` before. Doubts about the medium are printed to standard error.
 
-        `has_all_directions`: function that tells whether a table has a number in every direction of the body, so that no
-        map is needed; default: in every direction there is.
+        `se`: Value of --se, standard error of --alpha, N/cm^3; None: not given. `has_all_directions`: Function that returns
+        True for a table with a number in every direction of the body, so that no map is needed; default: a table with any
+        hole is not enough.
         """
         from rftfit.reference import MEDIA
 
@@ -352,10 +400,11 @@ class MediumOptions:
             if table.doubt:
                 warn(f"warning: {self.profile_file.name} is of data that are {table.doubt}")
             return table
-        if self.alpha is not None or self.pushes is not None:
+        if self.is_of_pushes:
             return self._profile_of_pushes(se)
         assert self.medium is not None
         if self.results is None:
+            # a published medium
             hint = "published media; --results DIR for those of a campaign, --alpha for one penetration test"
             name = choose("--medium", self.medium, MEDIA, hint)
             if self.kind == "map":
@@ -363,6 +412,7 @@ class MediumOptions:
 
                 return published_map(name).profile
             return rftfit.published_medium(name, self.kind or "table")
+        # a medium of a campaign
         campaign = rftfit.open(self.results)
         choose("--medium", self.medium, campaign.media, f"in {self.results}")
         medium = campaign[self.medium]
@@ -373,17 +423,18 @@ class MediumOptions:
         return medium.as_profile(has_all_directions)
 
     def make_map(self, se: float | None = None) -> Map:
-        """Estimate the map from --alpha or --pushes."""
+        """Estimate the map from --alpha or --pushes, by the shape of known media; `se`: as in `find_profile`."""
         name, pushes = read_given_pushes(self.alpha, se, PushOptions(self.pushes))
         return estimate_map_of(name, pushes, shapes_in(self.results))
 
     def _profile_of_pushes(self, se: float | None) -> Profile:
-        """Estimate the map or the generic profile from --alpha or --pushes."""
+        """Estimate the map or the generic profile from --alpha or --pushes; `se`: as in `find_profile`."""
         if self.kind == "map":
             return self.make_map(se).profile
         name, pushes = read_given_pushes(self.alpha, se, PushOptions(self.pushes))
         reference = reference_in(self.results, self.method)
         profile = scale_from_pushes(name, pushes, reference, 0.95).profile
+        # forces by the map are shown beside those by nine terms; it is estimated only if they are wanted
         profile.beside = lambda: self.make_map(se).profile
         return profile
 
@@ -400,7 +451,11 @@ BodyOf = Annotated[
 
 @dataclass(frozen=True)
 class MeasuredLeg:
-    """A leg of --body-of: its outline, the height of its axle, and the error of the force model on it, learned there."""
+    """The leg of --leg with --body-of, which says where it was measured.
+
+    `hip_cm`: Height of its axle above the surface; None: the default of --hip. `body_error`: Error of the force model on this
+    leg, learned there.
+    """
 
     outline: Outline
     hip_cm: float | None
@@ -408,7 +463,10 @@ class MeasuredLeg:
 
 
 def find_measured_leg(source: str, body: BodyOptions) -> MeasuredLeg:
-    """Find the leg of --leg with the error of the force model on it; `source`: value of --body-of, where it was measured."""
+    """Find the leg of --leg with the error of the force model on it.
+
+    `source`: Value of --body-of: a campaign's folder, or "published". `body`: Options of the leg.
+    """
     from rftfit.compare.bodies import PUBLISHED, campaign_body_error, published_body_error
     from rftfit.forces.outlines import leg_outline
 
@@ -424,9 +482,12 @@ def find_measured_leg(source: str, body: BodyOptions) -> MeasuredLeg:
     return MeasuredLeg(leg_outline(described, body.leg, body.elements), hip, learned)
 
 
+# --- Contacts and pushes, and what is estimated from them
+
+
 @dataclass(frozen=True)
 class ContactOptions:
-    """Options of measured forces on a body that serves as penetrometer."""
+    """Options of measured forces on a body that serves as penetrometer: the forces tell what the medium is."""
 
     contacts: Annotated[
         Path | None,
@@ -443,7 +504,10 @@ class ContactOptions:
     body_of: BodyOf = None
 
     def read(self, body: BodyOptions) -> list[Contact]:
-        """Read the contacts of the file; none without a file."""
+        """Read the contacts of the file; none without a file, where options of a body are refused as they mean nothing.
+
+        `body`: Options of the body on which the forces were measured, unless it is a mesh.
+        """
         if self.contacts is None:
             options_given = [
                 *body.outlines_given,
@@ -478,7 +542,12 @@ class ContactOptions:
 def read_given_pushes(
     alpha: float | None, se: float | None, table: PushOptions
 ) -> tuple[str, Columns]:
-    """Return name and pushes: of the table if one is given, else of --alpha; without `se` its push has the usual error."""
+    """Return a name and the pushes: of the tables if any is given, else the one push of --alpha.
+
+    The name is that of the files, or the description of the push, for messages. The pushes are columns by name: directions
+    (``beta_deg``, ``gamma_deg``), alpha (N/cm^3) and its standard errors. `se`: Standard error of --alpha; None: the usual
+    scatter of beds.
+    """
     if table:
         return table.read()
     from rftfit.model.pushes import describe_push, one_push
@@ -486,12 +555,11 @@ def read_given_pushes(
     return describe_push(alpha or 0.0, se), one_push(alpha or 0.0, se)
 
 
-PROFILES_OF_PUSHES = ("map", "generic")
-"""Profiles that can be estimated from pushes alone."""
-
-
 def shapes_in(folder: Path | None) -> Shapes:
-    """Return the known media for the shape of a new medium: the published five, with those of a campaign if any."""
+    """Return the media by whose common shape a map is estimated: the published five, with those of a campaign if any.
+
+    `folder`: Value of --results; None: not given.
+    """
     return rftfit.published_shapes() if folder is None else rftfit.open(folder).shapes()
 
 
@@ -504,7 +572,8 @@ def estimate_map_of(
 ) -> Map:
     """Estimate the map from pushes or contacts; an error names their file or option.
 
-    `name`: a file, whose name without ending is that of the map, or the description of one push, which has an ``=``.
+    `name`: As `read_given_pushes` returns it: a file, whose name without ending is that of the map, or the description of
+    one push, which has an ``=``. `pushes`: None: contacts alone. `shapes`: Known media (`shapes_in`); None: the published.
     """
     name_of_map = Path(name).stem if "=" not in name else name
     try:
@@ -516,7 +585,10 @@ def estimate_map_of(
 def scale_from_pushes(
     name: str, pushes: Columns, reference: Reference, confidence: float
 ) -> ScaledMedium:
-    """Scale by the paper's routine from the push straight down among some pushes; `name`: their file or option, for errors."""
+    """Scale a medium by the paper's routine, zeta times the generic profile, from the push straight down among some pushes.
+
+    `name`: Their file or option, for messages. `reference`: Media by which it is scaled (`reference_in`).
+    """
     from rftfit.model.pushes import push_straight_down
 
     alpha_and_se = push_straight_down(pushes, confidence)
@@ -527,7 +599,12 @@ def scale_from_pushes(
     return rftfit.scale_by_paper(*alpha_and_se, reference, confidence)
 
 
+# --- A body and its motion
+
+
 _MOST_ELEMENTS = 10_000
+"""Most elements that an outline is cut into."""
+
 _WIDTH_CM = 2.54
 """Width of the model legs."""
 
@@ -537,7 +614,7 @@ _MOST_CM = 1000.0
 
 @dataclass(frozen=True)
 class BodyOptions:
-    """Options of a leg or any outline in the plane, and of its motion."""
+    """Options of a leg or any outline in the plane (x forward, z up), and of its motion."""
 
     leg: Annotated[
         str | None, typer.Option(help="Model leg: c_leg, flat_leg or reversed_c_leg.")
@@ -578,11 +655,11 @@ class BodyOptions:
 
     @property
     def outlines_given(self) -> list[str]:
-        """Options given that name an outline."""
+        """Names of the options given that state an outline; more than one is an error."""
         return list_given(self, "leg", "curvature", "outline")
 
     def make_outline(self) -> Outline:
-        """Make the outline: a model leg, a leg of a curvature R/r, or a csv of points."""
+        """Make the outline: a model leg, a leg of a curvature R/r, or a csv of points; refuse options that do not fit it."""
         from rftfit.forces.outlines import CURVATURES, arc, model_leg, read_outline
 
         if len(self.outlines_given) != 1:
@@ -621,7 +698,7 @@ class BodyOptions:
         return read_outline(self.outline, self.width, self.elements)
 
     def make_motion(self) -> Motion:
-        """Make the motion: a rotation about an axle, or a path from a file."""
+        """Make the motion of an outline: a rotation about an axle at the height --hip, or a path from a file."""
         from rftfit.forces.motion import HIP_HEIGHT_CM, read_path
 
         if self.path is None:
@@ -640,7 +717,7 @@ class BodyOptions:
 
 @dataclass(frozen=True)
 class MeshOptions:
-    """A body in space, and how it moves."""
+    """Options of a body in space, and of its motion."""
 
     mesh: Annotated[
         Path | None,
@@ -669,7 +746,11 @@ class MeshOptions:
     friction: FrictionOfMesh = None
 
     def check(self, body: BodyOptions, has_figure: bool) -> None:
-        """Refuse options of a mesh without one, and those of an outline with one."""
+        """Refuse options of a mesh without one, those of an outline with one, and a mesh without unit or motion.
+
+        `body`: Options of an outline, of which --path serves a mesh, too. `has_figure`: True where --figure was given, which
+        shows a mesh alone.
+        """
         if self.mesh is None:
             options_given = [
                 *list_given(self, "unit", "sheet", "friction", "press", "roll", "rim", "no_track"),
@@ -706,7 +787,10 @@ class MeshOptions:
             raise InputError(f"found {option} without --roll SINKAGE,SLIP, to which it belongs")
 
     def make_motion(self, mesh: Mesh, path: Path | None) -> Motion3D:
-        """Move a mesh along a path, press it straight down, or roll it for one turn."""
+        """Make the motion of a mesh: along a path, straight down (--press), or rolling for one turn (--roll).
+
+        `path`: Value of --path; None: not given.
+        """
         if path is not None:
             return rftfit.Motion3D.read(path)
         try:
@@ -740,11 +824,14 @@ class PushOptions:
 
     @property
     def files(self) -> tuple[Path | None, ...]:
-        """Both files; None where one is not given."""
+        """Both files, which a command must not overwrite; None where one is not given."""
         return self.pushes, self.profile_file
 
     def read(self) -> tuple[str, Columns]:
-        """Read the pushes, returned with the names of the files; warnings are printed."""
+        """Read the pushes of both files; return the names of the files and the pushes, as `read_given_pushes` does.
+
+        Warnings are printed to standard error.
+        """
         from rftfit.model.profile_file import collect_pushes
 
         name, pushes, warnings = collect_pushes(*self.files)

@@ -1,4 +1,8 @@
-"""Output of commands: lines, tables and files."""
+"""Output of commands: text or JSON of an answer, csv below its mark, pictures; which files may be overwritten.
+
+A *mark* is a text by which a command knows files that it has written: a csv begins with it, a picture has it in its metadata.
+Only files with the mark are overwritten unasked.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class Answer(Protocol):
-    """Result of a command, for people and for scripts."""
+    """Result of a command, for people and for scripts: what `print_answer` takes."""
 
     def summary(self, *most: Any, **_: Any) -> str:
         """Format the result for people; `most`: Most entries of each list, for a result that has lists."""
@@ -49,18 +53,27 @@ def warn(text: str) -> None:
 
 
 def format_comments(mark: str, notes: Iterable[str]) -> str:
-    """Format the lines above a table: its mark with the version, and notes, one line each even with a line break in one."""
+    """Format the lines above a table: its mark with the version, and notes on its origin.
+
+    A note is one line, even if it has a line break: a second line would be read as a row.
+    """
     first_line = f"{mark} (rftfit {__version__})\n"
     return first_line + "".join(f"# {' '.join(note.split())}\n" for note in notes if note)
 
 
 def print_answer(answer: Answer, as_json: bool, *most: int | None, **files: Any) -> None:
-    """Print an answer for people, or as JSON with the names of the files that are written; `most`: as in `Answer`."""
+    """Print an answer for people, or as JSON with the names of files that are written.
+
+    `most`: As in `Answer.summary`; only answers with lists take it. `files`: Path of each file by its key in the JSON.
+    """
     print_line(json_text(answer.as_dict() | files) if as_json else answer.summary(*most))
 
 
 def write_csv(path: Path, columns: Columns, mark: str, notes: Iterable[str], digits: int) -> None:
-    """Write a table below its mark and notes on its origin; `digits`: significant ones of each number."""
+    """Write a table as csv below its mark and notes on its origin.
+
+    `columns`: Numbers or words by name of the column, shape (rows,) each. `digits`: Significant ones of each number.
+    """
     from rftfit.store import write_text
 
     table = io.StringIO()
@@ -71,7 +84,7 @@ def write_csv(path: Path, columns: Columns, mark: str, notes: Iterable[str], dig
 
 
 def _format_cells(column: npt.ArrayLike, digits: int) -> list[object]:
-    """Format a column of numbers or words as cells of a csv; None and NaN are empty cells."""
+    """Format a column of numbers or words as cells of a csv; None and NaN are empty cells. `digits`: Significant ones."""
     import numpy as np
 
     values = np.asarray(column)
@@ -117,8 +130,9 @@ def check_target(
 ) -> None:
     """Refuse to overwrite a file that is read, or, unless the user said `force`, one without the mark of the command.
 
-    `mark`: words by which a command knows its files: a table begins with it, a picture has it somewhere in its metadata.
-    `what`: name of the content, for messages. `inputs`: files that the command reads. `option`: option that names the file.
+    Commands call it before any work, so that a long calculation is not lost. `path`: File to be written. `what`: Name of
+    its content, for messages. `inputs`: Files that the command reads; None stands for an option not given. `option`: Option
+    that names the file. `picture`: True for a picture, in which the mark may stand anywhere.
     """
     refuse_target_by_link(path)
     if path.is_dir():
@@ -147,7 +161,7 @@ def check_target(
 
 
 def check_picture(path: Path | None, mark: str, force: bool, option: str = "--figure") -> None:
-    """Refuse the file of a picture as `check_target` does, or if its ending is no format of figures."""
+    """Refuse the file of a picture as `check_target` does, or if its ending is no format of figures; None: no picture."""
     if path is None:
         return
     from rftfit.figures.style import PRINTED
@@ -164,7 +178,7 @@ def _ending(path: Path) -> str:
 
 
 def write_picture(path: Path, figure: Figure, mark: str = "") -> None:
-    """Write a figure in the format that the name of its file ends in."""
+    """Write a figure in the format that the name of its file ends in, with the mark in its metadata."""
     from rftfit.figures.style import content
     from rftfit.store import write_bytes
 

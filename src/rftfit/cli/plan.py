@@ -1,4 +1,8 @@
-"""``rftfit plan``: chooses which pushes to make next."""
+"""``rftfit plan``: options of a plan of the next pushes; its target, and the map of what was pushed already.
+
+The *target* is what is to be known well: the map (alpha in all directions), zeta (the size of alpha), or forces on a body.
+Directions are angles of the plate, beta, and of its path, gamma, in degrees.
+"""
 
 from __future__ import annotations
 
@@ -21,6 +25,7 @@ _DRAWN = "drawn by rftfit plan"
 """Mark in a figure: only figures with it are overwritten unasked."""
 
 TARGETS = ("map", "zeta", "legs", "robot")
+"""Values of --target."""
 
 
 @options.grouped
@@ -98,6 +103,7 @@ def plan(
     ]
     aim = find_target(target, body, mesh_options)
     betas, gammas = _read_angles("--beta", beta), _read_angles("--gamma", gamma)
+    # what is known of the medium before the planned pushes
     before = _estimate_present_map(push_options, results, medium, (betas, gammas), confidence)
     limits = rftfit.Rig(reachable(before, betas, gammas), pairs, depths, error_percent)
     try:
@@ -121,7 +127,10 @@ def plan(
 def find_target(
     target: str | None, body: options.BodyOptions, mesh_options: options.MeshOptions
 ) -> Target | str:
-    """Return the target of a plan, or its name, by the options of the command line: ``map`` if there are none."""
+    """Return the target of a plan, or its name where it is ``map`` or ``zeta``, by the options of the command line.
+
+    `target`: Value of --target; None: not given, then a body given by options is the target, or else the map.
+    """
     from rftfit.forces.outlines import CURVATURES
     from rftfit.forces.planning import peaks
 
@@ -147,12 +156,13 @@ def find_target(
         from rftfit.robot.config import paper_robot
         from rftfit.robot.sweep import speed_target
 
+        # curvature of the legs R'/r and stride frequency, Hz: c-legs, flat and reversed legs
         return speed_target(paper_robot(), [(1.0, 2.0), (0.0, 2.0), (-1.0, 2.0)])
     return target or "map"
 
 
 def _read_angles(option: str, text: str | None) -> tuple[float, ...]:
-    """Read a list of angles, degrees; none where the option is not there."""
+    """Read a list of angles, degrees, the value of the option that `option` names; empty where it was not given."""
     if text is None:
         return ()
     angles = tuple(options.parse_numbers(option, text))
@@ -170,12 +180,14 @@ def _estimate_present_map(
 ) -> Map:
     """Estimate the map from the pushes that were made; without any, return the map of all known media.
 
-    `angles`: angles beta of the plate and gamma of the path that the rig can have, degrees; empty: the paper's.
+    `pushes`: Options of tables of pushes. `results`, `medium`: A medium of a campaign instead; None: not given. `angles`:
+    Angles beta of the plate and gamma of the path that the rig can have, degrees; empty: the paper's.
     """
     from rftfit.forces.planning import prior_map
     from rftfit.model.maps import estimate, map_nodes
     from rftfit.model.pushes import pushes_of
 
+    # nodes: directions of the map, which have to be those that the rig can push
     nodes, name = map_nodes(*angles), str(medium)
     if (results is None) != (medium is None) or (results is not None and pushes):
         raise InputError(

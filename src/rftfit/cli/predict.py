@@ -1,4 +1,8 @@
-"""``rftfit predict``: forces on a leg or any outline in the plane, or on a mesh in space."""
+"""``rftfit predict``: options of the forces on a leg, outline or mesh; what its answer warns of; the table of forces.
+
+A *profile* is a function alpha(beta, gamma) of the medium: stress per depth, N/cm^3. Its *spread* is a stack of draws, alpha
+with errors as likely as the measured ones, from which intervals follow. Forces (N) are those of the medium on the body.
+"""
 
 from __future__ import annotations
 
@@ -28,15 +32,6 @@ MARK = "# forces written by rftfit predict"
 
 _DRAWN = "drawn by rftfit predict"
 """Mark in a figure: only figures with it are overwritten unasked."""
-
-_LEFT_OUT = {
-    "table": "how alpha runs between the directions of the table",
-    "fourier": "what nine terms miss of alpha",
-}
-"""Errors of a force that its interval leaves out, by profile."""
-
-_TRIANGLE_S = 5e-8
-"""Time for the force on one triangle in one pose by one draw, s."""
 
 
 @options.grouped
@@ -68,6 +63,7 @@ def predict(
 
     mesh_options.check(body, figure is not None)
     mesh = mesh_options.mesh
+    # body, motion and medium are read one after another, and one message names the errors of all
     inputs = CollectedErrors()
     shape: Any = None
     motion: Any = None
@@ -86,13 +82,15 @@ def predict(
     with inputs.collect():
         if mesh is None:
             motion = body.make_motion()
+        # a path can be read without the mesh; pressing and rolling begin at its lowest point
         elif shape is not None or body.path is not None:
             motion = mesh_options.make_motion(shape, body.path)
+        # cut so fine that the force on each element is that at its middle
         if shape is not None and motion is not None:
             shape = fine_enough(shape, motion)
 
     def has_all_directions(table: Profile) -> bool:
-        """Tell whether a table has a number in every direction of the body; True where body or motion could not be read."""
+        """Return True where a table has a number in every direction of the body, or body or motion could not be read."""
         is_read = shape is not None and motion is not None
         return not is_read or set_in_motion(shape, motion).is_covered_by(table)
 
@@ -122,6 +120,7 @@ def predict(
         left_out=_find_left_out(medium_options, source),
     )
     print_answer(answer, as_json, forces=str(output))
+    # a table may lack directions of the body, which a map would have
     needs_less = results is not None and medium_options.kind in ("table", "depth_only")
     cure = "; --profile map needs one push in any direction only" if needs_less else ""
     config = rftfit.open(results).config if results else None
@@ -129,6 +128,7 @@ def predict(
     for doubt in [*answer.list_doubts(cure), *beyond]:
         warn(f"warning: {doubt}")
     # after the numbers are out: a folder that cannot be written must not hide them
+    # what is left of sums that cancel, such as the force across the motion of a symmetric mesh, becomes 0
     forces = answer.forces.round(9) if answer.in_space else answer.forces
     write_csv(output, forces.drop(columns="reason"), MARK, answer.notes, digits=12)
     if figure is not None:
@@ -142,8 +142,15 @@ def predict(
         )
 
 
+_LEFT_OUT = {
+    "table": "how alpha runs between the directions of the table",
+    "fourier": "what nine terms miss of alpha",
+}
+"""Errors of a force that its interval leaves out, by kind of profile."""
+
+
 def _find_left_out(medium_options: options.MediumOptions, source: Profile) -> str:
-    """Name the error that intervals leave out by the form of the profile of a named medium; empty if none."""
+    """Name the error that the intervals of a published or campaign's medium leave out by its kind of profile; empty: none."""
     if not medium_options.medium:
         return ""
     form = medium_options.kind or ("table" if source.form == "table" else "")
@@ -153,7 +160,10 @@ def _find_left_out(medium_options: options.MediumOptions, source: Profile) -> st
 def _choose_map(
     medium_options: options.MediumOptions, model_error: float | None
 ) -> options.MediumOptions:
-    """Return the options with the map of the medium, because the error on a leg of --body-of was learned with maps."""
+    """Return the options with the map of the medium, because the error on a leg of --body-of was learned with maps.
+
+    --model-error would state that error a second time, and is refused.
+    """
     if model_error is not None:
         raise InputError("found --model-error and --body-of; allowed: one of them")
     if medium_options.profile not in (None, "map"):
@@ -164,7 +174,7 @@ def _choose_map(
 
 
 def _refuse_unmeasured_error(profile: Profile, model_error: float | None) -> None:
-    """Refuse a --model-error above 0 with a profile whose own error was never measured."""
+    """Refuse a --model-error above 0 with a profile for which the error of the force model was never measured."""
     from rftfit.forces.model_error import eps_of
 
     try:
@@ -173,8 +183,15 @@ def _refuse_unmeasured_error(profile: Profile, model_error: float | None) -> Non
         raise InputError(f"--model-error: {error}") from error
 
 
+_TRIANGLE_S = 5e-8
+"""Time for the force on one triangle in one pose by one draw, s."""
+
+
 def _warn_of_time(source: Any, mesh: Mesh, poses: int) -> None:
-    """Warn where the forces by all draws of alpha, on all triangles in all poses, take more than a minute."""
+    """Warn where the forces by all draws of alpha, on all triangles in all poses, take more than a minute.
+
+    `source`: Profile of the medium. `poses`: Number of poses of the motion.
+    """
     from rftfit.model.profiles import Profile
 
     draws = len(source.spread.parameters[0]) if isinstance(source.spread, Profile) else 1

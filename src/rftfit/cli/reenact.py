@@ -1,4 +1,7 @@
-"""``rftfit reenact``: the demonstration campaign, made from published results."""
+"""``rftfit reenact``: options of the demonstration campaign, whose logs the simulated lab makes (`rftfit.lab`).
+
+A *layout* is a campaign whose config was read, and whose run sheet and logs may not be there yet.
+"""
 
 from __future__ import annotations
 
@@ -22,6 +25,7 @@ NOT_RECORDED = (
     "These logs are simulated from published results: they are not original recordings, and what\n"
     "is computed from them shows how well the program works, not how sand behaves."
 )
+"""Last words of the command."""
 
 
 def reenact(
@@ -104,6 +108,7 @@ def reenact(
         init_demonstration(Path())
         print_line(f"This folder was empty: {config} of the demonstration is written.")
     options.need_campaign(config)
+    # a folder that fills while `rftfit watch` looks: a campaign of its own
     if live is not None:
         config = copy_config(config, live)
     layout = read_layout(config)
@@ -168,7 +173,7 @@ def reenact(
 
 
 def _is_empty(folder: Path) -> bool:
-    """Tell whether a folder has nothing in it but hidden files."""
+    """Return True for a folder with nothing in it but hidden files."""
     return all(path.name.startswith(".") for path in folder.iterdir())
 
 

@@ -1,4 +1,4 @@
-"""``rftfit run``: the workflow with sane defaults, progress, and failures that can be read."""
+"""``rftfit run``: options of a run, its progress bar, what is printed at its end; see `rftfit.workflow.run`."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _RESERVED = (
     "-R",
     "--logger",
 )
-"""Options of Snakemake that `rftfit run` sets itself."""
+"""Options of Snakemake that `rftfit run` sets itself: a second value would take the campaign or its records from it."""
 
 
 def run(
@@ -76,6 +76,7 @@ def run(
     """
     from rftfit.workflow.run import Workflow
 
+    # extra: options of Snakemake
     targets, extra = _split_words(words or [])
     workflow = Workflow(config, targets, extra, cores, cluster, snakefile, results_at, say=warn)
     if printed:
@@ -91,6 +92,7 @@ def run(
     if dry_run:
         progress = workflow.dry_run()
     else:
+        # the function that shows jobs becomes that attribute
         with shown_jobs() as workflow.on_job:
             progress = workflow.run()
     if progress.nothing_to_do:
@@ -116,7 +118,10 @@ def run(
 
 
 def _split_words(words: list[str]) -> tuple[list[str], list[str]]:
-    """Split the words of the command line into targets and, from the first with a dash on, options of Snakemake."""
+    """Split the words of the command line into targets and, from the first with a dash on, options of Snakemake.
+
+    An option that this command sets itself is refused.
+    """
     first = next((i for i, word in enumerate(words) if word.startswith("-")), len(words))
     for word in words[first:]:
         if word.partition("=")[0] in _RESERVED:
@@ -129,10 +134,15 @@ def _split_words(words: list[str]) -> tuple[list[str], list[str]]:
 
 @contextmanager
 def shown_jobs() -> Iterator[Callable[[Progress, Job | None], None]]:
-    """Yield a function for `Workflow.on_job` that shows jobs as they finish: a bar in a terminal, else one line for each."""
+    """Yield a function that shows jobs as they finish: a bar in a terminal, else one line for each.
+
+    It is to be `Workflow.on_job`: called after each line of Snakemake, with the progress and the job that has finished by
+    this line, or None.
+    """
     if not sys.stdout.isatty():
 
         def print_job(progress: Progress, finished: Job | None) -> None:
+            """Print a line for a job that has finished, with the numbers of jobs done and planned."""
             if finished is not None:
                 width = len(str(progress.total))
                 print_line(f"[{progress.done:{width}d}/{progress.total}] {finished}")
@@ -159,6 +169,7 @@ def shown_jobs() -> Iterator[Callable[[Progress, Job | None], None]]:
         task = bars.add_task("finding what has to be done", total=None)
 
         def move_bar(progress: Progress, finished: Job | None) -> None:
+            """Move the bar to the number of jobs done, and name the job that has finished."""
             if finished is not None:
                 failed = f", {len(progress.failed)} failed" if progress.failed else ""
                 bars.update(task, description=f"{finished}{failed}")

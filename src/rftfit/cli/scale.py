@@ -1,4 +1,8 @@
-"""``rftfit scale``: from one penetration test in the field to a whole stress profile."""
+"""``rftfit scale``: options by which alpha of a medium follows from one test, some pushes or contacts; its table.
+
+Two ways lead to alpha in all directions: a *map*, estimated by the shape that known media share, and the paper's routine
+(--profile generic), zeta times the nine terms M0 of the generic profile. Contacts are measured forces on a leg.
+"""
 
 from __future__ import annotations
 
@@ -89,6 +93,7 @@ def scale(
         name = str(contacts_file)
     else:
         name, pushes = options.read_given_pushes(alpha, se, push_options)
+    # generic excludes contacts, so there are pushes
     if profile == "generic" and pushes is not None:
         scaled = options.scale_from_pushes(name, pushes, reference, confidence)
         answer = answer_of_test(scaled)
@@ -97,6 +102,7 @@ def scale(
         estimated = options.estimate_map_of(name, pushes, shapes, confidence, contacts)
         answer = answer_of_pushes(name, estimated, pushes, reference)
         if contacts:
+            # what the contacts alone tell stands beside what all tell
             by_contacts = estimated
             if pushes is not None:
                 by_contacts = options.estimate_map_of(

@@ -1,4 +1,4 @@
-"""``rftfit simulate`` and ``rftfit sweep``: runs of the robot."""
+"""``rftfit simulate`` and ``rftfit sweep``: options and files of a run of the robot, of the whole sweep."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 
 MOTION = "motion.csv"
+"""File of the table of motion, in the folder of a run."""
 MARK = "# motion written by rftfit simulate"
 """Beginning of the first line of a table of motion: only tables with it are overwritten unasked."""
 
@@ -29,7 +30,7 @@ PICTURES = (FIGURE, "animation.gif", "animation.mp4")
 
 
 def check_folder(folder: Path, force: bool) -> None:
-    """Refuse a folder with files that an earlier run did not write, unless the user said `force`."""
+    """Refuse to write into a folder with files that an earlier run did not write, unless the user said `force`."""
     if folder.exists() and not folder.is_dir():
         raise OutputError(f"{folder}: this is a file; name a folder for the results")
     check_target(folder / MOTION, MARK, "motion", force)
@@ -45,7 +46,10 @@ def check_folder(folder: Path, force: bool) -> None:
 
 
 def write_animation(folder: Path, shots: Sequence[Picture], seconds: float) -> list[Path]:
-    """Write pictures, each shown for some seconds, as gif, and as mp4 where ffmpeg is installed; return the files."""
+    """Write an animation as gif, and as mp4 where ffmpeg is installed; return the files.
+
+    `shots`: Its pictures, in their order. `seconds`: Time for which each is shown.
+    """
     from rftfit.figures.animation import gif_bytes, mp4_bytes
     from rftfit.store import write_bytes
 
@@ -120,8 +124,9 @@ def simulate(
 
 
 SWEEP = tuple(f"results/robot_full/{name}.csv" for name in ("speed", "optimum", "errors"))
+"""Tables of the whole sweep: a run each, the best curvatures, differences from measured speeds."""
 SWEEP_FIGURES = ("speed", "profiles", "curvature")
-"""Tables and figures of the whole sweep."""
+"""Names of its figures, after ``robot_full_``."""
 
 
 def sweep(

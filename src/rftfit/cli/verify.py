@@ -1,4 +1,4 @@
-"""``rftfit verify``: tells what results were made from, and whether logs, settings and code are still the same."""
+"""``rftfit verify``: options, and when it ends with exit code 5; see `rftfit.workflow.verify`, ``remake``."""
 
 from __future__ import annotations
 

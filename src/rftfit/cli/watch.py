@@ -1,4 +1,4 @@
-"""``rftfit watch``: measures while the campaign is recorded, and says which push to make next."""
+"""``rftfit watch``: options; the loop that looks, prints events and sends the live page; see `rftfit.bench`."""
 
 from __future__ import annotations
 
@@ -61,9 +61,12 @@ def watch(
 
     watched = Watch(config, wait, find_target(target, options.BodyOptions(), options.MeshOptions()))
     page = None if no_page else LivePage(port)
+    # set by the page's server when a browser asks; without a page never
     page_is_asked = page.asked if page else Signal()
 
     def print_event(event: Event) -> None:
+        """Print an event as a sentence, or as one line of JSON."""
+        # empty for an event that needs no line
         sentence = json_text(event.as_dict(), indent=None) if as_json else event.summary()
         if sentence:
             print_line(sentence)

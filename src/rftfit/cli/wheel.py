@@ -1,4 +1,8 @@
-"""``rftfit wheel``: drawbar, torque and sinkage of a rolling wheel at its load."""
+"""``rftfit wheel``: options of drawbar, torque and sinkage of a rolling wheel at its load; its table and figure.
+
+Drawbar is the force (N) that the wheel can pull with, sinkage the depth (cm) of the lowest point of its rim, slip the share
+by which it turns faster than it moves.
+"""
 
 from __future__ import annotations
 
@@ -30,9 +34,6 @@ MARK = "# wheel written by rftfit wheel"
 
 _DRAWN = "drawn by rftfit wheel"
 """Mark in a figure: only figures with it are overwritten unasked."""
-
-_WITHOUT_LUGS = (0.0, 0.0, 0.5)
-"""Height, number and thickness of lugs (cm) where the drawing states none."""
 
 
 @options.grouped
@@ -120,6 +121,7 @@ def wheel(
     medium_options.check(se)
     if measured is not None and figure is None:
         raise InputError("found --measured without --figure FILE, to which it belongs")
+    # wheel, numbers and medium are read one after another, and one message names the errors of all
     inputs = CollectedErrors()
     shape: Mesh | None = None
     points: pd.DataFrame | None = None
@@ -182,15 +184,19 @@ def wheel(
         print_line(f"\nTable: {output}" + (f"; figure: {figure}" if figure else ""))
 
 
+_WITHOUT_LUGS = (0.0, 0.0, 0.5)
+"""Height (cm), number and thickness (cm) of lugs where the drawing states none."""
+
+
 def _read_wheel(mesh: Path | None, unit: str | None, drawing: str | None) -> Mesh:
-    """Read the wheel from its mesh, or make it from its drawing."""
+    """Read the wheel from its mesh, or make it from its drawing; `unit`: of the mesh. None: the option was not given."""
     if (mesh is None) == (drawing is None):
         raise InputError("allowed: either --mesh FILE --unit UNIT or --drawing RADIUS,WIDTH,...")
     if drawing is not None:
         if unit is not None:
             raise InputError("found --unit without --mesh FILE, to which it belongs")
         sizes = options.parse_numbers("--drawing", drawing)
-        # radius and width are needed: what the drawing lacks comes from the end of the defaults
+        # radius and width are needed; what the drawing lacks of the three numbers behind them comes from the end of the defaults
         numbers = [*sizes, *_WITHOUT_LUGS[len(sizes) - 2 :]]
         if len(sizes) not in (2, 4, 5) or numbers[3] != int(numbers[3]):
             raise InputError(
@@ -209,12 +215,18 @@ def _read_wheel(mesh: Path | None, unit: str | None, drawing: str | None) -> Mes
 
 
 def _has_numbers(shape: Mesh | None, friction: float | None, table: Profile) -> bool:
-    """Tell whether a table has a number in every direction of the wheel; True where the wheel could not be read."""
+    """Return True where a table has alpha in every direction of the wheel, so that no map is needed.
+
+    True also where the wheel could not be read (`shape` is None), whose error is reported anyway.
+    """
     from rftfit.forces.wheel import has_number
 
     return shape is None or has_number(table, shape, friction)
 
 
 def _one_or_all(numbers: list[float] | None) -> Any:
-    """Return a number that is for all slips as a float, and one for each slip as a list."""
+    """Return numbers of an option as `rftfit.wheel` takes them: a single one is for all slips, several are one for each.
+
+    None: the option was not given.
+    """
     return numbers[0] if numbers is not None and len(numbers) == 1 else numbers

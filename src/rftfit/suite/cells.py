@@ -1,4 +1,8 @@
-"""Look-up of numbers in tables of results, by a key that names the cells of their row."""
+"""Look-up of numbers in tables of results, by a key that names cells of their row; when a cell agrees with a key.
+
+A key is a dict from column to word, as ``{"medium": "yuma", "leg": "c_leg"}``. A word may also stand in the name of the table,
+as ``results/alpha/{medium}.csv``; the others choose the row.
+"""
 
 from __future__ import annotations
 
@@ -16,18 +20,16 @@ from rftfit.suite.declared import EVERY, NumberCells, format_key
 from rftfit.table.numbers import NO_VALUE
 from rftfit.table.text import records_of
 
-_SAME = 1e-6
-"""Relative difference below which numbers of a key are equal, since tables have six digits."""
-
 
 class NoRow(LookupError):
     """A table does not exist, lacks a column, or does not have exactly one row with a key."""
 
 
 class TableNumber(NamedTuple):
-    """A number of a table (or a word), its interval, the allowed difference (`error`), and the cells of its row.
+    """A number of a table (or a word), in the unit of the answer.
 
-    NaN stands for an end or an error that is not stated.
+    `lo`, `hi`: Its 95 % interval; NaN: not stated. `error`: Difference that is allowed, of a published number; NaN: not
+    stated. `cells`: All cells of its row, by column.
     """
 
     value: float | str
@@ -38,23 +40,24 @@ class TableNumber(NamedTuple):
 
 
 class CalculatedTables:
-    """Tables below a folder, read once as texts."""
+    """Tables below the folder of an example, each read once, as texts."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self._tables: dict[str, pd.DataFrame] = {}
 
     def read(self, name: str) -> pd.DataFrame:
-        """Read a table with commas or blanks between its cells; lines that begin with # are left out.
+        """Read a table with commas or blanks between its cells, each cell as text; raise NoRow if there is no such file.
 
-        A cell without a value becomes an empty text.
+        `name`: Path from the folder. Commands of this program put notes, which begin with #, above a table: they are left
+        out. A cell without a value becomes an empty text.
         """
         if name not in self._tables:
             path = self.folder / name
             if not path.is_file():
                 raise NoRow(f"there is no {name}")
             text = path.read_text(encoding="utf-8")
-            # without a note at the top, a line that begins with # is a row, and only empty lines are left out
+            # without a note at the top, a line that begins with # is a row: only empty lines are left out
             begin_of_left_out = "#" if text.startswith("#") else "\n"
             lines = [
                 line for line in text.splitlines(keepends=True) if line[0] != begin_of_left_out
@@ -66,7 +69,10 @@ class CalculatedTables:
         return self._tables[name]
 
     def rows(self, cells: NumberCells, key: Mapping[str, str]) -> pd.DataFrame:
-        """Return the rows of a table with the cells that a key names; `EVERY` allows any cell."""
+        """Return the rows of the table of `cells` that have the cells of a key; the word `EVERY` allows any cell.
+
+        Raises NoRow if the table or one of the columns is not there.
+        """
         table = self.read(fill_words(cells.table, key))
         for column, word in _cells_of_row(cells, key).items():
             if column not in table:
@@ -76,7 +82,10 @@ class CalculatedTables:
         return table
 
     def number(self, cells: NumberCells, key: Mapping[str, str]) -> TableNumber:
-        """Look up the number in the only row with a key; raise NoRow if there is not exactly one."""
+        """Look up a number in the only row with a key; raise NoRow if there is not exactly one.
+
+        `cells`: Table and columns in which it stands.
+        """
         rows = self.rows(cells, key)
         if len(rows) != 1:
             count = "no row" if rows.empty else f"{len(rows)} rows"
@@ -86,7 +95,10 @@ class CalculatedTables:
 
 
 def read_number(cells: NumberCells, row: Mapping[str, str]) -> TableNumber:
-    """Read a number and its interval from the cells of a row."""
+    """Read a number and its interval from the cells of a row, by column; `cells` says in which columns they stand.
+
+    Raises NoRow if one of these is not there. An interval is stated by its ends, or by a standard error.
+    """
     lacking = {cells.value, cells.lo, cells.hi, cells.se, cells.error} - {None, *row}
     if lacking:
         raise NoRow(f"{cells.table} has no column {', '.join(sorted(map(str, lacking)))}")
@@ -109,7 +121,7 @@ def read_number(cells: NumberCells, row: Mapping[str, str]) -> TableNumber:
 
 
 def parse_cell(cell: str) -> float | str:
-    """Return the number in a cell, or its text if it is no number; NaN for an empty cell."""
+    """Return the number in a cell, NaN for an empty one, or its text if it is no number."""
     if not cell.strip():
         return math.nan
     try:
@@ -119,7 +131,7 @@ def parse_cell(cell: str) -> float | str:
 
 
 def fill_words(pattern: str, key: Mapping[str, str]) -> str:
-    """Replace names in braces by the words of a key, as in `results/alpha/{medium}.csv`."""
+    """Replace names in braces by words of a key, as in `results/alpha/{medium}.csv`; InputError if the key lacks one."""
     try:
         return pattern.format_map(key)
     except (KeyError, ValueError, IndexError):
@@ -135,8 +147,12 @@ def _cells_of_row(cells: NumberCells, key: Mapping[str, str]) -> dict[str, str]:
     return {name: word for name, word in key.items() if f"{{{name}}}" not in cells.table}
 
 
+_SAME = 1e-6
+"""Relative difference below which numbers of a key are equal, since tables have six digits."""
+
+
 def is_same(cell: str, word: str) -> bool:
-    """Return True if a cell agrees with a word; two numbers are compared as numbers."""
+    """Return True if a cell agrees with a word of a key; two numbers are compared as numbers: 90 agrees with 90.0."""
     numbers = parse_cell(cell), parse_cell(word)
     if all(isinstance(number, float) and math.isfinite(number) for number in numbers):
         return math.isclose(*map(float, numbers), rel_tol=_SAME, abs_tol=1e-12)
@@ -144,7 +160,7 @@ def is_same(cell: str, word: str) -> bool:
 
 
 def look_up(folder: Path, cells: NumberCells, key: Mapping[str, str]) -> float:
-    """Look up a number in an earlier result that a command needs.
+    """Look up a number that a command of an example needs in the results of an earlier one, below `folder`.
 
     Raises
     ------

@@ -1,4 +1,10 @@
-"""An example of the suite as its folder declares it: ``example.yaml``, ``answer.csv`` and ``README.md``."""
+"""Formats of an example of the validation suite: ``example.yaml`` and ``answer.csv`` in its folder, read and checked.
+
+An example is measured data of somebody else, commands of this program that are run on them, and an *answer*: numbers that
+the authors published. Each row of ``answer.csv`` has a published number, and a *key*, cells that name the row of a table
+of results where the program's number stands, as ``medium=yuma; leg=c_leg``. Its *quantity*, an entry of ``example.yaml``,
+says in which table and column.
+"""
 
 from __future__ import annotations
 
@@ -27,14 +33,12 @@ Domain = Literal["plates", "penetrations", "legs", "robot", "wheels"]
 DOMAINS = get_args(Domain)
 """Kinds of compared numbers, in the order of the page."""
 
-EVERY = "*"
-"""Word of a key that any cell agrees with."""
-
-_HEX_DIGITS = 64
-
 
 def _check_relative(name: str) -> str:
-    """Return a path; raise ValueError if it is absolute or leaves the folder of the example."""
+    """Return the path `name`; raise ValueError if it is absolute or leaves the folder of the example.
+
+    An example may come from a stranger: its files must not be written elsewhere.
+    """
     path = PurePosixPath(name)
     if not name or path.is_absolute() or ".." in path.parts or "\\" in name or ":" in name:
         raise ValueError("a path inside the folder of the example wanted, with /")
@@ -42,6 +46,10 @@ def _check_relative(name: str) -> str:
 
 
 RelativePath = Annotated[str, AfterValidator(_check_relative)]
+
+
+_HEX_DIGITS = 64
+"""Digits of a SHA-256."""
 
 
 class ExampleFile(Model):
@@ -63,12 +71,14 @@ class ExampleFile(Model):
     @field_validator("sha256")
     @classmethod
     def _is_digest(cls, digest: str) -> str:
+        """Return a digest in lower case; raise ValueError for any other text."""
         if len(digest) != _HEX_DIGITS or not set(digest) <= set(hexdigits):
             raise ValueError(f"{_HEX_DIGITS} hexadecimal digits wanted")
         return digest.lower()
 
     @model_validator(mode="after")
     def _has_origin(self) -> ExampleFile:
+        """Refuse a file that can come from nowhere."""
         if not self.address and not self.may_be_shipped:
             raise ValueError("a file that may not be shipped needs an address")
         return self
@@ -96,20 +106,21 @@ class NumberCells(Model):
 
     @model_validator(mode="after")
     def _has_one_interval(self) -> NumberCells:
+        """Refuse one end of an interval without the other, and ends beside a standard error."""
         if (self.lo is None) != (self.hi is None) or (self.lo is not None and self.se is not None):
             raise ValueError("either `lo` and `hi` or `se`")
         return self
 
 
 class GivenNumber(NumberCells):
-    """A number that a command takes from the result of an earlier one."""
+    """A number that a command takes from the result of an earlier one, by its place in a table."""
 
     key: str
     """row of the table, as `column=value; column=value`"""
 
 
 class Windows(Model):
-    """Windows of depth of the slopes, all of which count: none was chosen."""
+    """Windows of depth, each of which slopes (alpha) are fitted over: all count, so that none is chosen to fit the answer."""
 
     from_cm: Positive
     """the least depth at which a window begins"""
@@ -120,13 +131,14 @@ class Windows(Model):
 
     @property
     def ends(self) -> list[tuple[float, float]]:
-        """Least and greatest depth of each window, cm: all pairs of depths `step_cm` apart."""
+        """Least and greatest depth of each window, cm: all pairs of the depths from `from_cm` to `to_cm` in these steps."""
         count = round((self.to_cm - self.from_cm) / self.step_cm)
         depths = np.linspace(self.from_cm, self.to_cm, count + 1).round(6).tolist()
         return [(first, last) for first in depths for last in depths if first < last]
 
     @model_validator(mode="after")
     def _has_windows(self) -> Windows:
+        """Refuse depths that are not some whole steps apart; every window costs a fit of all pushes."""
         steps = (self.to_cm - self.from_cm) / self.step_cm
         if not 1 <= steps <= 100 or abs(steps - round(steps)) > 1e-6:
             raise ValueError("1 to 100 whole steps between from_cm and to_cm wanted")
@@ -134,7 +146,7 @@ class Windows(Model):
 
 
 class Judged(Model):
-    """A table whose rows have a verdict of their own."""
+    """Columns of a table of results whose rows state a verdict themselves, as the reproduction table does."""
 
     column: str
     """column of the verdict"""
@@ -147,7 +159,7 @@ class Judged(Model):
 
 
 class Quantity(Model):
-    """A quantity of the answer, and where the program's number stands."""
+    """A quantity of the answer, such as "alpha, upward": where the program's number stands, and by which rule it is judged."""
 
     title: str
     """what it is, for people"""
@@ -164,6 +176,7 @@ class Quantity(Model):
 
     @model_validator(mode="after")
     def _has_a_medium(self) -> Quantity:
+        """Refuse windows of depth for a number that is no alpha of a medium, as only slopes have windows."""
         if self.windows is not None and "{medium}" not in self.ours.table:
             raise ValueError(
                 "`windows` want a table of a medium's alpha: results/alpha/{medium}.csv"
@@ -172,7 +185,10 @@ class Quantity(Model):
 
 
 class RemarkOnRows(Model):
-    """What is known of some rows: why they cannot be compared, why they lie outside, or what being inside does not say."""
+    """What is known of some rows of the answer, chosen by `quantities` and `match`.
+
+    It says why they cannot be compared, why they lie outside the errors, or what it does not prove that they lie inside.
+    """
 
     code: Name
     """a short name of the reason"""
@@ -189,7 +205,7 @@ class RemarkOnRows(Model):
 
 
 class ExampleSettings(Model):
-    """An example of the validation suite."""
+    """An example of the validation suite: the content of its ``example.yaml``."""
 
     title: str
     """one line"""
@@ -217,14 +233,19 @@ class ExampleSettings(Model):
     @field_validator("campaign", "copied")
     @classmethod
     def _stay_below(cls, texts: dict[str, str]) -> dict[str, str]:
+        """Return texts by path; refuse a path that leaves the folder of the example."""
         return {_check_relative(name): text for name, text in texts.items()}
 
     @model_validator(mode="after")
     def _does_something(self) -> ExampleSettings:
+        """Refuse an example without anything to run."""
         if not (self.commands or CONFIG in self.campaign):
             raise ValueError(f"either `commands` or a campaign with {CONFIG} wanted")
         return self
 
+
+EVERY = "*"
+"""Word of a key that any cell agrees with: the row of the answer stands for all such rows of the table."""
 
 _ANSWER = Schema(
     "answer",
@@ -238,10 +259,15 @@ _ANSWER = Schema(
     ),
     rows="published numbers",
 )
+"""Columns of answer.csv."""
 
 
 class Published(NamedTuple):
-    """A row of answer.csv; a number that is not stated is NaN."""
+    """A row of answer.csv; a number that is not stated is NaN.
+
+    `key`: Cells of the row in the program's table, by column. `error`: That of `value`, as published. `where`: Place in the
+    publication.
+    """
 
     quantity: str
     key: dict[str, str]
@@ -253,7 +279,7 @@ class Published(NamedTuple):
 
 @dataclass(frozen=True)
 class Example:
-    """An example: its folder, the settings of its example.yaml, and the published answer."""
+    """An example: its name and folder, the content of its example.yaml, and the published answer."""
 
     name: str
     folder: Path
@@ -262,12 +288,12 @@ class Example:
 
     @property
     def commands(self) -> list[str]:
-        """Commands of rftfit that are run one after another."""
+        """Commands of rftfit that are run one after another, without the word rftfit."""
         return self.settings.commands or ["run"]
 
     @property
     def readme(self) -> str:
-        """Text of README.md below its heading, up to the next heading."""
+        """Text of README.md below its heading, up to the next heading, for the page of verdicts."""
         text = (self.folder / README).read_text(encoding="utf-8")
         without_heading = text.partition("\n")[2] if text.startswith("# ") else text
         return without_heading.partition("\n## ")[0].strip()
@@ -292,7 +318,7 @@ class Example:
 
 
 def read_example(folder: Path) -> Example:
-    """Read the three files of an example; one error reports all problems.
+    """Read an example from its folder, which has three files; one error reports all problems.
 
     Raises
     ------
@@ -314,8 +340,12 @@ def read_example(folder: Path) -> Example:
 
 
 def _read_answer(row: DraftRow, quantities: Mapping[str, Quantity]) -> Published:
-    """Read a row of the answer; note a quantity or a missing number that example.yaml does not declare."""
-    quantity, key = row.text.get("quantity", ""), {}
+    """Read a row of the answer; add a problem to it for a wrong key, an unknown quantity, or a number that is nowhere.
+
+    `quantities`: Those of example.yaml; empty where that file has an error of its own.
+    """
+    quantity = row.text.get("quantity", "")
+    key: dict[str, str] = {}
     value = row.number.get("value", np.nan)
     if "key" not in row.bad:
         try:
@@ -334,7 +364,7 @@ def _read_answer(row: DraftRow, quantities: Mapping[str, Quantity]) -> Published
 
 
 def parse_key(text: str) -> dict[str, str]:
-    """Parse a key, ``column=value; column=value``."""
+    """Parse a key, ``column=value; column=value``, to values by column; raise ValueError for any other text."""
     pairs = [pair.partition("=") for pair in text.split(";") if pair.strip()]
     key = {name.strip(): value.strip() for name, sign, value in pairs if sign}
     if len(key) != len(pairs) or not all(key) or not all(key.values()):

@@ -1,4 +1,7 @@
-"""Copy or download of the files of an example: checked by their digests, all files or none."""
+"""Where the files of an example come from: shipped, copied or downloaded, checked by digest, all files or none.
+
+An example is recorded data, known by the SHA-256 that its ``example.yaml`` states, with files of a campaign that reads them.
+"""
 
 from __future__ import annotations
 
@@ -56,6 +59,7 @@ def lay_out(
     refuse_target_by_link(folder)
     refuse_links(folder, [*names, *settings.campaign, *settings.copied])
     lacking = [file for file in settings.files if not _is_as_published(paths[file.name], file)]
+    # these are another file's bytes, perhaps of the user: they are not overwritten
     wrong = [str(paths[file.name]) for file in lacking if paths[file.name].exists()]
     if wrong:
         raise InputError(
@@ -65,6 +69,7 @@ def lay_out(
         sources = _find_sources(example, lacking, origin, Path(downloads), say)
         for file in lacking:
             copy_file(sources[file.name], paths[file.name])
+    # a campaign's file that is there may have been edited, and stays
     contents = {
         name: shipped(source).read_text(encoding="utf-8")
         for name, source in settings.copied.items()
@@ -76,7 +81,7 @@ def lay_out(
 
 
 def _is_as_published(path: Path, file: ExampleFile) -> bool:
-    """Return True if there is a file at a path with the size and SHA-256 of the published one."""
+    """Return True if there is a file at `path` with the size and SHA-256 of the published one."""
     return path.is_file() and path.stat().st_size == file.size and sha256_of(path) == file.sha256
 
 
@@ -87,9 +92,10 @@ def _find_sources(
     downloads: Path,
     say: Callable[[str], None],
 ) -> dict[str, Path]:
-    """Find or download the files that are lacking; return where each is, by name. A file shipped with the example is taken.
+    """Find or download the files that are lacking; return where each is, by name.
 
-    `origin`: as in `lay_out`. `downloads`: folder for downloads.
+    A file that is shipped with the example is taken first. `origin`, `say`: As in `lay_out`. `downloads`: Folder for
+    downloads.
     """
     sources = {
         file.name: example.folder / file.name
@@ -107,7 +113,7 @@ def _find_sources(
 
 
 def _find_in_folder(folder: Path, files: Sequence[ExampleFile]) -> dict[str, Path]:
-    """Return the paths of files in a folder or below, by name; one error names all that are absent or not as published."""
+    """Return the paths of published files in a folder or below, by name; one error names all that are absent or different."""
     if not folder.is_dir():
         raise InputError(
             f"--from: {folder} is no folder; allowed: a folder with the data, or an address"
@@ -115,6 +121,7 @@ def _find_in_folder(folder: Path, files: Sequence[ExampleFile]) -> dict[str, Pat
     sources: dict[str, Path] = {}
     problems = []
     for file in files:
+        # where it should lie, then any file below with its name
         paths = [folder / file.name, *sorted(folder.rglob(Path(file.name).name))]
         candidates = [path for path in paths if path.is_file()]
         published = [path for path in candidates if _is_as_published(path, file)]
@@ -136,7 +143,7 @@ def _find_in_folder(folder: Path, files: Sequence[ExampleFile]) -> dict[str, Pat
 
 
 def _download(address: str, file: ExampleFile, downloads: Path) -> Path:
-    """Download a file into a folder and check its digest; raise InputError if this fails."""
+    """Download a file into the folder `downloads`, check its digest and return its path; raise InputError if this fails."""
     import pooch  # slow to import, and seldom needed
 
     pooch.get_logger().setLevel("ERROR")

@@ -1,6 +1,8 @@
-"""The page of verdicts on the examples: numbers of the program beside published ones, and the reasons for differences.
+"""The page of verdicts on the examples: its sentences, tables and figure; how a verdict is written in cells.
 
-`describe` yields the blocks of the page, which `write_page` writes as html, and the documentation as Markdown.
+`describe` yields the blocks of the page, which `write_page` writes as html, and the documentation as Markdown. Verdicts are
+a table with the columns of `rftfit.suite.verdicts.RowVerdict`, a row for each published number: both numbers with their
+intervals, and a verdict, inside, outside or not comparable, with its reason.
 """
 
 from __future__ import annotations
@@ -31,9 +33,9 @@ TITLE = "Published answers beside ours"
 
 
 class PageBlock(NamedTuple):
-    """A part of the page: a heading, a paragraph, a table, or, if it is empty, the figure.
+    """A part of the page: a heading, a paragraph, a table, or, if all fields are empty, the figure.
 
-    `level`: level of a heading, else 0. `header`, `rows`: cells of a table.
+    `text`: Of a heading or paragraph, in Markdown. `level`: Level of a heading, else 0. `header`, `rows`: Cells of a table.
     """
 
     text: str = ""
@@ -47,8 +49,8 @@ def describe(
 ) -> Iterator[PageBlock]:
     """Yield the blocks of the page, the shortest answer first.
 
-    `verdicts`: rows of `RowVerdict`. `is_public`: True leaves out numbers of files that may not be shipped, and the
-    tables of all rows (`tabulate_compared`), which the documentation has as a separate file.
+    `verdicts`: On all `examples`. `is_public`: True for the documentation, whose page has no tables of single rows: some
+    numbers may not be shown there, by their licence, and all others are in a separate file (`tabulate_compared`).
     """
     counts = count_verdicts(verdicts)
     compared = counts[INSIDE] + counts[OUTSIDE]
@@ -113,64 +115,63 @@ def describe(
         yield PageBlock("", 0, tuple(map(str, cells)), cells.to_numpy().tolist())
 
 
+def _count_by_domain(verdicts: pd.DataFrame) -> list[tuple[str, ...]]:
+    """Return rows of cells with counts of verdicts, one for each domain and example, in the order of `DOMAINS`.
+
+    Cells: domain, example, rows compared, then one count for each verdict. A domain is a kind of compared numbers, as legs.
+    """
+    rows = []
+    for domain in DOMAINS:
+        verdicts_of_domain = verdicts[verdicts["domain"] == domain]
+        for example, group in verdicts_of_domain.groupby("example", sort=False):
+            counts = count_verdicts(group)
+            numbers = (counts[INSIDE] + counts[OUTSIDE], *counts.values())
+            rows.append((domain, str(example), *map(str, numbers)))
+    return rows
+
+
+def _list_widths(verdicts: pd.DataFrame) -> list[tuple[str, ...]]:
+    """Return rows of cells on the width of our intervals, one for each quantity of an example that has some.
+
+    Cells: quantity, example, rows compared, rows inside, median width. The width is that of the whole interval in percent of
+    the published number: verdicts inside by a wide interval prove little.
+    """
+    compared = verdicts[verdicts["verdict"].isin((INSIDE, OUTSIDE))].dropna(subset=["lo", "hi"])
+    published = pd.to_numeric(compared["published"], errors="coerce").abs()
+    compared = compared.assign(width=100 * (compared["hi"] - compared["lo"]) / published)
+    groups = compared.groupby(["title", "example"], sort=False)
+    return [
+        (
+            *map(str, names),
+            str(len(group)),
+            str(count_verdicts(group)[INSIDE]),
+            f"{group['width'].median():.0f} %",
+        )
+        for names, group in groups
+    ]
+
+
 def _describe_reservations(
     examples: Sequence[Example], inside: pd.DataFrame
 ) -> Iterator[PageBlock]:
-    """Yield a paragraph on the verdicts `inside` whose example says what being inside does not say."""
+    """Yield a paragraph for each remark that limits what verdicts `inside` prove, with the number of its rows."""
     for code, sentence in _remark_sentences(examples).items():
         if rows := int((inside["reason_code"] == code).sum()):
             yield PageBlock(f"Inside, but with a reservation, {count(rows, 'row')}: {sentence}.")
 
 
-def _describe_outside(
-    examples: Sequence[Example], outside: pd.DataFrame, is_public: bool
-) -> Iterator[PageBlock]:
-    """Yield the blocks on the verdicts `outside`: reasons with their number of rows; unless public, each row."""
-    if outside.empty:
-        yield PageBlock("Every number that was compared lies inside.")
-        return
-    remarks = _remark_sentences(examples)
-    not_remarked = "row by row in the table of all rows"
-    reasons = [
-        (str(example), str(code), str(len(group)), remarks.get(str(code), not_remarked))
-        for (example, code), group in outside.groupby(["example", "reason_code"], sort=False)
-    ]
-    yield PageBlock("", 0, ("example", "reason", "rows", "in words"), reasons)
-    if not is_public:
-        rows = [
-            (*cells, code if code in remarks else f"{code}: {reason}")
-            for (*cells, _, reason), code in zip(
-                format_rows(outside), outside["reason_code"], strict=True
-            )
-        ]
-        yield PageBlock("", 0, (*HEADER[:4], "reason"), rows)
-
-
-def _describe_not_compared(not_compared: pd.DataFrame) -> PageBlock:
-    """Return the block on verdicts that are `NOT_COMPARABLE`: reasons with their number of rows."""
-    rows = [
-        (*map(str, names), str(len(group)), str(group["reason"].iloc[0]))
-        for names, group in not_compared.groupby(["domain", "example", "reason_code"], sort=False)
-    ]
-    if not rows:
-        return PageBlock("Every published number was compared.")
-    return PageBlock("", 0, ("domain", "example", "reason", "rows", "in words"), rows)
-
-
-def tabulate_compared(examples: Sequence[Example], verdicts: pd.DataFrame) -> pd.DataFrame:
-    """Return a table of all rows that were compared, sorted by example, as the page shows them."""
-    compared = verdicts[verdicts["verdict"] != NOT_COMPARABLE]
-    names = [example.name for example in examples]
-    compared = compared.sort_values(
-        "example", key=lambda column: column.map(names.index), kind="stable"
-    )
-    rows = pd.DataFrame(format_rows(compared), columns=[*HEADER, "reason"])
-    rows.insert(0, "example", compared["example"].to_numpy())
-    return rows
+def _remark_sentences(examples: Sequence[Example]) -> dict[str, str]:
+    """Return the sentences of the examples' remarks on rows that are compared, by their code."""
+    return {
+        remark.code: remark.sentence
+        for example in examples
+        for remark in example.settings.remarks
+        if remark.comparable
+    }
 
 
 def _describe_figure(verdicts: pd.DataFrame) -> str:
-    """Describe what the figure shows, and the rows that it leaves out."""
+    """Describe what the figure shows, and the rows that it leaves out: it draws numbers with a unit alone."""
     numbers = numbers_with_unit(verdicts)
     across = (
         ", and the published error"
@@ -189,18 +190,69 @@ def _describe_figure(verdicts: pd.DataFrame) -> str:
     return f"{text} {len(left_out)} statements without a common unit, as counts of media, are not drawn: {outside} of them lie outside."
 
 
-def _remark_sentences(examples: Sequence[Example]) -> dict[str, str]:
-    """Return the sentences of remarks on rows that are compared, by their code."""
-    return {
-        remark.code: remark.sentence
-        for example in examples
-        for remark in example.settings.remarks
-        if remark.comparable
-    }
-
-
 HEADER = ("what", "published (error or tolerance)", "ours (95 % interval)", "unit", "verdict")
-"""Header of a table of verdicts."""
+"""Header of a table of verdicts: what is compared, both numbers, and the outcome."""
+
+
+def _describe_outside(
+    examples: Sequence[Example], outside: pd.DataFrame, is_public: bool
+) -> Iterator[PageBlock]:
+    """Yield the blocks on the verdicts `outside`: reasons with their number of rows; unless `is_public`, also each row."""
+    if outside.empty:
+        yield PageBlock("Every number that was compared lies inside.")
+        return
+    remarks = _remark_sentences(examples)
+    not_remarked = "row by row in the table of all rows"
+    reasons = [
+        (str(example), str(code), str(len(group)), remarks.get(str(code), not_remarked))
+        for (example, code), group in outside.groupby(["example", "reason_code"], sort=False)
+    ]
+    yield PageBlock("", 0, ("example", "reason", "rows", "in words"), reasons)
+    if is_public:
+        return
+    rows = []
+    for cells, code in zip(format_rows(outside), outside["reason_code"], strict=True):
+        # the verdict is the same in all rows; the sentence of a remark stands in the table above
+        *cells_of_numbers, _, reason = cells
+        rows.append((*cells_of_numbers, code if code in remarks else f"{code}: {reason}"))
+    yield PageBlock("", 0, (*HEADER[:4], "reason"), rows)
+
+
+def _describe_not_compared(not_compared: pd.DataFrame) -> PageBlock:
+    """Return the block on verdicts that are `NOT_COMPARABLE`: reasons with their number of rows."""
+    rows = [
+        (*map(str, names), str(len(group)), str(group["reason"].iloc[0]))
+        for names, group in not_compared.groupby(["domain", "example", "reason_code"], sort=False)
+    ]
+    if not rows:
+        return PageBlock("Every published number was compared.")
+    return PageBlock("", 0, ("domain", "example", "reason", "rows", "in words"), rows)
+
+
+def _describe_example(example: Example) -> Iterator[PageBlock]:
+    """Yield the blocks on the source of an example: title, citation, licence, README and command."""
+    settings = example.settings
+    yield PageBlock(f"{example.name}: {settings.title}", 3)
+    licences = sorted({file.licence for file in settings.files})
+    licence = f"Licence: {', '.join(licences)}." if licences else ""
+    yield PageBlock(" ".join(filter(None, (settings.citation, licence, settings.note))))
+    yield PageBlock(example.readme)
+    yield PageBlock(f"`rftfit example {example.name}`")
+
+
+def tabulate_compared(examples: Sequence[Example], verdicts: pd.DataFrame) -> pd.DataFrame:
+    """Return a table of all rows that were compared, as texts: the column ``example``, those of `HEADER`, and ``reason``.
+
+    Rows are sorted by example, in the order of `examples`.
+    """
+    compared = verdicts[verdicts["verdict"] != NOT_COMPARABLE]
+    names = [example.name for example in examples]
+    compared = compared.sort_values(
+        "example", key=lambda column: column.map(names.index), kind="stable"
+    )
+    rows = pd.DataFrame(format_rows(compared), columns=[*HEADER, "reason"])
+    rows.insert(0, "example", compared["example"].to_numpy())
+    return rows
 
 
 def format_rows(verdicts: pd.DataFrame) -> list[tuple[str, ...]]:
@@ -208,8 +260,60 @@ def format_rows(verdicts: pd.DataFrame) -> list[tuple[str, ...]]:
     return [_format_cells(row) for row in verdicts.to_dict("records")]
 
 
+def _format_cells(row: Mapping[Any, Any]) -> tuple[str, ...]:
+    """Format one row of the verdicts as cells below `HEADER`, with the reason as a further cell; `row`: by column."""
+    published = _format_number(row["published"], row["published_lo"], row["published_hi"])
+    ours = _format_number(row["ours"], row["lo"], row["hi"])
+    # verdicts that were read from a file have NaN in place of an empty unit
+    unit = "" if pd.isna(row["unit"]) else str(row["unit"])
+    return (_describe_row(row), published, ours, unit, str(row["verdict"]), str(row["reason"]))
+
+
+_NAMES_ALONE = ("medium", "run_id", "rig")
+"""Names in a key that are left out, since their words need no explanation."""
+
+
+def _describe_row(row: Mapping[Any, Any]) -> str:
+    """Describe what a row compares: the title of its quantity and the words of its key; an ``item`` in the key says it alone."""
+    key = parse_key(str(row["key"]))
+    item = key.pop("item", "")
+    if item:
+        return item
+    words = ", ".join(
+        word if name in _NAMES_ALONE else f"{name} {word}" for name, word in key.items()
+    )
+    return f"{row['title']}: {words}"
+
+
+def _format_number(value: object, lo: object, hi: object) -> str:
+    """Format a number with its interval from `lo` to `hi`, if it has one; a word stays as it is, and NaN is empty.
+
+    Verdicts that were read from a file have numbers as texts.
+    """
+    number, low, high = (parse_cell(str(cell)) for cell in (value, lo, hi))
+    if isinstance(number, str):
+        return number
+    if math.isnan(number):
+        return ""
+    # an end without a number is NaN, with which every comparison is False
+    if isinstance(low, float) and isinstance(high, float) and high > low:
+        return f"{_format_short(number)} ({_format_short(low)} to {_format_short(high)})"
+    return _format_short(number)
+
+
+def _format_short(number: float) -> str:
+    """Format a number with three digits, or with all digits before the point, without an exponent."""
+    if abs(number) >= 1000:
+        return f"{number:.0f}"
+    # -0.0 + 0.0 is 0.0
+    return f"{number + 0.0:.3g}" if abs(number) >= 1e-4 or not number else f"{number:.5f}"
+
+
 def describe_verdicts(example: Example, verdicts: pd.DataFrame, folder: Path) -> str:
-    """Describe the verdicts on an example for a terminal: their counts, and the first rows that were compared."""
+    """Describe the verdicts on an example for a terminal: their counts, the first rows compared, and where the files are.
+
+    `folder`: That in which the example was run.
+    """
     counts = count_verdicts(verdicts)
     compared = verdicts[verdicts["verdict"] != NOT_COMPARABLE]
     rows = [cells[:-1] for cells in format_rows(compared)]
@@ -226,99 +330,12 @@ def describe_verdicts(example: Example, verdicts: pd.DataFrame, folder: Path) ->
     return "\n".join([*lines, f"Verdicts: {folder / FILE}; page: {folder / PAGE}"])
 
 
-def _count_by_domain(verdicts: pd.DataFrame) -> list[tuple[str, ...]]:
-    """Return cells with the counts of verdicts, one row for each domain and example, in the order of `DOMAINS`."""
-    rows = []
-    for domain in DOMAINS:
-        verdicts_of_domain = verdicts[verdicts["domain"] == domain]
-        for example, group in verdicts_of_domain.groupby("example", sort=False):
-            counts = count_verdicts(group)
-            numbers = (counts[INSIDE] + counts[OUTSIDE], *counts.values())
-            rows.append((domain, str(example), *map(str, numbers)))
-    return rows
-
-
-def _list_widths(verdicts: pd.DataFrame) -> list[tuple[str, ...]]:
-    """Return cells with verdicts and median widths of intervals, one row for each quantity of an example with intervals.
-
-    The width is that of the whole interval in percent of the published number.
-    """
-    compared = verdicts[verdicts["verdict"].isin((INSIDE, OUTSIDE))].dropna(subset=["lo", "hi"])
-    published = pd.to_numeric(compared["published"], errors="coerce").abs()
-    compared = compared.assign(width=100 * (compared["hi"] - compared["lo"]) / published)
-    groups = compared.groupby(["title", "example"], sort=False)
-    return [
-        (
-            *map(str, names),
-            str(len(group)),
-            str(count_verdicts(group)[INSIDE]),
-            f"{group['width'].median():.0f} %",
-        )
-        for names, group in groups
-    ]
-
-
-def _describe_example(example: Example) -> Iterator[PageBlock]:
-    """Yield the blocks on the source of an example: title, citation, licence, README and command."""
-    settings = example.settings
-    yield PageBlock(f"{example.name}: {settings.title}", 3)
-    licences = sorted({file.licence for file in settings.files})
-    licence = f"Licence: {', '.join(licences)}." if licences else ""
-    yield PageBlock(" ".join(filter(None, (settings.citation, licence, settings.note))))
-    yield PageBlock(example.readme)
-    yield PageBlock(f"`rftfit example {example.name}`")
-
-
-def _format_cells(row: Mapping[Any, Any]) -> tuple[str, ...]:
-    """Format one row of `RowVerdict` as cells."""
-    published = _format_number(row["published"], row["published_lo"], row["published_hi"])
-    ours = _format_number(row["ours"], row["lo"], row["hi"])
-    # verdicts that were read from a file have NaN in place of an empty unit
-    unit = "" if pd.isna(row["unit"]) else str(row["unit"])
-    return (_describe_row(row), published, ours, unit, str(row["verdict"]), str(row["reason"]))
-
-
-def _describe_row(row: Mapping[Any, Any]) -> str:
-    """Describe what a row compares: the title of its quantity and the words of its key, or the word `item` alone."""
-    key = parse_key(str(row["key"]))
-    item = key.pop("item", "")
-    if item:
-        return item
-    words = ", ".join(
-        word if name in _NAMES_ALONE else f"{name} {word}" for name, word in key.items()
-    )
-    return f"{row['title']}: {words}"
-
-
-_NAMES_ALONE = ("medium", "run_id", "rig")
-"""Names in a key that are left out, since their words need no explanation."""
-
-
-def _format_number(value: object, lo: object, hi: object) -> str:
-    """Format a number with its interval, if it has one; a word stays as it is."""
-    numbers = [parse_cell(str(cell)) for cell in (value, lo, hi)]
-    if isinstance(numbers[0], str):
-        return numbers[0]
-    value_cell, *ends = (number if isinstance(number, float) else math.nan for number in numbers)
-    if math.isnan(value_cell):
-        return ""
-    if ends[1] > ends[0]:
-        return f"{_format_short(value_cell)} ({_format_short(ends[0])} to {_format_short(ends[1])})"
-    return _format_short(value_cell)
-
-
-def _format_short(number: float) -> str:
-    """Format a number with three digits, or with all digits before the point, without an exponent."""
-    if abs(number) >= 1000:
-        return f"{number:.0f}"
-    return f"{number + 0.0:.3g}" if abs(number) >= 1e-4 or not number else f"{number:.5f}"
-
-
 def write_page(path: Path, examples: Sequence[Example], verdicts: pd.DataFrame) -> None:
-    """Write the page as one html file that loads no other file."""
+    """Write the page to `path` as one html file that loads no other file: style and figure are in it."""
     style = files("rftfit.page").joinpath("page.css").read_text(encoding="utf-8")
     picture = base64.b64encode(content(draw_verdicts(verdicts), "png")).decode()
     parts = []
+    # a block is a table, a heading, a paragraph or, if it is empty, the figure
     for block in describe(examples, verdicts, is_public=False):
         if block.header:
             head = "".join(f"<th>{escape(cell)}</th>" for cell in block.header)
@@ -344,7 +361,7 @@ def write_page(path: Path, examples: Sequence[Example], verdicts: pd.DataFrame) 
 
 
 def _format_inline(text: str) -> str:
-    """Turn bold and slanted words, code and links of Markdown into html."""
+    """Turn a paragraph of Markdown into html: bold and slanted words, code and links; anything else is plain text."""
     html = escape(" ".join(text.split()), quote=False)
     html = re.sub(r"`([^`]+)`", r"<code>\1</code>", html)
     html = re.sub(r"\*\*(.+?)\*\*", r"<strong>\1</strong>", html)

@@ -1,4 +1,4 @@
-"""Run of an example: files, commands and verdicts."""
+"""Run of an example, step by step: files laid out, commands run, published numbers judged, page written."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from rftfit.suite.page import PAGE, write_page
 from rftfit.suite.verdicts import FILE, judge_example
 
 Say = Callable[[str], None]
+"""Function that is called with a line of text for the user."""
 
 
 def run_example(
@@ -67,7 +68,8 @@ def run_example(
 def _run_command(example: Example, folder: Path, command: str, say: Say, is_quiet: bool) -> None:
     """Run a command of rftfit in a folder, in a separate process, as a user would; raise WorkflowError if it fails.
 
-    Names in braces in the command are replaced by the numbers of `settings.given`.
+    Names in braces in the command are replaced by numbers of earlier results (`settings.given` says where they stand).
+    `say`, `is_quiet`: As in `run_example`.
     """
     numbers = {
         name: f"{look_up(folder, given, parse_key(given.key)):.6g}"

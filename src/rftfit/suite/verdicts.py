@@ -1,4 +1,8 @@
-"""Verdicts on an example: each published number is compared with the number of the program."""
+"""Verdicts on an example: when a published number lies inside or outside the errors of ours, and the reason.
+
+An example has an answer, published numbers, each with a key: cells that name the row of a table of results where the
+program's number stands. A verdict is a row of ``verdicts.csv``.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +12,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import pandas as pd
 
 from rftfit.suite.cells import CalculatedTables, NoRow, TableNumber, fill_words, is_same
@@ -16,6 +21,7 @@ from rftfit.suite.windows import over_windows
 
 INSIDE, OUTSIDE, NOT_COMPARABLE = "inside", "outside", "not comparable"
 VERDICTS = (INSIDE, OUTSIDE, NOT_COMPARABLE)
+"""Words of a verdict, in the order of tables."""
 
 FILE = "verdicts.csv"
 """File of the verdicts in the folder of an example."""
@@ -24,10 +30,12 @@ FILE = "verdicts.csv"
 class RowVerdict(NamedTuple):
     """A published number beside the number of the program: a row of `verdicts.csv`.
 
-    `published_lo`, `published_hi`: the published number less and plus its error; NaN without an error. `lo`, `hi`: 95 %
-    interval of the program. `windows`, `windows_inside`: number of windows of depth that were tried, and of those whose
-    interval contains the published number. `from_file`: the table with the published number, empty if answer.csv states
-    it. `reason_code`, `reason`: the reason of the verdict.
+    `quantity`, `title`: What is compared, as example.yaml names it and in words. `key`: As answer.csv states it.
+    `published`, `ours`: Both numbers, in `unit`; NaN: none. `published_lo`, `published_hi`: The published number less and
+    plus its error; NaN without an error. `lo`, `hi`: 95 % interval of ours. `windows`, `windows_inside`: Number of windows
+    of depth that were tried, and of those whose interval contains the published number; NaN: none were tried. `where`: Place
+    in the publication. `from_file`: The table with the published number, empty if answer.csv states it. `reason_code`,
+    `reason`: The reason of the verdict.
     """
 
     example: str
@@ -71,7 +79,7 @@ def judge_example(example: Example, folder: Path) -> pd.DataFrame:
 def _expand_stars(
     example: Example, stated: Published, tables: CalculatedTables
 ) -> Iterator[Published]:
-    """Yield a row of the answer; if its key has a *, one for each row of the program's table that agrees."""
+    """Yield a row of the answer; if its key has a *, one for each row of the program's table that agrees, with its cells."""
     names = [name for name, word in stated.key.items() if word == EVERY]
     if not names:
         yield stated
@@ -90,7 +98,10 @@ def _expand_stars(
 def _judge(
     example: Example, stated: Published, folder: Path, tables: CalculatedTables
 ) -> RowVerdict:
-    """Compare a published number, as a row of the answer states it, with the number of the program."""
+    """Compare a published number, as a row of the answer states it, with the number of the program in tables below `folder`.
+
+    First both numbers are looked up, then a remark of the example may forbid the comparison, then the rule decides.
+    """
     quantity = example.settings.quantities[stated.quantity]
     row = RowVerdict(
         example=example.name,
@@ -107,6 +118,7 @@ def _judge(
     ours: TableNumber | None = None
     try:
         number = tables.number(quantity.ours, stated.key)
+        # the published number may stand in a table, too
         if math.isnan(stated.value) and quantity.published is not None:
             published = tables.number(quantity.published, stated.key)
             error = published.error if math.isnan(error) else error
@@ -141,7 +153,10 @@ def _judge(
 def _find_remark(
     example: Example, stated: Published, cells: Mapping[str, str]
 ) -> RemarkOnRows | None:
-    """Find the first remark whose words agree with the key of a row, or with the cells of the program's table."""
+    """Find the first remark whose words agree with a row: with its key, or with the cells of the program's row; None: none.
+
+    `cells`: Those of the program's row by column; empty without a row. A word may have wildcards, as ``palms*``.
+    """
     words = {**cells, **stated.key}
     for remark in example.settings.remarks:
         is_on_quantity = not remark.quantities or stated.quantity in remark.quantities
@@ -154,7 +169,7 @@ def _find_remark(
 
 
 def _with_published(row: RowVerdict, value: float | str, error: float) -> RowVerdict:
-    """Return a row with its published number and the ends of its error."""
+    """Return a row with its published number and the ends of its error; a NaN error gives NaN ends."""
     if isinstance(value, str):
         return row._replace(published=value)
     return row._replace(published=value, published_lo=value - error, published_hi=value + error)
@@ -164,7 +179,8 @@ def _apply_rule(row: RowVerdict, quantity: Quantity, ours: TableNumber, error: f
     """Return a row with its verdict, by the verdict in the program's table or else by the intervals.
 
     The published number is inside if it differs from ours by at most hypot(half, error): `half` is our half interval on
-    its side, `error` its own error, NaN if it has none. `ours`: our number by the window of the config.
+    its side, `error` its own error, NaN if it has none; without both nothing is comparable. `row.ours` is judged; `ours` is
+    our number by the window of the config, which is another one where several windows were tried.
     """
     if quantity.judged is not None:
         return _take_verdict_of_table(row, quantity, ours)
@@ -188,7 +204,8 @@ def _apply_rule(row: RowVerdict, quantity: Quantity, ours: TableNumber, error: f
     if abs(difference) <= half:
         reason = f"the published number lies in our 95 % interval{tried}"
         return row._replace(verdict=INSIDE, reason_code="in-interval", reason=reason)
-    allowed = math.hypot(*(0 if math.isnan(size) else size for size in (half, error)))
+    # an error that is not stated adds nothing
+    allowed = math.hypot(*np.nan_to_num([half, error]))
     if abs(difference) <= allowed:
         reason = f"the numbers differ by less than both errors together{tried}"
         return row._replace(verdict=INSIDE, reason_code="within-errors", reason=reason)
@@ -200,7 +217,10 @@ def _apply_rule(row: RowVerdict, quantity: Quantity, ours: TableNumber, error: f
 
 
 def _take_verdict_of_table(row: RowVerdict, quantity: Quantity, ours: TableNumber) -> RowVerdict:
-    """Return a row with the verdict and the reason that the program's table states."""
+    """Return a row with the verdict and the reason that the program's table states, in columns that `quantity.judged` names.
+
+    A statement without a number, such as "lift is larger than thrust", can be judged so.
+    """
     judged = quantity.judged
     assert judged is not None
     word, reason = ours.cells.get(judged.column, ""), ours.cells.get(judged.reason, "")
@@ -214,5 +234,5 @@ def _take_verdict_of_table(row: RowVerdict, quantity: Quantity, ours: TableNumbe
 
 
 def count_verdicts(verdicts: pd.DataFrame) -> dict[str, int]:
-    """Count the rows with each verdict."""
+    """Count the rows with each verdict, by its word; 0 is counted, too."""
     return {word: int((verdicts["verdict"] == word).sum()) for word in VERDICTS}

@@ -1,4 +1,8 @@
-"""Number of an example by every window of depth of its slopes, because no window was chosen before the answer was known."""
+"""Alpha of an example over every window of depth instead of one: no window was chosen before the answer was known.
+
+Alpha is the slope of stress over depth, and depends on the depths (the window) that it is fitted over. A program could
+be made to agree by choosing them; so all windows count, and the verdict is formed by the whole of them.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +29,7 @@ from rftfit.workflow.measure import MEASURED, checks, slopes
 class OverWindows:
     """One number by each of n windows of depth; windows without a number are left out.
 
-    `values`: shape (n,). `intervals`: 95 % intervals, shape (n, 2).
+    `values`: shape (n,). `intervals`: ends of their 95 % intervals, shape (n, 2). Both in the unit of the answer.
     """
 
     values: FloatArray
@@ -39,16 +43,17 @@ class OverWindows:
         return int(((low <= number) & (number <= high)).sum())
 
     def quantile(self, share: float) -> float:
-        """Return the quantile of a number from a random window, drawn within its error; NaN without a window.
+        """Return a quantile of the mixture of all windows: a random window, its number drawn within its error.
 
         It is the number x at which the mean of Phi((x - value) / sd) over the windows is `share`: Phi is the standard
-        normal distribution function.
+        normal distribution function, sd the standard error of a window's number. NaN without a window.
         """
         from scipy.optimize import brentq
         from scipy.special import ndtr
 
         if not len(self.values):
             return math.nan
+        # half the width of a 95 % interval is `NORMAL_95` times sd; without width brentq would find no root
         sd = np.maximum(np.ptp(self.intervals, axis=1) / 2 / NORMAL_95, 1e-12)
         # nothing of a normal distribution lies farther from its mean than 9 sd
         low = float((self.values - 9 * sd).min())
@@ -59,7 +64,7 @@ class OverWindows:
 def over_windows(
     folder: Path, windows: Windows, key: Mapping[str, str], cells: NumberCells
 ) -> OverWindows:
-    """Fit the slopes of a medium in every window of depth and look up its alpha.
+    """Fit the slopes of a medium over every window of depth, and look up its alpha in one direction for each.
 
     Parameters
     ----------
@@ -93,9 +98,10 @@ def over_windows(
 def _alpha_in_window(
     campaign: Campaign, results_of_run: Results, window: tuple[float, float], key: Mapping[str, str]
 ) -> dict[str, str]:
-    """Return the cells of a row of alpha, by column, with slopes in one window of depth, cm; {} if there is no such row.
+    """Fit the slopes of a medium over one window of depth; return the row of its alpha table that `key` names, by column.
 
-    The tared forces are those of `results_of_run`.
+    Empty if there is no such row. `results_of_run`: Results of the example, whose forces are used as they are. `window`:
+    Least and greatest depth, cm. `key`: As in `over_windows`.
     """
     first_cm, last_cm = window
     fit = campaign.config.fit.model_copy(
@@ -103,12 +109,14 @@ def _alpha_in_window(
     )
     config = campaign.config.model_copy(update={"fit": fit})
     results, medium = Results(replace(campaign, config=config)), key["medium"]
+    # tables of the stages before the slopes do not depend on the window
     *earlier_stages, (_, names_of_slopes) = MEASURED
     for _, names in earlier_stages:
         for name in names:
             results.hold(name.format(medium), results_of_run.table(name.format(medium)))
     for name, table in zip(names_of_slopes, slopes(results, medium), strict=True):
         results.hold(name.format(medium), table)
+    # of the seven tables of this stage the second
     alpha = checks(results, medium)[1]
     angles = float(key.get("beta_deg", 0)), float(key.get("gamma_deg", 90))
     row = cell_at(alpha, *angles, config.grid.angle_tolerance_deg)

@@ -1,4 +1,4 @@
-"""Cells of two tables with the same rows that differ: `rftfit diff` and `rftfit verify --again` ask this."""
+"""Cells that differ between two tables with the same rows: asked by `rftfit diff` and `rftfit verify --again`."""
 
 from __future__ import annotations
 
@@ -24,11 +24,12 @@ class ChangedCell(NamedTuple):
 
 
 def share_of_change(was: Any, now: Any) -> float:
-    """Divide the difference of two numbers by the larger one; NaN where a cell is no number."""
+    """Return the size of the difference of two numbers over the larger of their sizes, 0 to 2; NaN where one is no number."""
     try:
         numbers = float(was), float(now)
     except ValueError:
         return math.nan
+    # two zeros: 0
     return abs(numbers[1] - numbers[0]) / max(*map(abs, numbers), 1e-300)
 
 
@@ -37,7 +38,8 @@ def find_changed_cells(
 ) -> list[ChangedCell]:
     """List the cells that differ, column by column, in the columns that both tables have.
 
-    `tolerance`: Relative difference up to which two numbers are equal. Two cells of NaN are equal, too.
+    Row i of one table is compared with row i of the other. `tolerance`: Relative difference up to which two numbers are
+    equal; 0, for tables of text too: cells have to be the same. Two cells of NaN are equal.
     """
     cells = []
     for column in before.columns.intersection(after.columns):

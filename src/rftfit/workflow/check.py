@@ -1,4 +1,4 @@
-"""Check a campaign before it is run: configuration, run sheet, logs, robot."""
+"""`rftfit check`: a campaign checked before it is run: configuration, run sheet, logs, robot; as text and as JSON."""
 
 from __future__ import annotations
 
@@ -23,7 +23,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """Physical checks of the media, as rows of a table, the verdict on each medium, and the mistakes that no check can tell."""
+    """Outcome of the physical checks, which ask whether the numbers of the logs can be believed.
+
+    `checks`: Rows of the table of checks, one a medium and check, by column: ``medium``, ``check``, ``verdict``, ``found``,
+    ``effect`` (what a failure means for the results), ``sentence`` (what to look at). `verdicts`: By medium. `untold`:
+    Mistakes that no check can show, whatever the data are.
+    """
 
     checks: list[dict[str, Any]]
     verdicts: Mapping[str, Verdict]
@@ -40,7 +45,10 @@ class Diagnosis:
 
 
 def format_failures(checks: Iterable[Mapping[str, str]]) -> list[str]:
-    """Say for each failed check what the failure means and what to look at, also where the config accepts it."""
+    """Say for each failed check what the failure means and what to look at, also where the config accepts the failure.
+
+    `checks`: Rows as in `Diagnosis.checks`; rows that were read from a csv file serve as well.
+    """
     return [
         f"{check['medium']}, {check['effect'] or check['verdict']}: {check['sentence']}"
         for check in checks
@@ -48,12 +56,18 @@ def format_failures(checks: Iterable[Mapping[str, str]]) -> list[str]:
     ]
 
 
+_SEVERITIES = ("error", "warning")
+"""Values of `Problem.severity`, in the order of the answer."""
+
+
 @dataclass
 class Checked:
-    """Answer of `rftfit check`: every problem; the campaign, unless its config or run sheet cannot be used; the robot.
+    """Answer of `rftfit check`.
 
-    `not_opened`: Number of runs with a log that is too large to be opened here. `plan`: Rating of what the planned
-    runs could tell. `diagnosis`: Results of the physical checks, where they were asked for.
+    `problems`: Errors and warnings. `campaign`: None where its config or run sheet cannot be used. `robot`: What the check
+    of its files found; None where nothing was read. `not_opened`: Number of runs with a log that is too large to be opened
+    here. `plan`: For each medium, which errors that many runs share the planned runs could show; empty without plate runs.
+    `diagnosis`: Outcome of the physical checks; None where they were not asked for, or an error came before.
     """
 
     problems: list[Problem]
@@ -75,13 +89,16 @@ class Checked:
 
     @property
     def failed_checks(self) -> int | None:
-        """Number of the physical checks that failed; None where they were not asked for."""
+        """Number of the physical checks that failed; None where they were not done."""
         if self.diagnosis is None:
             return None
         return [check["verdict"] for check in self.diagnosis.checks].count(FAILED)
 
     def summary(self) -> str:
-        """Format problems, diagnosis, campaign and plan for people."""
+        """Format the answer for people, in paragraphs: errors, warnings, diagnosis, campaign with robot, plan, totals.
+
+        A paragraph without content is left out.
+        """
         paragraphs = [_format_problems(self.problems, severity) for severity in _SEVERITIES]
         if self.diagnosis is not None:
             paragraphs.append(self.diagnosis.summary())
@@ -108,7 +125,7 @@ class Checked:
         return "\n\n".join([*filter(None, paragraphs), f"{', '.join(totals)}."])
 
     def as_dict(self) -> dict[str, Any]:
-        """Return everything as plain numbers, words and lists."""
+        """Return everything as plain numbers, words and lists, for ``--json``; null for what was not done."""
         return {
             "campaign": self.campaign and self.campaign.config.title,
             "errors": self.errors,
@@ -123,32 +140,34 @@ class Checked:
         }
 
 
-_SEVERITIES = ("error", "warning")
-
-
 def _format_problems(problems: Sequence[Problem], severity: str) -> str:
-    """Write the problems of one severity below their number; empty where there is none."""
+    """Format the problems of one severity below their number; empty where there is none."""
     chosen = [problem for problem in problems if problem.severity == severity]
     lines = [f"  {line}" for line in in_lines(chosen)]
     return "\n".join([f"{count(len(chosen), severity)}:", *lines]) if chosen else ""
 
 
 def _format_plan(plan: Sequence[PlanPower]) -> str:
-    """Write what the planned runs can tell, a line for media with the same rating."""
+    """Format what the planned runs can tell, a line for all media with the same rating.
+
+    `plan`: A rating for each medium, whose sentence says which errors that many runs share, such as a turned axis, its runs
+    would show.
+    """
     from rftfit.measure.errors import USUAL_BED_SPREAD
 
-    media: dict[str, list[str]] = {}
+    media_by_sentence: dict[str, list[str]] = {}
     for rating in plan:
-        media.setdefault(rating.sentence, []).append(rating.medium)
+        media_by_sentence.setdefault(rating.sentence, []).append(rating.medium)
     heading = f"Errors that many runs share, as planned, in beds that differ by {100 * USUAL_BED_SPREAD:g} %:"
-    lines = [f"  {', '.join(names)}: {sentence}" for sentence, names in media.items()]
+    lines = [f"  {', '.join(names)}: {sentence}" for sentence, names in media_by_sentence.items()]
     return "\n".join([heading, *lines])
 
 
 def check_all(config: Path, *, diagnose: bool = False) -> Checked:
     """Check a campaign: config, run sheet and robot; without an error there its logs, too.
 
-    `diagnose`: Also measure the logs as a run does, and do the physical checks, where no log has an error.
+    Each step needs the one before: the first with an error is the last. `config`: Path of the config. `diagnose`: True to
+    measure the logs as a run does and do the physical checks, where no log has an error.
     """
     if (no_campaign := miss_campaign(config)) is not None:
         # answered before the slow imports below, which read a campaign

@@ -1,4 +1,7 @@
-"""Compare two folders of results: which numbers changed, by how much, and because of what."""
+"""`rftfit diff`: two folders of results compared: which numbers changed, by how much, and because of what.
+
+Names of tables are paths in a folder of results, as ``alpha/poppy_LP.csv``.
+"""
 
 from __future__ import annotations
 
@@ -19,24 +22,15 @@ from rftfit.workflow.changed_cells import find_changed_cells, share_of_change
 from rftfit.workflow.provenance import Change, changes_between, format_changes, read_provenance
 from rftfit.workflow.records import read_record
 
-NOT_SAME = 1e-5
-"""Relative change below which two numbers are the same: tables keep six digits."""
-
-_KEYS = {
-    "alpha": ("medium", "beta_deg", "gamma_deg"),
-    "alpha_at_depth": ("medium", "beta_deg", "gamma_deg", "depth_cm"),
-    "coefficients": ("method", "medium", "coefficient"),
-    "penetration": ("method", "medium"),
-    "contacts": ("medium", "leg", "component", "lesson", "learned_from"),
-    "leg_errors": ("medium", "leg", "profile", "component"),
-    "sands": ("medium", "run_id", "window"),
-}
-"""Tables that are compared number by number, and the columns that name a row."""
-
 
 @dataclass(frozen=True)
 class Difference:
-    """One number that differs. `half_widths`: Its change over the half width of its first interval; NaN without interval."""
+    """One number that differs between the first folder (`was`) and the second (`now`).
+
+    `file`: Name of the table. `row`: Cells that name the row, with blanks between. `quantity`: Column. `half_widths`: The
+    change over the half width of the number's interval in the first folder, so that 1 is as much as its error; NaN without
+    an interval.
+    """
 
     file: str
     row: str
@@ -48,12 +42,13 @@ class Difference:
 
 @dataclass(frozen=True)
 class ResultsDiff:
-    """Differences between two folders of results.
+    """Differences between two folders of results. The record of a folder says what its last whole run was made from.
 
     `numbers`: Numbers that differ: zeta and alpha_z(0, 90 deg) first, then those with an interval, the largest change
-    first. `changes`: Changes in logs, runs, settings, code and versions. `alone`: Tables and columns that only one folder
-    has. `unrecorded`: Tables that are not as the record of their folder says: the record does not tell what they were
-    made from. `since`: By folder, what some jobs were done with that its record does not say: rows, logs, settings, code.
+    first. `changes`: Changes in logs, runs, settings, code and versions between both records. `alone`: Names of tables and
+    columns that only one folder has. `unrecorded`: Paths of tables that are not as the record of their folder says, so that
+    it does not tell what they were made from. `since`: By folder, what differed when single jobs were done again after its
+    last whole run: of ``code``, ``settings``, ``rows``, ``logs``.
     """
 
     numbers: list[Difference]
@@ -73,7 +68,11 @@ class ResultsDiff:
         }
 
     def summary(self, most: int | None = None) -> str:
-        """Format the differences for people, at most `most` of each sort; default: all."""
+        """Format the differences for people: numbers, then what lacks, then what may be the cause.
+
+        `most`: Most entries of each list; None: all. The records are a sure answer to what the results were made from only
+        where all tables are as recorded, and no job was done again since.
+        """
         lines = self._describe_numbers(most)
         lines += first_of([f"Only in one of them: {name}" for name in self.alone], most)
         lines += [
@@ -101,7 +100,7 @@ class ResultsDiff:
         return "\n".join(lines)
 
     def _describe_numbers(self, most: int | None) -> list[str]:
-        """Write the changed numbers as a table, at most `most` rows."""
+        """Format the changed numbers as lines: how many, and a table of them with at most `most` rows; None: all."""
         if not self.numbers:
             return ["No alpha, coefficient, zeta or peak is different."]
         rows = [
@@ -126,9 +125,13 @@ class ResultsDiff:
 
 
 def compare_folders(first: Path, second: Path) -> ResultsDiff:
-    """Compare two folders of results, or of campaigns."""
+    """Compare two folders of results, or of campaigns: `first` before, `second` after.
+
+    First the tables that both have, number by number; then the records of both last whole runs, which say what may be the
+    cause; and for each folder whether its tables are those of its record. InputError for a folder without results.
+    """
     folders = _find_results(first), _find_results(second)
-    # tables of each folder that are compared, with the columns that name a row
+    # of each folder: by table the columns that name a row
     keys_by_table = [_list_compared_tables(folder) for folder in folders]
     differences: list[Difference] = []
     alone = []
@@ -137,10 +140,12 @@ def compare_folders(first: Path, second: Path) -> ResultsDiff:
             # a folder may be from a version of the program with other columns
             before, after = (Tables(folder).as_written(name) for folder in folders)
             differences += _compare_tables(name, before, after, keys)
+            # ^: columns of one of both
             alone += [f"{name}, column {column}" for column in sorted({*before} ^ {*after})]
         else:
             alone.append(name)
     differences.sort(
+        # False comes before True
         key=lambda difference: (
             not _is_strength(difference),
             np.isnan(difference.half_widths),
@@ -152,6 +157,7 @@ def compare_folders(first: Path, second: Path) -> ResultsDiff:
     since = {}
     for folder, provenance, tables in zip(folders, provenances, keys_by_table, strict=True):
         jobs = provenance.jobs.values()
+        # SHA-256 of each result of the last whole run, by path
         written = {path: digest for job in jobs for path, digest in job["writes"].items()}
         if changed_since := _list_changed_since(folder, provenance.jobs):
             since[folder] = changed_since
@@ -163,52 +169,46 @@ def compare_folders(first: Path, second: Path) -> ResultsDiff:
     return ResultsDiff(differences, changes_between(*provenances), alone, unrecorded, since)
 
 
-def _list_compared_tables(folder: Path) -> dict[str, tuple[str, ...]]:
-    """List the tables of a folder that are compared, by name, with the columns that name a row."""
-    names = (path.relative_to(folder) for path in folder.rglob("*.csv"))
-    stems = {name.as_posix(): name.parts[0].removesuffix(".csv") for name in names}
-    return {name: _KEYS[stem] for name, stem in stems.items() if stem in _KEYS}
-
-
-def _list_changed_since(folder: Path, jobs: dict[str, Any]) -> list[str]:
-    """List what changed between a whole run and later runs of single jobs: code, settings, rows, logs.
-
-    `jobs`: Records as the whole run wrote them; each job's file in the folder ``records`` is its newest record.
-    """
-    changed: set[str] = set()
-    for name, job in jobs.items():
-        newest = read_record(folder / "records" / f"{name}.json")
-        state = {} if newest is None else newest.state
-        changed |= {what for what, digest in state.items() if job["state"].get(what) != digest}
-    return sorted(changed)
-
-
 def _find_results(folder: Path) -> Path:
-    """Find the folder of results: the one in a campaign's folder, or the folder itself."""
+    """Return the folder of results: the one in a campaign's folder, or the folder itself; InputError where neither is one."""
     for candidate in (folder / RESULTS, folder):
         if (candidate / "provenance.json").is_file():
             return candidate.resolve()
     raise InputError(f"{folder}: no results of `rftfit run` there (no provenance.json)")
 
 
-def _is_strength(difference: Difference) -> bool:
-    """Tell whether a number is the strength of a medium: zeta, or alpha_z of a level plate pushed straight down."""
-    is_flat_push_down = difference.file.startswith("alpha/") and difference.row.endswith(" 0 90")
-    return difference.quantity == ("alpha_z_N_per_cm3" if is_flat_push_down else "zeta")
+_KEYS = {
+    "alpha": ("medium", "beta_deg", "gamma_deg"),
+    "alpha_at_depth": ("medium", "beta_deg", "gamma_deg", "depth_cm"),
+    "coefficients": ("method", "medium", "coefficient"),
+    "penetration": ("method", "medium"),
+    "contacts": ("medium", "leg", "component", "lesson", "learned_from"),
+    "leg_errors": ("medium", "leg", "profile", "component"),
+    "sands": ("medium", "run_id", "window"),
+}
+"""Columns that name a row, by table that is compared: ``NAME.csv``, or each table in the folder ``NAME``."""
 
 
-def _sort_size(difference: Difference) -> float:
-    """Return the size of a change: in half widths, or relative where there is no interval; inf without a number."""
-    if np.isfinite(difference.half_widths):
-        return difference.half_widths
-    share = share_of_change(difference.was, difference.now)
-    return share if np.isfinite(share) else np.inf
+def _list_compared_tables(folder: Path) -> dict[str, tuple[str, ...]]:
+    """List the tables of a folder that are compared: by name, the columns that name a row."""
+    names = (path.relative_to(folder) for path in folder.rglob("*.csv"))
+    # the key in `_KEYS` of a table: its own name, or that of its folder
+    stems = {name.as_posix(): name.parts[0].removesuffix(".csv") for name in names}
+    return {name: _KEYS[stem] for name, stem in stems.items() if stem in _KEYS}
+
+
+NOT_SAME = 1e-5
+"""Relative change below which two numbers are the same: tables keep six digits."""
 
 
 def _compare_tables(
     name: str, first: pd.DataFrame, second: pd.DataFrame, keys: tuple[str, ...]
 ) -> list[Difference]:
-    """List the numbers that differ between two tables of one name; `keys` are columns that name a row."""
+    """List the numbers that differ between two tables of one name.
+
+    `name`: That of the table. `first`, `second`: The table in each folder. `keys`: Columns that name a row. A row that one
+    table lacks is compared as one of NaN.
+    """
     index = [key for key in keys if key in first and key in second]
     # a version of the program may lack some of these columns: then the first of the rows that only they tell apart is compared
     if not index:
@@ -219,11 +219,14 @@ def _compare_tables(
     quantities = [
         quantity
         for quantity in before.columns.intersection(after.columns)
+        # columns of integers or floats
         if before[quantity].dtype.kind in "if" and not _is_of_interval(quantity)
     ]
     half_widths, no_interval = _half_widths(before), np.full(len(rows), np.nan)
     differences = []
+    # `cell.row` is a place in `rows`, whose entries are the cells of `index`
     for cell in find_changed_cells(before[quantities], after[quantities], NOT_SAME):
+        # with one key an entry is the cell itself
         labels = rows[cell.row] if isinstance(rows[cell.row], tuple) else (rows[cell.row],)
         row = " ".join(f"{key:g}" if isinstance(key, float) else str(key) for key in labels)
         half_width = half_widths.get(cell.column, no_interval)[cell.row]
@@ -235,12 +238,18 @@ def _compare_tables(
 
 
 def _is_of_interval(quantity: str) -> bool:
-    """Tell whether a column belongs to the interval of another: its error, an end, or degrees of freedom."""
+    """Return True for a column of the interval of another: its error, an end, or degrees of freedom.
+
+    The number itself is compared; its interval would be named a second time.
+    """
     return not {"se", "lo", "hi", "dof"}.isdisjoint(quantity.split("_"))
 
 
 def _half_widths(table: pd.DataFrame) -> dict[str, np.ndarray]:
-    """Return half widths of the intervals of a table, shape (rows,), by the column of the quantity."""
+    """Return by column of a quantity the half widths of its intervals, shape (rows,), in its unit.
+
+    The ends of ``alpha_z_N_per_cm3`` are the columns ``alpha_z_lo_N_per_cm3`` and ``alpha_z_hi_N_per_cm3``.
+    """
     half_widths = {}
     for low in table:
         words = str(low).split("_")
@@ -254,3 +263,31 @@ def _half_widths(table: pd.DataFrame) -> dict[str, np.ndarray]:
         unit = table["value_N_per_cm3"].abs() / table["relative_to_A00"]
         half_widths["relative_to_A00"] = half_widths["value_N_per_cm3"] / unit.to_numpy(float)
     return half_widths
+
+
+def _is_strength(difference: Difference) -> bool:
+    """Tell whether a number is the strength of a medium: zeta, or alpha_z of a level plate pushed straight down."""
+    is_flat_push_down = difference.file.startswith("alpha/") and difference.row.endswith(" 0 90")
+    return difference.quantity == ("alpha_z_N_per_cm3" if is_flat_push_down else "zeta")
+
+
+def _sort_size(difference: Difference) -> float:
+    """Return the size of a change: in half widths, or relative where there is no interval; inf where a number came or went."""
+    if np.isfinite(difference.half_widths):
+        return difference.half_widths
+    share = share_of_change(difference.was, difference.now)
+    return share if np.isfinite(share) else np.inf
+
+
+def _list_changed_since(folder: Path, jobs: dict[str, Any]) -> list[str]:
+    """List what changed between a whole run and later runs of single jobs: of ``code``, ``settings``, ``rows``, ``logs``.
+
+    `jobs`: By name of the job its record, as the whole run wrote it; the job's file in the folder ``records`` is its newest
+    record. The state of a record holds a digest of each of these things.
+    """
+    changed: set[str] = set()
+    for name, job in jobs.items():
+        newest = read_record(folder / "records" / f"{name}.json")
+        state = {} if newest is None else newest.state
+        changed |= {what for what, digest in state.items() if job["state"].get(what) != digest}
+    return sorted(changed)

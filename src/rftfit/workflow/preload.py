@@ -1,7 +1,8 @@
-"""Import once what jobs need: the process that jobs are forked from imports this module.
+"""Imports, once for all, what jobs need: the process that jobs are forked from imports this module.
 
-That process is the forkserver of `multiprocessing`, which starts and ends with Snakemake
-(`snakemake_executor_plugin_rftfit`). Inside of a batch job of a cluster this module imports only what the rules there need.
+To import pandas, scipy and the figures takes longer than most jobs. That process is the forkserver of `multiprocessing`,
+which starts and ends with Snakemake (`snakemake_executor_plugin_rftfit`). All work of this module is done when it is imported:
+modules, the campaign, the registry of figures, fonts. A forked job then finds all of it in its memory.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ _digests_before = dict(source_digests())
 from rftfit.workflow.stages import FOLDER_BY_RULE, RULES_TO_COME, STAGES
 from rftfit.workflow.state import States, take_over
 
+# inside of a batch job of a cluster the variable names the rules to come: only what they need is imported
 _RULES = os.environ.get(RULES_TO_COME, " ".join([*STAGES, *FOLDER_BY_RULE])).split()
 _DRAWS = any(rule in FOLDER_BY_RULE for rule in _RULES)
 _FOR_MANY_RULES = ("pandas", "psutil", "scipy.special", "pyarrow.dataset", "pyarrow.parquet")
@@ -34,7 +36,10 @@ _MODULES = (
 
 
 def campaign_states() -> States | None:
-    """Return the states of the campaign that `rftfit run` has read; None where its config or run sheet has changed since."""
+    """Return the campaign, with the states of its jobs, as `rftfit run` has read it and this process has taken it over.
+
+    None where there was none to take over, or its config or run sheet has changed since: a job then reads it itself.
+    """
     return _states if _states and _states.campaign.is_as_read else None
 
 

@@ -1,4 +1,7 @@
-"""The lock of a campaign folder, and processes that end with the one that started them."""
+"""Whether the lock of a campaign's folder is a killed run's, and processes that end with the one that started them.
+
+Snakemake keeps a second one out of a folder by files in ``.snakemake/locks``, which a killed one leaves behind.
+"""
 
 from __future__ import annotations
 
@@ -19,13 +22,16 @@ from rftfit.store.files import lock, open_note, open_unshared
 
 
 _NOTE = Path("rftfit") / "holder"
-"""Path of the note, from ``.snakemake``."""
+"""Path of the note, from ``.snakemake``: the name of the computer, and the identifier of its last start."""
 _BOOT = Path("/proc/sys/kernel/random/boot_id")
 """File with an identifier that is new at each start of the computer (Linux)."""
 
 
 def hold_lock(folder: Path) -> None:
-    """Note in ``.snakemake`` that this process holds the lock, for as long as it lives; failing is no error."""
+    """Note that this process holds Snakemake's lock: `folder` is ``.snakemake``. Where that fails, nothing is noted.
+
+    The note itself is locked by the system for as long as this process lives, so that others see when it has ended.
+    """
     note = folder / _NOTE
     with contextlib.suppress(OSError, OutputError):
         # the handle is never closed: its lock ends with this process
@@ -37,9 +43,9 @@ def hold_lock(folder: Path) -> None:
 
 @contextlib.contextmanager
 def stale_lock(folder: Path) -> Iterator[bool]:
-    """Yield True if the lock in ``.snakemake`` is certainly left by a process that no longer lives.
+    """Yield True if Snakemake's lock in `folder`, ``.snakemake``, is certainly left by a process that no longer lives.
 
-    No other process gets True until the block is left, so that two do not clear the lock one after the other.
+    No other process gets True until the block is left: else a second could clear the lock that the first then takes.
     """
     try:
         handle = open_unshared(folder / _NOTE)
@@ -53,7 +59,10 @@ def stale_lock(folder: Path) -> Iterator[bool]:
 
 
 def _is_note_on_lock(handle: int, folder: Path) -> bool:
-    """Tell whether a note is about the lock that is there, and was written on this computer since its start."""
+    """Return True where the note (open as `handle`) is about the lock that is there, and of this computer since its start.
+
+    The system's lock on the note says nothing of processes of another computer that shares the folder.
+    """
     try:
         lock_times = [path.stat().st_mtime_ns for path in (folder / "locks").glob("*.lock")]
         noted = os.pread(handle, 1000, 0).decode("utf-8", "replace")
@@ -78,14 +87,11 @@ def _name_computer() -> str:
 
 
 PARENT_VARIABLE = "RFTFIT_PARENT"
-"""Process id of the process to watch, in the environment of its child."""
+"""Environment variable of a child: process id of the process to watch."""
 
 SHELL_PREFIX = f"{PARENT_VARIABLE}=$PPID exec " if os.name == "posix" else ""
 """Words before the command of a job: `exec` lets the stage replace the shell, and the stage watches the shell's parent."""
 
-_POLL_S = 0.5
-_PATIENCE_S = 10.0
-_INIT = 1
 _ORPHANED = 143
 """Exit status of a process that ended with the one it watched: as of SIGTERM."""
 
@@ -99,12 +105,16 @@ def end_now() -> None:
         os._exit(_ORPHANED)
 
 
+_INIT = 1
+"""Process id of the system's first process, which becomes the parent of those whose own has ended."""
+
+
 def end_with_parent(end: Callable[[], None] = end_now) -> bool:
     """Watch the process that `PARENT_VARIABLE` names, and call `end` soon after that process has ended.
 
     `end`: Function that ends this process. The variable is removed from the environment, so that processes started from
-    here do not watch, too. Returns True where a process is watched: only on POSIX systems, and where the environment asks
-    for it.
+    here do not watch, too. Returns True where a process is watched: only on POSIX systems, where the environment asks for
+    it, and where that process still lives.
     """
     process_id = os.environ.pop(PARENT_VARIABLE, "")
     if os.name != "posix" or not process_id.isdecimal():
@@ -120,8 +130,12 @@ def end_with_parent(end: Callable[[], None] = end_now) -> bool:
     return True
 
 
+_POLL_S = 0.5
+"""Time between two looks at the watched process, s."""
+
+
 def end_with(process_id: int, end: Callable[[], None] = end_now) -> None:
-    """Watch a process from a thread, and call `end` soon after that process has ended."""
+    """Watch a process from a thread of this one, and call `end`, which ends this one, soon after that process has ended."""
     import psutil
 
     def watch() -> None:
@@ -135,8 +149,12 @@ def end_with(process_id: int, end: Callable[[], None] = end_now) -> None:
     threading.Thread(target=watch, name="end with parent", daemon=True).start()
 
 
+_PATIENCE_S = 10.0
+"""Time that processes have to clear up before they are killed, s."""
+
+
 def end_group() -> None:
-    """End this process and all jobs that it has started: by SIGTERM, so that they clear up, then by SIGKILL."""
+    """End this process and all jobs that it has started (its group): by SIGTERM, so that they clear up, then by SIGKILL."""
     os.killpg(os.getpgrp(), signal.SIGTERM)
     time.sleep(_PATIENCE_S)
     os.killpg(os.getpgrp(), signal.SIGKILL)

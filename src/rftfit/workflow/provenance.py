@@ -1,4 +1,10 @@
-"""Write, read and compare the record of a whole run: what every result was made from."""
+"""Provenance, the record of a whole run (what results were made from): written, read, compared.
+
+The last stage of a run writes it as three files below ``results/``: ``provenance.json`` (settings, digests of code, versions,
+and the record of each job, which holds the SHA-256 of the files that the job read and wrote), ``manifest.sha256`` (digests
+of the logs) and ``run_sheet.csv``. `rftfit verify` and `rftfit diff` compare two of them. A fourth file describes all tables
+as a data package, a standard of archives.
+"""
 
 from __future__ import annotations
 
@@ -24,17 +30,20 @@ from rftfit.workflow.records import Recorded
 from rftfit.workflow.state import States, cells_of_run
 
 FORMAT = 3
+"""Number of the form of `RECORD`; a file with another one is refused."""
 RECORD, SUMS, SHEET = "results/provenance.json", "results/manifest.sha256", "results/run_sheet.csv"
+"""Paths of the three files, from the campaign's folder."""
 
 
 @dataclass(frozen=True)
 class Provenance:
     """Everything that results depend on: as it was recorded, or as it is now.
 
-    `logs`: SHA-256 of logs and of the robot's files, by path from the campaign's folder. `rows`: Rows of the
-    run sheet, by run_id. `settings`: The configuration. `modules`: Digests of source files. `versions`: Versions of
-    Python and packages, also of those whose dialects are used. `commit`: Commit of the program, empty without one.
-    `jobs`: Records of all jobs by name, as dictionaries; of recorded provenance alone.
+    `logs`: SHA-256 of logs and of the robot's files, by path from the campaign's folder. `rows`: For each run_id the cells
+    of its row in the run sheet, by column. `settings`: The configuration, by section. `modules`: Digests of source files, by
+    path in the package. `versions`: Versions of Python and packages by name, also of packages whose dialects (readers of a
+    log format) are used. `commit`: Commit of the program, empty without one. `jobs`: Records of all jobs by name, each a
+    dict with the fields of `rftfit.workflow.records.Record`; empty in a provenance of now, which is of no run.
     """
 
     logs: dict[str, str]
@@ -47,18 +56,19 @@ class Provenance:
 
 
 def present_provenance(states: States) -> Provenance:
-    """Collect what the results of a campaign depend on, as it is now."""
+    """Collect what results of a campaign would depend on if they were made now; `states`: the campaign, read and checked."""
     campaign = states.campaign
     raw = campaign.raw.relative_to(campaign.root).as_posix()
     logs = {f"{raw}/{name}": digest for name, digest in states.all_log_digests.items() if digest}
     runs = sorted(campaign.runs, key=lambda run: run.run_id)
+    digests_of_plugins = {origin.module: plugin_digest(origin.module) for origin in states.dialects}
+    versions_of_plugins = {origin.package: origin.version for origin in states.dialects}
     return Provenance(
-        logs | {name: digest for name, digest in states.robot_digests.items() if digest},
-        {run.run_id: cells_of_run(run) for run in runs},
-        campaign.config.model_dump(mode="json"),
-        source_digests()
-        | {origin.module: plugin_digest(origin.module) for origin in states.dialects},
-        versions() | {origin.package: origin.version for origin in states.dialects},
+        logs=logs | {name: digest for name, digest in states.robot_digests.items() if digest},
+        rows={run.run_id: cells_of_run(run) for run in runs},
+        settings=states.config,
+        modules=source_digests() | digests_of_plugins,
+        versions=versions() | versions_of_plugins,
     )
 
 
@@ -75,14 +85,16 @@ def commit() -> str:
 
 
 def provenance(results: Results, states: States) -> tuple[str, str, pd.DataFrame, str]:
-    """Record what every result was made from: the last stage.
+    """Record what every result was made from: the last stage. `results`: Access to all results.
 
     Returns the contents of four files: the records of all jobs with settings, code and versions, as JSON; the digests
     of logs; the run sheet; the description of all tables as a data package.
     """
-    recorded, state = Recorded(states), present_provenance(states)
+    recorded = Recorded(states)
+    state = present_provenance(states)
     makers = [recorded.maker[path] for path in sorted(results.allowed) if path in recorded.maker]
     records = {record.name: record for record in makers}
+    # what is written here has to be true of results that were made minutes or hours ago
     if changed := dict.fromkeys(
         finding.what for name in records for finding in recorded.findings_of_job(name)
     ):
@@ -116,7 +128,7 @@ def data_package(results: Results, digests: Mapping[str, str], sheet: bytes) -> 
     """
 
     def describe_table(path: str, digest: str, size: int, header: bytes) -> ResultFile:
-        """Describe a table; `header`: its first line, which names the columns."""
+        """Describe a csv table; `size`: its bytes; `header`: its first line, which names the columns."""
         (columns,) = read_cells(header)
         return ResultFile(path, digest, size, tuple(columns))
 
@@ -139,7 +151,10 @@ def data_package(results: Results, digests: Mapping[str, str], sheet: bytes) -> 
 
 
 def read_provenance(folder: Path) -> Provenance:
-    """Read from a folder of results what they depended on, as the stage `provenance` has recorded it."""
+    """Read from a folder of results what they depended on, as the stage `provenance` has recorded it.
+
+    Raises InputError where there is no such record, or it is damaged or of another format.
+    """
     path, sums, sheet = (folder / PurePosixPath(name).name for name in (RECORD, SUMS, SHEET))
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
@@ -173,9 +188,11 @@ def read_provenance(folder: Path) -> Provenance:
 
 @dataclass(frozen=True)
 class Change:
-    """One thing that results depend on and that differs between two states, such as recorded and now.
+    """One thing that results depend on and that differs between two provenances, such as recorded and now.
 
-    `sort`: ``log``, ``run`` (a row of the run sheet), ``setting``, ``code`` or ``version``.
+    `sort`: ``log``, ``run`` (a row of the run sheet), ``setting``, ``code`` or ``version``. `name`: Path of the file, run_id,
+    key of the config or name of the package. `was`, `now`: Both values as text: first digits of a digest, cells of the row,
+    the setting or version; "not there" where it is absent.
     """
 
     sort: str
@@ -189,7 +206,10 @@ class Change:
 
 
 def changes_between(was: Provenance, now: Provenance) -> list[Change]:
-    """List what differs between two states: logs, modules, rows of the run sheet, config keys, versions, each by itself."""
+    """List what differs between two provenances, in this order: logs, source files, rows of the run sheet, config, versions.
+
+    Each changed file, row, key and package is a `Change`; results of both may still be the same.
+    """
     changes = [
         Change(sort, name, _format_digest(old), _format_digest(new))
         for sort, before, after in (("log", was.logs, now.logs), ("code", was.modules, now.modules))
@@ -199,6 +219,7 @@ def changes_between(was: Provenance, now: Provenance) -> list[Change]:
         if old is None or new is None:
             presence = ("not there", "there") if old is None else ("there", "not there")
             changes.append(Change("run", name, *presence))
+        # of a row the changed cells alone
         elif changed_cells := _list_different(old, new, ""):
             before = ", ".join(f"{column} '{cell}'" for column, cell, _ in changed_cells)
             after = ", ".join(f"{column} '{cell}'" for column, _, cell in changed_cells)
@@ -209,15 +230,19 @@ def changes_between(was: Provenance, now: Provenance) -> list[Change]:
 
 
 def format_changes(changes: Sequence[Change], most: int | None) -> list[str]:
-    """Format changes for people, a line each; where not all are listed, many whose names begin alike are one line.
+    """Format changes for people, a line each; with a limit, four and more whose names begin alike are one line.
 
-    `most`: Most lines that are wanted; None: all.
+    So an exchanged folder of logs does not hide all else. `most`: Most lines that the caller shows; None: each change has a
+    line.
     """
     if most is None:
         return [*map(str, changes)]
 
     def group_of(change: Change) -> tuple[str, ...]:
-        """Return what changes of one line share: sort, name up to the first underscore, old and new value."""
+        """Return what changes of one line share: sort, name up to the first underscore, old and new value.
+
+        ``raw/a_001.csv`` and ``raw/a_002.csv`` share ``raw/a_*``.
+        """
         folder, slash, name = change.name.rpartition("/")
         head, underscore, _ = name.partition("_")
         pattern = f"{folder}{slash}{head}_*" if underscore else change.name
@@ -240,19 +265,19 @@ def format_changes(changes: Sequence[Change], most: int | None) -> list[str]:
 def _list_different(
     was: Mapping[str, Any], now: Mapping[str, Any], absent: Any
 ) -> list[tuple[str, Any, Any]]:
-    """List keys whose values differ, each with the old and the new value; `absent` stands for a value that is not there."""
+    """List the keys whose values differ, as (key, old value, new value); `absent` stands for a value that is not there."""
     keys = sorted(was.keys() | now.keys())
     pairs = ((key, was.get(key, absent), now.get(key, absent)) for key in keys)
     return [(key, old, new) for key, old, new in pairs if old != new]
 
 
 def _format_digest(digest: str) -> str:
-    """Write the first digits of a SHA-256; an empty one is of a file that is not there."""
+    """Format the first digits of a SHA-256; an empty one is of a file that is not there."""
     return f"sha256 {digest[:12]}" if digest else "not there"
 
 
 def _list_changed_settings(path: str, was: Any, now: Any) -> list[Change]:
-    """List the config keys below `path` (section.key) whose values differ."""
+    """List the config keys whose values differ, down to single values; `path`: ``section.key`` of both values, empty for all."""
     if isinstance(was, dict) and isinstance(now, dict):
         return [
             change

@@ -1,7 +1,12 @@
-"""Records of finished jobs: what each read and wrote by SHA-256, and the state it was done in.
+"""Records of finished jobs, and when a job counts as out of date: a file or its state is not as its record says.
 
-One small file a job, ``results/records/RULE/NAME.json``. A result is as recorded when the record of the job
-that wrote it names the files and the state that are there now.
+A job is a rule (such as ``slopes``) with one value of its wildcard, its key (such as a medium); its name is ``RULE/KEY``, or
+``RULE`` without a wildcard. Its *state* is a dict from ``code``, ``settings``, ``rows``, ``order``, ``logs``, ``robot files``
+to a digest: what its results depend on besides the files that it reads. A *record* is written when a job has finished: one
+small file, ``results/records/RULE/KEY.json``, with its state and the SHA-256 of each file that it read and wrote.
+
+Paths of results are text, relative to the campaign's folder, as ``results/runs/poppy_LP.csv``. Snakemake plans jobs by the
+times of files alone, which do not show an edited result or a changed setting: so `rftfit run` asks these records first.
 """
 
 from __future__ import annotations
@@ -22,13 +27,15 @@ from rftfit.workflow.stages import LAST, RULES
 from rftfit.workflow.state import STATES, FileDigests, States, job_name, job_of
 
 RECORDS = f"{RESULTS}/records"
-_NO_RESULTS = tuple(f"{RESULTS}/{name}/" for name in ("records", "state", "logs"))
-"""Folders whose files are no results: records, states and logs of jobs."""
+"""Folder of the records, from the campaign's folder."""
 
 
 @dataclass(frozen=True)
 class Record:
-    """One finished job: its state, and the SHA-256 of each file that it read and wrote, by path from the campaign's folder."""
+    """One finished job: its rule and key, its state, and the SHA-256 of each file that it read and wrote, by path.
+
+    `key` is empty for a rule without a wildcard. `reads` is without the file of the state.
+    """
 
     rule: str
     key: str
@@ -42,25 +49,26 @@ class Record:
         return job_name(self.rule, self.key)
 
     def save(self, root: Path) -> None:
-        """Write the record."""
+        """Write the record to its file in the campaign's folder `root`."""
         text = json.dumps(asdict(self), indent=1, sort_keys=True) + "\n"
         write_text(root / RECORDS / f"{self.name}.json", text)
 
 
 def read_record(path: Path) -> Record | None:
-    """Read a record; None where the file is not there or damaged, which includes a field that is no text."""
+    """Read a record; None where the file is not there or damaged, so that its job counts as never finished."""
     try:
         record = Record(**json.loads(path.read_text(encoding="utf-8")))
-        fields = [record.rule, record.key]
+        texts = [record.rule, record.key]
         for digests in (record.state, record.reads, record.writes):
-            fields += [*digests, *digests.values()]
+            texts += digests.values()
     except (OSError, ValueError, TypeError, AttributeError):
         return None
-    return record if all(isinstance(field, str) for field in fields) else None
+    # a damaged file may still be JSON with the right names
+    return record if all(isinstance(text, str) for text in texts) else None
 
 
 def read_state(path: Path) -> dict[str, str]:
-    """Read the fingerprint of a job, the small file of its state; empty where it is not there or damaged."""
+    """Read the planned state of a job from its file, ``results/state/RULE/KEY.json``; empty where it is absent or damaged."""
     try:
         return dict(json.loads(path.read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError):
@@ -68,16 +76,20 @@ def read_state(path: Path) -> dict[str, str]:
 
 
 def split_inputs(inputs: Iterable[str]) -> tuple[str, list[str]]:
-    """Split the inputs of a job: the file of its state, and the results that it reads."""
+    """Split the paths of a job's inputs; return the path of the file of its state, and the results that it reads.
+
+    Every rule has exactly one file of a state among its inputs.
+    """
     inputs = [*inputs]
     (state,) = (path for path in inputs if path.startswith(f"{STATES}/"))
     return state, [path for path in inputs if path != state]
 
 
 def record_holds(root: Path, inputs: Iterable[str], outputs: Iterable[str]) -> bool:
-    """Tell whether a job was done in the planned state, and read and wrote the files as they are now.
+    """Return True where a job need not be done again: it was done in the planned state, and its files are as recorded.
 
-    `inputs`: Paths that its rule reads, with the file of its state. `outputs`: Paths that its rule writes.
+    The executor asks this for a job that Snakemake has planned because an input is newer, though its content may be the
+    same. `inputs`: Paths that its rule reads, one of which is the file of its state. `outputs`: Paths that its rule writes.
     """
     state, reads = split_inputs(inputs)
     record = read_record(root / RECORDS / state.removeprefix(f"{STATES}/"))
@@ -93,10 +105,11 @@ def record_holds(root: Path, inputs: Iterable[str], outputs: Iterable[str]) -> b
 def maker_of(root: Path, path: str) -> Record | None:
     """Find the record of the job that wrote the result at `path`; None where there is none.
 
-    The stem of the file is the job's key, where the job has one: records of that name are read first, then those
-    of jobs without a key.
+    Few records are read: a job with a key writes files whose stem is this key (``results/runs/poppy_LP.csv``), and so
+    does its record; records of jobs without a key are read last.
     """
-    folder, stem = root / RECORDS, path.rpartition("/")[2].rpartition(".")[0]
+    folder = root / RECORDS
+    stem = path.rpartition("/")[2].rpartition(".")[0]
     with_key = (rule_folder / f"{stem}.json" for rule_folder in folder.glob("*/"))
     for record_file in (*with_key, *folder.glob("*.json")):
         record = read_record(record_file)
@@ -107,11 +120,11 @@ def maker_of(root: Path, path: str) -> Record | None:
 
 @dataclass(frozen=True)
 class OutdatedResult:
-    """A finding: one thing about a job that is not as recorded.
+    """A finding: one thing about a job that is not as recorded, so that the job is to be done again.
 
     `job`: Name of the job. `sort`: ``new`` (never finished), ``edited`` or ``missing`` (a result that it wrote), ``input``
-    (a result that it read) or ``changed`` (its state). `what`: Path of the result, or name of the changed part of the
-    state, such as ``settings``. `was`: The recorded digest.
+    (a result that it read) or ``changed`` (its state). `what`: Path of the result, or key of the changed entry of the
+    state, such as ``settings``; empty for ``new``. `was`: The recorded digest of it; empty for ``new``.
     """
 
     job: str
@@ -120,25 +133,17 @@ class OutdatedResult:
     was: str = ""
 
 
-LONG_AGO_S = 1.0
-"""Time that a result gets which is to be made again, s since 1970: older than every input."""
-
-
-def set_time(path: Path, seconds: float) -> None:
-    """Set the time of a file, s since 1970; nothing happens where the file is not there."""
-    try:
-        files.set_time(path, seconds)
-    except FileNotFoundError:
-        return
-    except OSError as error:
-        raise OutputError(
-            f"{path}: its time is in the future or out of order, and cannot be set ({error.strerror}): delete this file, "
-            "then run again"
-        ) from error
+_NO_RESULTS = tuple(f"{RESULTS}/{name}/" for name in ("records", "state", "logs"))
+"""Folders whose files are no results: records, states and logs of jobs."""
 
 
 class Recorded:
-    """The recorded jobs of a campaign, compared with files and states as they are now."""
+    """The recorded jobs of a campaign, compared with files and states as they are now.
+
+    Every file and every state is read once, at the first question about it: after a run a new `Recorded` is needed.
+    `states`: The campaign, with the states of its jobs as they are now. `root`: The campaign's folder. `digests`: Function
+    from paths to their SHA-256, by path; empty for a file that is not there.
+    """
 
     def __init__(self, states: States) -> None:
         self.states = states
@@ -147,7 +152,11 @@ class Recorded:
 
     @cached_property
     def records(self) -> dict[str, Record | None]:
-        """Record of every job of this campaign that has a state, by name, in the order of the data's way; None without a record."""
+        """Records by name of the job; None for a job that has a state and no record, which means that it never finished.
+
+        The order is that of the rules, in which a job comes behind those whose results it reads. The jobs are taken from
+        the state files, since Snakemake, which alone has the list of all jobs, writes such a file for each when it plans.
+        """
         paths = (self.root / STATES).rglob("[!.]*.json")
         jobs = sorted(job_of(path.relative_to(self.root).as_posix()) for path in paths)
         # a state may be left of a medium or figure that the campaign no longer has
@@ -158,15 +167,16 @@ class Recorded:
 
     @cached_property
     def maker(self) -> dict[str, Record]:
-        """Record of the job that wrote a result, by the path of the result."""
+        """For each result, by its path: the record of the job that wrote it."""
         return {
             path: record for record in self.records.values() if record for path in record.writes
         }
 
     def collect_records(self, last: Record | None = None) -> dict[str, Record]:
-        """Collect the records of a job and of all jobs that its results are made from, by name, from the last job back.
+        """Collect by name the records of a job and of all jobs that its results are made from, that job first.
 
-        `last`: Record of that job; default: of the last job of a whole run.
+        `last`: Record of that job; default: of the last job of a whole run, which reads all results; without such a record
+        the answer is empty.
         """
         waiting = [*filter(None, [last or self.records.get(LAST)])]
         records: dict[str, Record] = {}
@@ -179,7 +189,10 @@ class Recorded:
 
     @cached_property
     def extra_records(self) -> dict[str, Record]:
-        """Records of jobs that a whole run does not need, such as a figure for a paper, by each of their results that exists."""
+        """By the path of each result that exists and that a whole run does not make: the record of the job that wrote it.
+
+        Such results were made by name, as a figure for a paper.
+        """
         of_whole_run = self.collect_records()
         return {
             path: record
@@ -188,7 +201,10 @@ class Recorded:
         }
 
     def findings_of_job(self, name: str) -> list[OutdatedResult]:
-        """List what is not as recorded about one job, by its name; nothing where its results are up to date."""
+        """List what is not as recorded about one job, by its name; nothing where all it read, wrote and used is as it was.
+
+        Jobs before it are not asked: its input may be as recorded, and yet out of date (`outdated` follows this).
+        """
         record = self.records.get(name)
         if record is None:
             return [OutdatedResult(name, "new")]
@@ -212,42 +228,35 @@ class Recorded:
         return findings
 
     def findings_of_targets(self, targets: Sequence[str] = ()) -> list[OutdatedResult]:
-        """List what is not as recorded about all jobs that the targets need; nothing where nothing is to do.
+        """List what is not as recorded about all jobs that the targets need; nothing where nothing is to be done.
 
-        `targets`: Paths of results or names of jobs; default: the last job, which needs all others.
+        `targets`: Paths of results or names of jobs; default: the last job of a whole run, which needs all others. What a
+        job needs is known from records only: where one is lacking, every job that might be needed is taken.
         """
-        records = {
+        records_of_targets = {
             name: self.maker.get(name) or self.records.get(name) for name in targets or [LAST]
         }
-        never_made = [name for name, record in records.items() if record is None]
-        needed_records = {
-            job: needed_record
-            for record in records.values()
-            if record
-            for job, needed_record in self.collect_records(record).items()
-        }
-        needed = {*needed_records}
-        # only records say what a target needs: one without a record may need every job, and a job without one may have made
-        # a result of which no record says who wrote it
+        never_made = [name for name, record in records_of_targets.items() if record is None]
+        needed_records: dict[str, Record] = {}
+        for record in filter(None, records_of_targets.values()):
+            needed_records |= self.collect_records(record)
+        # a target without a record may need any job; and where no record says who wrote a result that is needed, any job
+        # without a record may have written it
         lacks_maker = any(
             path.startswith(f"{RESULTS}/") and path not in self.maker
             for record in needed_records.values()
             for path in record.reads
         )
-        for job, record in self.records.items():
-            may_be_needed = never_made or (record is None and lacks_maker)
-            if may_be_needed and not self.states.on_demand(job):
-                needed.add(job)
-        findings = [
-            finding
-            for job in self.records
-            if job in needed
-            for finding in self.findings_of_job(job)
-        ]
+        findings: list[OutdatedResult] = []
+        for job, record_of_job in self.records.items():
+            may_be_needed = never_made or (record_of_job is None and lacks_maker)
+            if job in needed_records or (may_be_needed and not self.states.on_demand(job)):
+                findings += self.findings_of_job(job)
+        # before the first run there are no jobs to say anything about
         return findings or [OutdatedResult(name, "new") for name in never_made]
 
     def list_foreign_files(self) -> list[str]:
-        """List files below ``results/`` that no job of this campaign wrote: a user's, or left from an earlier configuration."""
+        """List paths of files below ``results/`` that no job of this campaign wrote: a user's, or of an earlier config."""
         paths = (self.root / RESULTS).rglob("[!.]*")
         names = (path.relative_to(self.root).as_posix() for path in paths if path.is_file())
         return sorted(
@@ -258,7 +267,7 @@ class Recorded:
     def outdated(self) -> set[str]:
         """Names of the jobs that are not as recorded, and of all jobs made from their results."""
         names: set[str] = set()
-        # in the order of the data's way: a job comes after those whose results it read
+        # a job comes behind those whose results it read (`records`), so these are settled before it
         for name, record in self.records.items():
             reads = record.reads if record else ()
             makers = {self.maker[path].name for path in reads if path in self.maker}
@@ -267,14 +276,14 @@ class Recorded:
         return names
 
     def is_current(self, path: str) -> bool:
-        """Tell whether a result is there, and it and all that it is made from are as recorded."""
+        """Return True where a result is there, and it and all that it is made from are as recorded."""
         return path in self.maker and self.maker[path].name not in self.outdated
 
     def make_outdated(self, findings: Iterable[OutdatedResult]) -> None:
-        """Let Snakemake plan the jobs of some findings, whatever the times of files say.
+        """Change files so that Snakemake plans the jobs of some findings: it plans a job whose input is newer than its output.
 
-        Their state files are emptied, to be written anew, and their results get a time before all others. No state file
-        is deleted, since these files list the jobs of the campaign.
+        Their state files are emptied: Snakemake's process writes them anew, and so newer. Their results get a time before
+        all others. No state file is deleted, since these files list the jobs of the campaign (`records`).
         """
         for name in {finding.job for finding in findings}:
             state = self.root / STATES / f"{name}.json"
@@ -285,7 +294,10 @@ class Recorded:
                 set_time(self.root / path, LONG_AGO_S)
 
     def bring_times_back(self) -> None:
-        """Set results and states that are dated in the future to one time just past, so that what is made now is newer."""
+        """Set the time of files below ``results/`` that are dated in the future to one just past.
+
+        Such times come from a clock that was wrong or another machine; what is made now would seem older than its inputs.
+        """
         now_s = time.time()
         # more than the step of the coarsest file times, 2 s
         passed_s = 10.0
@@ -293,3 +305,20 @@ class Recorded:
             with suppress(FileNotFoundError):
                 if path.lstat().st_mtime > now_s and path.is_file():
                     set_time(path, now_s - passed_s)
+
+
+LONG_AGO_S = 1.0
+"""Time that a result gets which is to be made again, s since 1970: older than every input."""
+
+
+def set_time(path: Path, seconds: float) -> None:
+    """Set the time of a file, s since 1970; nothing happens where the file is not there."""
+    try:
+        files.set_time(path, seconds)
+    except FileNotFoundError:
+        return
+    except OSError as error:
+        raise OutputError(
+            f"{path}: its time is in the future or out of order, and cannot be set ({error.strerror}): delete this file, "
+            "then run again"
+        ) from error

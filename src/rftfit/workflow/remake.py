@@ -1,4 +1,4 @@
-"""Make a campaign's results again in a folder of their own, and say which files come out otherwise.
+"""`rftfit verify --again`: make results again in a folder of their own, and say which files come out otherwise.
 
 The same logs, settings and code give the same bytes, so a file that differs was forged, damaged, or made by other code;
 records cannot tell, since whoever changes a result can renew its record.
@@ -30,22 +30,19 @@ from rftfit.workflow.snakemake import Job, Progress
 from rftfit.workflow.state import States
 from rftfit.workflow.verify import list_reasons
 
-TextRows = list[list[str]]
-"""Rows of a table, each cell as text; the first row holds the names of the columns."""
-
 
 @dataclass(frozen=True)
 class Remade:
     """Results that were made again, compared with the recorded ones.
 
-    `same`: Paths of files with equal bytes. `unlike`: Description of the difference, by path of the file, in the order in
-    which jobs make the files. `not_made`: Recorded files that `rftfit run` does not make, such as the whole sweep of the
-    robot. `recorded`: Records and files as they were.
+    Paths are from the campaign's folder. `same`: Paths of files with equal bytes. `unlike`: Sentence on the difference, by
+    path of the file, in the order in which jobs make the files. `not_made`: Paths of recorded files that `rftfit run` does
+    not make, such as the whole sweep of the robot. `recorded`: Records of the campaign, with its files as they are.
     """
 
-    same: tuple[str, ...]
+    same: list[str]
     unlike: dict[str, str]
-    not_made: tuple[str, ...]
+    not_made: list[str]
     recorded: Recorded
 
     @property
@@ -54,8 +51,12 @@ class Remade:
         return not self.unlike
 
     def summary(self, most: int | None = None) -> str:
-        """Format the comparison for people, at most `most` lines of each list; default: all."""
-        lines = first_of([str(path) for path in self.unlike], most, "more that differ")
+        """Format the comparison for people: files that differ and where, why results are out of date, a count.
+
+        `most`: Most lines of each list; None: all.
+        """
+        unlike = [f"{path}: {difference}" for path, difference in self.unlike.items()]
+        lines = first_of(unlike, most, "more that differ")
         if self.unlike:
             lines += first_of(list_reasons(self.recorded), most, "more reasons")
         results = count(len(self.same) + len(self.unlike), "result")
@@ -68,7 +69,7 @@ class Remade:
         return "\n".join([*lines, *list_others(self.recorded)])
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the comparison as plain words and lists."""
+        """Return the comparison as plain words and lists, for ``--json``."""
         return {
             "same": self.same,
             "unlike": self.unlike,
@@ -91,7 +92,7 @@ def remake(
     cores : int, optional
         Jobs at once; default: all cores.
     on_job : callable, optional
-        Told the state of the run whenever a job has finished.
+        Function that gets the progress after each line of Snakemake, and the job that has finished by this line, or None.
 
     Returns
     -------
@@ -108,10 +109,10 @@ def remake(
         workflow = Workflow(config, cores=cores, on_job=on_job)
         workflow.run()
         recorded_again = workflow.recorded
-        same: list[str] = []
+        same = []
         unlike: dict[str, str] = {}
-        not_made: list[str] = []
-        # in the order of the jobs that made them
+        not_made = []
+        # by path, those of both folders, in the order of the jobs that made them
         for path in recorded.maker | recorded_again.maker:
             if path not in recorded_again.maker:
                 not_made.append(path)
@@ -119,11 +120,14 @@ def remake(
                 same.append(path)
             else:
                 unlike[path] = _describe_difference(recorded.root / path, root / path)
-    return Remade(tuple(same), unlike, tuple(not_made), recorded)
+    return Remade(same, unlike, not_made, recorded)
 
 
 def _copy_settings(states: States, root: Path) -> Path:
-    """Make a campaign in the folder `root`: copies of all settings, a link to the logs. Returns the path of the new config."""
+    """Make a campaign in the folder `root`: copies of all its settings, a link to its logs, no results.
+
+    Settings are all files beside the config, the run sheet and the files of the robot. Returns the path of the new config.
+    """
     campaign = states.campaign
     config = campaign.root / next(iter(campaign.read_from))
     raw = campaign.raw.relative_to(campaign.root)
@@ -144,7 +148,7 @@ def _copy_settings(states: States, root: Path) -> Path:
 
 
 def _describe_difference(original: Path, remade: Path) -> str:
-    """Say where a file differs from the one that was made again, and by how much."""
+    """Say where a result differs from the same file that was made again, and by how much: of a table by cells, else by bytes."""
     if not original.is_file():
         return "not there"
     try:
@@ -157,8 +161,12 @@ def _describe_difference(original: Path, remade: Path) -> str:
     return _describe_byte_difference(original, remade)
 
 
+TextRows = list[list[str]]
+"""Rows of a table, each cell as text; the first row holds the names of the columns."""
+
+
 def _read_text_rows(path: Path) -> TextRows:
-    """Read a table, csv or Parquet, as texts."""
+    """Read a table, csv or Parquet, as texts: so a cell that was damaged and is no number any more can be compared, too."""
     if path.suffix == ".parquet":
         table = read_parquet(path)
         rows = table.astype(object).to_numpy().tolist()
@@ -170,7 +178,10 @@ def _read_text_rows(path: Path) -> TextRows:
 
 
 def _describe_table_difference(original: TextRows, remade: TextRows) -> str:
-    """Say which cell of a table differs first, how many do, and by how much; empty where all cells are equal."""
+    """Say which cell of a table differs first, in reading order, how many do, and by how much; empty where all are equal.
+
+    Lines are counted from 1, the header, as an editor does.
+    """
     names = remade[0] if remade else []
     if original[:1] != remade[:1]:
         unshared_columns = sorted(set(names).symmetric_difference(original[0] if original else []))
@@ -178,6 +189,7 @@ def _describe_table_difference(original: TextRows, remade: TextRows) -> str:
     # a damaged row may be shorter or longer than the others
     before, after = (pd.DataFrame(rows).fillna("") for rows in (original, remade))
     common_rows = before.index.intersection(after.index)
+    # their first field is the row
     cells = sorted(find_changed_cells(before.loc[common_rows], after.loc[common_rows]))
     row_counts = f"{len(original) - 1} rows, {len(remade) - 1} made again"
     if not cells:

@@ -1,4 +1,10 @@
-"""Bring the results of a campaign up to date: find what is out of date, and let Snakemake make it again."""
+"""`rftfit run`: results brought up to date by Snakemake; what is said of outdated ones; profiles of clusters.
+
+A job is one use of a rule, such as ``slopes/poppy_LP`` (rule and medium). Each finished job has left a record: what it read
+and wrote, by SHA-256, and its state, digests of the code, settings, run sheet and logs that it used. `Workflow.run` compares
+the records with what is there now, marks jobs that are out of date, starts Snakemake as a child process, which plans and
+does them, and follows its output (`rftfit.workflow.snakemake`).
+"""
 
 from __future__ import annotations
 
@@ -35,13 +41,7 @@ from rftfit.workflow.stages import LAST
 from rftfit.workflow.state import HANDED, LEAST_MB, States, guard_written, hand_over, read_states
 
 LOG = Path("results/logs/snakemake.log")
-
-_PROFILE_FILE = "config.yaml"
-_NOT_CLUSTERS = ("default",)
-"""Profiles beside the Snakefile that run on this machine."""
-
-_SUBMITS = {"slurm": "sbatch"}
-"""Program that hands over the jobs of an executor, by the name of the executor."""
+"""File with all output of Snakemake, from the campaign's folder."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,10 @@ class RunReport:
 
 
 class JobsFailedError(WorkflowError):
-    """The workflow stopped since jobs failed, or results could not be written; `report` lists what was done before."""
+    """The workflow stopped since jobs failed, or results could not be written.
+
+    `report`: What was done before. `exit_code`: That of the command `rftfit run`.
+    """
 
     def __init__(self, text: str, report: RunReport, exit_code: int) -> None:
         super().__init__(text)
@@ -82,13 +85,17 @@ class JobsFailedError(WorkflowError):
 
 @dataclass
 class Workflow:
-    """One call of the workflow.
+    """One call of the workflow. To make it reads and checks the campaign, and raises CampaignError for one with errors.
 
-    `config`: Path of the config. `targets`: Paths of results or names of jobs to make; empty for all. `words`: Further
-    options for Snakemake itself. `cores`: Jobs at once; default: all cores. `cluster`: Profile that puts the jobs on a
-    cluster. `snakefile`: Another workflow instead of the shipped one. `results_at`: Folder that the results are to lie in.
+    `config`: Path of the config. `targets`: Paths of results, from the campaign's folder, or names of jobs; empty for all.
+    `words`: Further options for Snakemake itself. `cores`: Jobs at once; None: all cores. `cluster`: Profile that puts the
+    jobs on a cluster (`find_profile`); None: they run on this machine. `snakefile`: Another workflow instead of the shipped
+    one, for tests. `results_at`: Folder that the results are to lie in; None: ``results`` of the campaign, as it is.
     `say`: Function that gets what is made again and why, line by line. `on_job`: Function that gets the progress after
     each line of Snakemake, and the job that has finished by this line, or None.
+
+    Attributes that it makes: `states`, the campaign and the states of its jobs; `recorded`, the records, compared with
+    what is there now; `root`, the campaign's folder; `reasons`, the sentences on what was out of date.
     """
 
     config: Path
@@ -112,24 +119,27 @@ class Workflow:
         guard_written(self.states.campaign)
 
     def add_paper_files(self) -> None:
-        """Add the figures for a paper to the targets; without targets, to all results of a whole run."""
+        """Add the figures for a paper, as pdf, to the targets; without targets, to all results of a whole run."""
+        # without targets Snakemake makes the last result, which needs all others: beside other targets it has to be named
         self.targets = [*(self.targets or [f"{RESULTS}/{LAST}.json"]), *self.states.paper_files]
 
     def run(self) -> Progress:
-        """Make all results that are missing or out of date."""
+        """Make all results that are missing or out of date; return what Snakemake did. A failed job raises JobsFailedError."""
         if not self._mark_outdated():
             return Progress(nothing_to_do=True)
+        # a table of numbers instead of logs needs no readers of logs
         if not self.states.campaign.numbers:
             readers(self.states.campaign)  # refuses an unknown dialect before any job starts
         self._clear_stale_lock()
         self.recorded.bring_times_back()
         progress = self._watch(self._command(), self.root / LOG)
+        # records and files as they are after the run
         self.recorded = Recorded(self.states)
         self._refuse_outdated_targets()
         return progress
 
     def _refuse_outdated_targets(self) -> None:
-        """Raise where a run left a target out of date, since Snakemake was misled by the times of files."""
+        """Raise where a run without error left a target out of date, because the times of files misled Snakemake."""
         recorded_targets = {*self.recorded.maker, *self.recorded.records}
         # another workflow, or options for Snakemake, may leave results out of date on purpose; of a target without a
         # record it is not known which jobs it needs
@@ -145,13 +155,19 @@ class Workflow:
             )
 
     def dry_run(self) -> Progress:
-        """Find the jobs that a run would do, without doing them."""
+        """Find the jobs that a run would do, without doing them: `jobs` of the returned progress.
+
+        Jobs that are out of date are marked in files, as for a run.
+        """
         if not self._mark_outdated():
             return Progress(nothing_to_do=True)
         return self._watch([*self._command(), "--dry-run"], None)
 
     def _mark_outdated(self) -> bool:
-        """Find the jobs that are not as recorded, say why, and mark them for Snakemake; return False if it has nothing to do."""
+        """Find the jobs that are not as recorded, say why, and mark them so that Snakemake plans them.
+
+        Returns False where Snakemake need not be started, since all targets are as recorded. Starting it takes seconds.
+        """
         # the records say nothing about another workflow
         if self.snakefile:
             return True
@@ -168,7 +184,7 @@ class Workflow:
         return True
 
     def unlock(self) -> None:
-        """Clear the lock that a killed run has left."""
+        """Clear the lock that a killed run has left in the campaign's folder; raise while a workflow runs there."""
         if process_ids := find_snakemakes(self.root):
             raise WorkflowError(
                 f"a workflow is running in {self.root} (process {', '.join(map(str, process_ids))}), so its "
@@ -179,7 +195,10 @@ class Workflow:
             raise WorkflowError("the lock cannot be cleared: " + " ".join(lines[-3:]))
 
     def _command(self) -> list[str]:
-        """Return the words of the command line for Snakemake."""
+        """Return the words of the command line for Snakemake: targets, where jobs run, and how it plans them.
+
+        The config is named from the campaign's folder, so that the command of a job is the same on any machine.
+        """
         source = (self.snakefile or find_snakefile()).resolve()
         where = ["--cores", str(self.cores or "all")]
         if self.cluster is not None:
@@ -199,13 +218,14 @@ class Workflow:
         ]
 
     def _watch(self, command: list[str], log: Path | None) -> Progress:
-        """Run Snakemake to its end; an error becomes a `WorkflowError` that says why.
+        """Run Snakemake to its end and return its progress; an error becomes a `WorkflowError` that says why.
 
         `command`: Words for Snakemake. `log`: File for its output; None for a dry run, which keeps none.
         """
         progress = Progress()
 
         def on_line(line: str) -> None:
+            """Update the progress by a line of Snakemake, and hand it on."""
             self.on_job(progress, progress.update_by(line))
 
         try:
@@ -230,12 +250,12 @@ class Workflow:
         return progress
 
     def report(self, progress: Progress) -> RunReport:
-        """Report what a run has done, by its progress at the end."""
+        """Report for users of the package what a run has done, by its progress at the end."""
         made, skipped = [*map(str, progress.made)], [*map(str, progress.skipped)]
         return RunReport(made, skipped, describe_failed_jobs(progress, self.root), self.reasons)
 
     def _clear_stale_lock(self) -> None:
-        """Clear the lock of a killed run where it is certain that nobody holds it."""
+        """Clear the lock of a killed run where it is certain that nobody holds it: else the user is asked to do so."""
         with stale_lock(self.root / ".snakemake") as certain:
             if certain and run_snakemake([*self._command(), "--unlock"], None, lambda _: None) == 0:
                 self.say(
@@ -243,7 +263,7 @@ class Workflow:
                 )
 
     def _describe_lock(self) -> str:
-        """Say who holds the lock of the campaign's folder, and what to do."""
+        """Say who holds the lock by which Snakemake keeps a second one out of the campaign's folder, and what to do."""
         if process_ids := find_snakemakes(self.root):
             return (
                 f"another workflow is running in {self.root} (process {', '.join(map(str, process_ids))}): "
@@ -257,12 +277,16 @@ class Workflow:
 
 
 def describe_findings(findings: Sequence[OutdatedResult]) -> list[str]:
-    """Say what is made again and why, a line for each cause: edited or missing results by name, changes with their jobs."""
+    """Say what is made again and why: a line on edited results, one on missing ones, one for each changed part of states.
+
+    Inputs that changed (sort ``input``) need no line of their own: the result behind them has one.
+    """
     lines = []
     for sort, what in (("edited", "not as written (edited or damaged)"), ("missing", "not there")):
         names = [finding.what for finding in findings if finding.sort == sort]
         if names:
             lines.append(f"{what}, made again: {join_words(names, MOST_NAMED)}")
+    # by the changed part of the state, such as "settings": names of jobs, as keys so that each stands once, in order
     jobs_by_change: dict[str, dict[str, None]] = {}
     for finding in findings:
         if finding.sort == "changed":
@@ -274,9 +298,13 @@ def describe_findings(findings: Sequence[OutdatedResult]) -> list[str]:
 
 
 def describe_memory(states: States, recorded: Recorded) -> list[str]:
-    """Say how much memory it takes to read the logs of media that need much, or hold a long log, and are not read yet."""
+    """Say how much memory it takes to read the logs of media that are not read yet, a line for each that needs much.
+
+    So a run that would end by a full memory is foreseen. A medium with a log so long that it is averaged has a line, too.
+    """
     lines = []
     for medium in states.campaign.media_with_runs:
+        # the result for which the logs are read
         if recorded.is_current(f"{RESULTS}/traces/{medium}.parquet"):
             continue
         need = states.memory(medium)
@@ -294,7 +322,7 @@ def describe_memory(states: States, recorded: Recorded) -> list[str]:
 
 
 def _refuse_packages(root: Path) -> None:
-    """Refuse a campaign folder with packages in it that Snakemake would import."""
+    """Refuse a campaign folder with packages in it that Snakemake would import: they may be somebody else's code."""
     folder = root / ".snakemake" / "pip-deployments"
     if os.path.lexists(folder):
         raise InputError(
@@ -307,19 +335,29 @@ def _refuse_packages(root: Path) -> None:
 
 
 def _cluster_words(name: str, snakefile: Path, cores: int | None) -> list[str]:
-    """Return options of Snakemake that put the jobs on a cluster; `name`: as for `find_profile`; `cores`: of the largest job."""
+    """Return options of Snakemake that put the jobs on a cluster; refuse a profile that cannot work here.
+
+    A profile is a folder with options of Snakemake in a file. `name`: Name or path of the profile (`find_profile`).
+    `snakefile`: Path of the workflow, beside which the shipped profiles lie. `cores`: Most cores of one job; None: as the
+    profile says.
+    """
     folder = find_profile(name, snakefile)
+    # the executor hands jobs over: "slurm", or "local" on this machine
     executor = str(_read_profile(folder / _PROFILE_FILE).get("executor", "local"))
     _check_installed(executor, folder)
     return ["--workflow-profile", str(folder), *(["--cores", str(cores)] if cores else [])]
 
 
+_PROFILE_FILE = "config.yaml"
+"""File in the folder of a profile that holds its options."""
+
+
 def find_profile(name: str, snakefile: Path) -> Path:
-    """Find the folder of a profile by its name beside the Snakefile, or by its path."""
+    """Find the folder of a profile; `name`: a profile in ``profiles`` beside the Snakefile, or the path of a folder."""
     profiles_folder = snakefile.resolve().parent / "profiles"
-    cluster_names = sorted(
-        {path.parent.name for path in profiles_folder.glob(f"*/{_PROFILE_FILE}")} - {*_NOT_CLUSTERS}
-    )
+    names = {path.parent.name for path in profiles_folder.glob(f"*/{_PROFILE_FILE}")}
+    # the profile "default" runs jobs on this machine
+    cluster_names = sorted(names - {"default"})
     if name in cluster_names:
         return profiles_folder / name
     folder = Path(name).resolve()
@@ -332,7 +370,7 @@ def find_profile(name: str, snakefile: Path) -> Path:
 
 
 def _read_profile(path: Path) -> Mapping[str, Any]:
-    """Read a profile of Snakemake."""
+    """Read a profile of Snakemake: its options by name, without the leading dashes."""
     import yaml
 
     try:
@@ -344,8 +382,15 @@ def _read_profile(path: Path) -> Mapping[str, Any]:
     return profile
 
 
+_SUBMITS = {"slurm": "sbatch"}
+"""Program that hands over the jobs of an executor, by the name of the executor."""
+
+
 def _check_installed(executor: str, folder: Path) -> None:
-    """Refuse an executor that cannot work here; Snakemake itself would say less about the cause."""
+    """Refuse an executor that cannot work here; Snakemake itself would say less about the cause.
+
+    `executor`: Name of the part of Snakemake that starts jobs. `folder`: That of the profile, named in messages.
+    """
     if executor in ("local", "dryrun", "touch"):
         return
     # Snakemake writes the path of Python without quotes into the shell command of a job

@@ -1,4 +1,10 @@
-"""Snakemake as a child process: started, its events followed, stopped with all its children."""
+"""Snakemake as a child process: started, followed, stopped with its children; what is said of a failed job.
+
+Snakemake's logger plug-in (`snakemake_logger_plugin_rftfit`) writes each event as one line of JSON with the key ``snakemake``,
+the message; other lines of its output are called plain here. `Progress.update_by` reads both. A job is one use of a rule,
+such as ``slopes poppy_LP``; its stage, the function that does the work, writes errors to the job's log as
+``rftfit RULE VALUE: MESSAGE``. Messages to users are made from these, since Snakemake's own say little of a cause.
+"""
 
 from __future__ import annotations
 
@@ -25,34 +31,18 @@ from rftfit.store.text import count
 from rftfit.workflow.processes import PARENT_VARIABLE
 from rftfit.workflow.state import job_name, state_file
 
-_PATIENCE_S = 20.0
-"""Time that Snakemake has to end after each signal, s."""
-
 _MOST_LINES = 40
 """Most lines of a log in one message."""
-
-_STATUS_OF_COMMAND = re.compile(
-    r"(?:returned non-zero exit status (\d+)|died with <Signals\.(\w+))"
-)
-_STAGE_MESSAGE = re.compile(r"^rftfit [^:]+: (.*)$")
-_SLURM = re.compile(r"SLURM status is: '([\w ]+)'")
-_SIGNAL_OF_STATUS = {"137": "SIGKILL", "143": "SIGTERM", "139": "SIGSEGV"}
-_REFUSED = re.compile(r"OutputError: (.*: cannot write: .*)")
-"""Error of this program in Snakemake's process, which writes state files."""
-
-_NO_SPACE = rf"\[Errno (?:{errno.ENOSPC}|{errno.EROFS}|{errno.EDQUOT}|{errno.EFBIG})\] (.*)"
-_CURE = "free some space or allow writing there, then run again"
-_MEMORY = "most often because the memory was full; try --cores 1"
-_SUMMARY_OF_END = "At least one job did not complete successfully."
 
 
 @dataclass
 class Job:
     """One job, as Snakemake reports it.
 
-    `logs`: Log files that its rule declares. `wildcards`: Values by name. `reason`: Why it is done, in Snakemake's words.
-    `status`: Exit status, name of the signal that ended it, or what Slurm says of it; empty where unknown. `grouped`: True
-    where the job went to a cluster in a group, of which Snakemake knows only that one job failed.
+    `rule`: Name of its rule. `logs`: Log files that the rule declares, from the campaign's folder. `wildcards`: Values by
+    name of the wildcard, such as the medium: one or none. `reason`: Why it is done, in Snakemake's words. `status`: Of a
+    failed job its exit status, the name of the signal that ended it (``SIGKILL``), or what Slurm says of it; empty where
+    unknown. `grouped`: True where the job went to a cluster in a group, of which Snakemake knows only that one job failed.
     """
 
     rule: str
@@ -63,12 +53,25 @@ class Job:
     grouped: bool = False
 
     def __str__(self) -> str:
+        """Rule and value of its wildcard, as ``slopes poppy_LP``."""
         return " ".join([self.rule, *self.wildcards.values()])
 
     @property
     def state(self) -> str:
-        """Path of the file of the job's state, which the job's command names."""
+        """Path of the file of the job's state, from the campaign's folder; the command of the job names it."""
         return state_file(job_name(self.rule, next(iter(self.wildcards.values()), "")))
+
+
+_STATUS_OF_COMMAND = re.compile(
+    r"(?:returned non-zero exit status (\d+)|died with <Signals\.(\w+))"
+)
+"""How Snakemake reports the command of a failed job: its exit status, or the signal that ended it."""
+
+_SLURM = re.compile(r"SLURM status is: '([\w ]+)'")
+"""How it reports what the cluster's program Slurm says of a failed job."""
+
+_SUMMARY_OF_END = "At least one job did not complete successfully."
+"""Message of Snakemake after failed jobs, which says nothing new."""
 
 
 @dataclass
@@ -76,9 +79,11 @@ class Progress:
     """Progress of a workflow, from the events that Snakemake reports.
 
     `total`, `done`: Numbers of jobs. `jobs`: Jobs that began or, in a dry run, would begin, by Snakemake's number.
-    `made`: Jobs that finished. `skipped`: Jobs whose record still held. `failed`: Failed jobs by number. `problem`: Lines
-    about an error that is not of a job. `plain`: Lines that are no events. `_command_errors`: Snakemake's errors about
-    commands of jobs, each with the exit status or signal.
+    `made`: Jobs that finished. `skipped`: Planned jobs that need not be done, as their record still held. `failed`: Failed
+    jobs by number. `problem`: Lines about an error that is not of a job. `plain`: Lines that are no events.
+    `nothing_to_do`: True where Snakemake planned no job, or was not started. `locked`: True where another Snakemake holds
+    the campaign's folder. `_command_errors`: Errors about commands of jobs, message and exit status or signal, until
+    Snakemake names the job of each.
     """
 
     total: int = 0
@@ -94,7 +99,11 @@ class Progress:
     _command_errors: list[tuple[str, str]] = field(default_factory=list)
 
     def update_by(self, line: str) -> Job | None:
-        """Update the progress by one line of Snakemake's output; return the job that has finished by it, or None."""
+        """Update the progress by one line of Snakemake's output; return the job that has finished by it, or None.
+
+        The line is an event, JSON as the logger plug-in writes it, or plain text, which is kept. An event on a job has
+        Snakemake's number of it, ``jobid`` or ``job_id``, by which it is found in `jobs`.
+        """
         try:
             event = json.loads(line) if line.startswith('{"snakemake"') else None
         except ValueError:
@@ -104,10 +113,12 @@ class Progress:
             return None
         message, number = str(event["snakemake"]), str(event.get("jobid", event.get("job_id", "")))
         match event.get("event"):
+            # what is planned
             case "run_info":
                 self.total = int(event.get("stats", {}).get("total", self.total))
             case "progress":
                 self.done, self.total = int(event["done"]), int(event["total"])
+            # a job begins, or would begin in a dry run
             case "job_info":
                 options = {name: event[name] for name in ("wildcards", "reason") if name in event}
                 self.jobs[number] = Job(event["rule_name"], event.get("log", []), **options)
@@ -116,15 +127,19 @@ class Progress:
                 if finished := self.jobs.get(number):
                     self.made.append(finished)
                 return finished
+            # written by this program's executor for a job that it did not do
             case _ if "skipped" in event:
                 self.skipped.append(self.jobs.pop(str(event["skipped"])))
+            # a job failed; its exit status stands in an error that came before
             case "job_error":
                 unknown = Job(event.get("rule_name", "job"), event.get("log", []))
                 job = self.jobs.get(number, unknown)
                 slurm = _SLURM.search(str(event.get("rule_msg")))
+                # Snakemake indents its report on jobs of a group
                 job.grouped = bool(event.get("indent"))
                 job.status = f"Slurm says {slurm[1]}" if slurm else self._status_of(job)
                 self.failed[number] = job
+            # of a command, of the lock of the folder, or of Snakemake itself
             case "error":
                 if status_match := _STATUS_OF_COMMAND.search(message):
                     self._command_errors.append((message, status_match[1] or status_match[2]))
@@ -139,15 +154,17 @@ class Progress:
         return None
 
     def _status_of(self, job: Job) -> str:
-        """Find the exit status or signal of a failed job, empty where unknown, and remove its error.
+        """Find the exit status or signal of a failed job in `_command_errors`, and remove this error; empty where unknown.
 
-        Several commands may fail before Snakemake names the first job: the error with the job's state file is preferred.
+        Several commands may fail before Snakemake names the first job: the error whose command names the job's state file
+        is taken, else the oldest.
         """
         errors = self._command_errors
         errors_of_job = [error for error in errors if f" {job.state} " in error[0]] or errors
         if not errors_of_job:
             return ""
-        errors.remove(error_of_job := errors_of_job[0])
+        error_of_job = errors_of_job[0]
+        errors.remove(error_of_job)
         return error_of_job[1]
 
 
@@ -155,7 +172,7 @@ def describe_failure(progress: Progress, root: Path, log: Path, status: int) -> 
     """Say what failed and why, in the words of the stages instead of Snakemake's.
 
     `root`: The campaign's folder. `log`: Path of Snakemake's whole log, named in the message. `status`: Exit status of
-    Snakemake; minus the number of a signal that ended it.
+    Snakemake; below 0: minus the number of the signal that ended it.
     """
     done = f"{progress.done} of {progress.total}"
     if progress.failed:
@@ -177,13 +194,16 @@ def describe_failure(progress: Progress, root: Path, log: Path, status: int) -> 
 
 
 def describe_failed_jobs(progress: Progress, root: Path) -> dict[str, str]:
-    """Say why jobs failed, by rule and wildcard of the job."""
+    """Say why jobs failed: by job (rule and value of its wildcard, as ``slopes poppy_LP``), a message of some lines."""
     jobs = _list_failed_jobs(progress, root)
     return {str(job): "\n".join(_describe_cause(job, progress, root)) for job in jobs}
 
 
 def failed_to_write(progress: Progress, root: Path) -> bool:
-    """Tell whether files that could not be written are the only cause why the workflow stopped."""
+    """Return True where files that could not be written are the only cause why the workflow stopped.
+
+    The command then has the exit code of a full disk, on which a script may react.
+    """
     if not progress.failed:
         return bool(_refusals(progress))
     return all(
@@ -192,8 +212,20 @@ def failed_to_write(progress: Progress, root: Path) -> bool:
     )
 
 
+_REFUSED = re.compile(r"OutputError: (.*: cannot write: .*)")
+"""Error of this program in Snakemake's process, which writes state files."""
+
+_NO_SPACE = rf"\[Errno (?:{errno.ENOSPC}|{errno.EROFS}|{errno.EDQUOT}|{errno.EFBIG})\] (.*)"
+"""Error of the system where a disk is full or may not be written to."""
+
+_CURE = "free some space or allow writing there, then run again"
+
+
 def _refusals(progress: Progress) -> list[str]:
-    """Return the first message of Snakemake that it cannot write a file, as a list; empty where there is none."""
+    """Return the first message that a file cannot be written by Snakemake's own process, as a list of one; else an empty one.
+
+    That process writes state files by this program, and files of its own.
+    """
     lines = [*progress.problem, *progress.plain]
     refusals = [match[1] for line in lines if (match := _REFUSED.search(line))]
     disk_errors = [match[1] for line in lines if (match := re.search(_NO_SPACE, line))]
@@ -203,14 +235,18 @@ def _refusals(progress: Progress) -> list[str]:
 
 
 def _logs_not_made(job: Job, root: Path) -> list[str]:
-    """Name the logs of a job that never began, because its shell could not make them."""
+    """List the logs that the shell of a job could not make, so that the job never began; empty for any other job.
+
+    The shell then ends with status 1.
+    """
     return [name for name in job.logs if job.status == "1" and not (root / name).exists()]
 
 
 def _list_failed_jobs(progress: Progress, root: Path) -> list[Job]:
-    """List the failed jobs; of a group on a cluster only those whose log holds an error.
+    """List the failed jobs; of jobs that went to a cluster as a group only those whose log holds an error.
 
-    Snakemake calls all jobs of a group failed where one is. Where no log of them holds an error, one entry stands for all.
+    Snakemake calls all jobs of a group failed where one is. Where no log of them holds an error, one entry, whose rule names
+    them all, stands for the group.
     """
     jobs = list(progress.failed.values())
     grouped = [job for job in jobs if job.grouped]
@@ -221,10 +257,15 @@ def _list_failed_jobs(progress: Progress, root: Path) -> list[Job]:
     return failed
 
 
-def _find_message(job: Job, progress: Progress, root: Path) -> list[str]:
-    """Find in the logs of a job the lines of its stage's message, or the last line of a traceback; empty where there is none.
+_STAGE_MESSAGE = re.compile(r"^rftfit [^:]+: (.*)$")
+"""First line of a stage's error message: the job, then the message."""
 
-    A stage that cannot write its log writes its message to standard output, among Snakemake's lines.
+
+def _find_message(job: Job, progress: Progress, root: Path) -> list[str]:
+    """Find in the logs of a failed job why it failed: lines of its stage's message, or the last line of a traceback.
+
+    A stage that cannot write its log writes its message to standard output, among Snakemake's lines. Empty where there is
+    no message at all.
     """
     for lines in _read_logs(job, root):
         starts = [place for place, line in enumerate(lines) if _STAGE_MESSAGE.match(line)]
@@ -239,15 +280,24 @@ def _find_message(job: Job, progress: Progress, root: Path) -> list[str]:
 
 
 def _read_logs(job: Job, root: Path) -> Iterator[list[str]]:
-    """Yield the lines of each log of a job; a log that cannot be read is left out."""
+    """Yield the lines of each log of a job, a list for each; a log that cannot be read is left out."""
     for name in job.logs:
         with contextlib.suppress(OSError):
             content = (root / name).read_text(encoding="utf-8", errors="replace")
             yield content.strip().splitlines()
 
 
+_SIGNAL_OF_STATUS = {"137": "SIGKILL", "143": "SIGTERM", "139": "SIGSEGV"}
+"""Signal that ended a command, by the exit status that a shell gives it: 128 and the number of the signal."""
+
+_MEMORY = "most often because the memory was full; try --cores 1"
+
+
 def _describe_cause(job: Job, progress: Progress, root: Path) -> list[str]:
-    """Say why a job failed: by its log, or else by its exit status or signal."""
+    """Say in lines why a job failed; the first that is known counts.
+
+    A log that could not be made, the message in its log, the signal that ended it, the end of its log, its exit status.
+    """
     if absent := _logs_not_made(job, root):
         return [f"{name}: cannot write: {_CURE}" for name in absent]
     if message := _find_message(job, progress, root):
@@ -268,14 +318,14 @@ def _describe_cause(job: Job, progress: Progress, root: Path) -> list[str]:
 
 
 def find_snakefile() -> Path:
-    """Return the path of the shipped Snakefile."""
+    """Return the path of the Snakefile that comes with the program."""
     return shipped("Snakefile")
 
 
 def run_snakemake(
     words: Sequence[str], log: Path | None, on_line: Callable[[str], None], **variables: str
 ) -> int:
-    """Run ``python -P -m snakemake`` and hand on each line of its output; return its exit status.
+    """Run ``python -P -m snakemake`` and hand on each line of its output; return its exit status, below 0 for a signal.
 
     Snakemake starts in the folder of the Snakefile and goes to the campaign by ``--directory``, because it reads profiles,
     which can hold Python, from the folder that it starts in.
@@ -318,12 +368,16 @@ def run_snakemake(
 
 
 def find_snakemakes(root: Path) -> list[int]:
-    """Find the process ids of Snakemake in a folder, as far as this user may see processes."""
+    """Find the process ids of all Snakemakes that work in the folder `root`, as far as this user may see processes.
+
+    Such a one was started in the folder, or with the option ``--directory`` for it.
+    """
     import psutil
 
     process_ids = []
     for process in psutil.process_iter(["pid", "cmdline", "cwd"]):
         words = process.info["cmdline"] or []
+        # it may be started as a program, or as a module of Python with some options
         is_snakemake = any(Path(word).name.startswith("snakemake") for word in words[:5])
         folders = [process.info["cwd"]]
         folders += [folder for option, folder in pairwise(words) if option in ("--directory", "-d")]
@@ -333,7 +387,7 @@ def find_snakemakes(root: Path) -> list[int]:
 
 
 def _environment(**variables: str) -> dict[str, str]:
-    """Return the environment of Snakemake: this Python first in PATH, and this process to watch."""
+    """Return the environment variables of Snakemake: this Python first in PATH, and this process as the one to watch."""
     # jobs call `python`, which has to be this Python also where its environment was not activated
     python_folder = os.path.dirname(sys.executable)  # noqa: PTH120
     path = os.pathsep.join(filter(None, [python_folder, os.environ.get("PATH", "")]))
@@ -344,7 +398,10 @@ def _environment(**variables: str) -> dict[str, str]:
 
 @contextlib.contextmanager
 def _signals_as_interrupts() -> Iterator[None]:
-    """Turn SIGTERM and SIGHUP into `KeyboardInterrupt`, so that they end the children too, as Ctrl-C does."""
+    """Turn SIGTERM and SIGHUP into `KeyboardInterrupt` inside the block, so that they end the children too, as Ctrl-C does.
+
+    Only the main thread of a process may handle signals: in another one nothing changes.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -363,9 +420,13 @@ def _signals_as_interrupts() -> Iterator[None]:
             signal.signal(number, handler)
 
 
+_PATIENCE_S = 20.0
+"""Time that Snakemake has to end after each signal, s."""
+
+
 def _stop(child: subprocess.Popen[bytes]) -> None:
     """End Snakemake and its jobs: first by a signal that lets it clear its lock, then by harder ones."""
-    # a process that a script started in the background ignores Ctrl-C, and so do its children
+    # a process that a script started in the background ignores Ctrl-C, and so do its children: then the first is left out
     ignores_interrupt = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     signals = ("SIGINT", "SIGTERM", "SIGKILL")[ignores_interrupt:]
     for name in signals if os.name == "posix" else ("SIGTERM",):

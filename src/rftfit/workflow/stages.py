@@ -1,6 +1,9 @@
-"""What each rule of the workflow calls, and what its results depend on besides the files it reads.
+"""Table of rules: the function that each rule calls, and what its results depend on besides the files it reads.
 
-Which files a rule reads and writes stands in ``workflow/rules``.
+A rule (Snakemake) makes some files of ``results/`` from others; which ones stands in ``workflow/rules/*.smk``. Most rules
+have a wildcard, such as ``{medium}``, and are carried out once for each of its values: each time is a job. The function
+that a rule calls is its stage. A change of code, settings, run sheet or logs must make results again, and Snakemake does
+not see it: so the table names for each stage what of these it uses, and `rftfit.workflow.state` watches it.
 """
 
 from __future__ import annotations
@@ -9,19 +12,10 @@ from dataclasses import dataclass
 from typing import Any
 
 ALL = "*"
-"""All sections of the configuration."""
+"""Value in `Stage.settings`: all sections of the configuration."""
 
 MEDIUM_LOGS, ALL_LOGS = "medium", "all"
 """Values of `Stage.logs`: the logs of the job's medium (a job without medium: of the runs that belong to none), or every log."""
-
-FIGURE_RULES = {"figure": "figures", "quality": "quality"}
-"""Rules that draw what `rftfit.figures` declares, and their folders below ``results/``."""
-
-PRINT_RULES = {f"{rule}_pdf": folder for rule, folder in FIGURE_RULES.items()}
-"""Rules that draw the same figures as files for a paper, on demand, and their folders."""
-
-FOLDER_BY_RULE = FIGURE_RULES | PRINT_RULES
-"""Folders below ``results/`` by the rules that draw figures."""
 
 
 @dataclass(frozen=True)
@@ -30,15 +24,17 @@ class Stage:
 
     `run`: ``module:function``. The function takes `Results` and the value of the rule's wildcard, where there is one,
         and returns the contents of the files that the rule writes, in their order.
-    `wildcard`: Name of the rule's wildcard: ``medium``, ``runs`` (of the robot, by profile), or empty.
-    `room`: The highest room of the package whose code the stage uses (`rftfit.store.digests.ROOMS`).
-    `settings`: Sections of the configuration; `ALL` for all.
+    `room`: The highest room of the package whose code the stage uses (`rftfit.store.digests.ROOMS`). Rooms import only
+        lower ones, so results depend on the code of this room and of all below it.
+    `settings`: Names of the sections of the configuration that it reads; `ALL` for all.
     `rows`: True where the stage reads the run sheet: the rows of its medium where it has one, else all.
-    `order`: True where it reads the order of the plate runs of its medium.
-    `logs`: `MEDIUM_LOGS` or `ALL_LOGS` where it reads logs.
-    `robot`: True where it reads the robot's files.
+    `order`: True where it reads the order of the plate runs of its medium, which `rows` leaves out.
+    `logs`: `MEDIUM_LOGS` or `ALL_LOGS` where it reads logs; empty where it reads none.
+    `robot`: True where it reads the robot's files: its description, its run sheet and its marker tracks.
     `estimated`: True where the stage exists only with ``clock.method: estimate``.
     `on_demand`: True where ``rftfit sweep`` or ``rftfit run --print`` makes the results, and not every ``rftfit run``.
+    `wildcard`: Name of the rule's wildcard: ``medium``; ``runs`` (its values are ``runs_`` with the name of a profile that
+        the robot runs on, as ``runs_map``); or empty.
     """
 
     run: str
@@ -53,12 +49,21 @@ class Stage:
     wildcard: str = ""
 
 
+# sections of the configuration that several stages read
+
 _OF_LOGS = ("raw", "dialect", "force_log", "motion_log")
 """Sections by which logs are read."""
 _OF_CLOCKS = (*_OF_LOGS, "transducer", "arm", "clock")
 """Sections on which the clocks of a run's logs depend."""
 _OF_FITS = (
-    *("force_log", "transducer", "container", "intruders", "fit", "errors", "table", "media"),
+    "force_log",
+    "transducer",
+    "container",
+    "intruders",
+    "fit",
+    "errors",
+    "table",
+    "media",
     "grid",
 )
 """Sections on which the slope of a push depends."""
@@ -71,18 +76,24 @@ _OF_ROBOT_RUNS = ("fit", "fourier", "grid", "maps")
 def _measure_stage(
     rule: str, *settings: str, room: str = "measure", wildcard: str = "medium", **fields: Any
 ) -> Stage:
-    """Declare a stage of `rftfit.workflow.measure`, whose function has the name of the rule: all read the run sheet."""
+    """Declare a stage of `rftfit.workflow.measure`: its function has the name of the rule, and it reads the run sheet.
+
+    `settings`: Sections of the configuration. `fields`: Further fields of `Stage`.
+    """
     run = f"rftfit.workflow.measure:{rule}"
     return Stage(run, room, settings, rows=True, wildcard=wildcard, **fields)
 
 
 def _model_stage(module: str, rule: str, *settings: str, **fields: Any) -> Stage:
-    """Declare a stage of another module of `rftfit.workflow` with the highest room ``compare``."""
+    """Declare a stage of another module of `rftfit.workflow`, whose function has the name of the rule.
+
+    Their highest room is ``compare``. `settings`, `fields`: As in `_measure_stage`.
+    """
     return Stage(f"rftfit.workflow.{module}:{rule}", "compare", settings, **fields)
 
 
 def _robot_stage(rule: str, *settings: str, **fields: Any) -> Stage:
-    """Declare a stage of `rftfit.workflow.robot`: all depend on the robot's files."""
+    """Declare a stage of `rftfit.workflow.robot`: it reads the robot's files, and `_OF_ROBOT` besides its `settings`."""
     return _model_stage("robot", rule, *settings, *_OF_ROBOT, robot=True, **fields)
 
 
@@ -109,7 +120,14 @@ STAGES = {
     "legs_predicted": _model_stage(
         "validate",
         "legs_predicted",
-        *("arm", "fit", "errors", "fourier", "grid", "intruders", "maps", "media"),
+        "arm",
+        "fit",
+        "errors",
+        "fourier",
+        "grid",
+        "intruders",
+        "maps",
+        "media",
     ),
     "natural_sands": _model_stage(
         "validate", "natural_sands", *_OF_FITS, "surface", "fourier", rows=True
@@ -135,7 +153,16 @@ STAGES = {
         robot=True,
     ),
 }
-"""Stages by rule, in the order of the data's way. Figures are declared beside what draws them."""
+"""Stages by rule, in the order in which data pass through them; without figures, which are declared in `rftfit.figures`."""
+
+FIGURE_RULES = {"figure": "figures", "quality": "quality"}
+"""Rules that draw the figures of `rftfit.figures` for the screen (png, webp), with their folders below ``results/``."""
+
+PRINT_RULES = {f"{rule}_pdf": folder for rule, folder in FIGURE_RULES.items()}
+"""Rules that draw the same figures as pdf for a paper, on demand, with their folders: ``figure_pdf``, ``quality_pdf``."""
+
+FOLDER_BY_RULE = FIGURE_RULES | PRINT_RULES
+"""Folders below ``results/`` by the rules that draw figures."""
 
 RULES = (
     *[rule for rule in STAGES if STAGES[rule].room != "page"],
@@ -145,10 +172,10 @@ RULES = (
     "page",
     "provenance",
 )
-"""All rules, in the order of the data's way."""
+"""All rules with stages, in the order in which data pass through them: whatever reads a result comes behind its maker."""
 
 RULES_TO_COME = "RFTFIT_RULES"
-"""Environment variable: names of the rules that one batch job of a cluster runs; where it is not set, any rule may come."""
+"""Environment variable: names of the rules that one batch job of a cluster runs, with blanks; not set: any rule may come."""
 
 LAST = "provenance"
-"""The rule of the last job, which reads all results."""
+"""Rule of the last job of a whole run: it reads all results, so that asking for it asks for every job."""

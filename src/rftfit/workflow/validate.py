@@ -1,4 +1,10 @@
-"""Stages that test the force model: by legs, natural sands, published numbers."""
+"""Stages that test the force model, one function a rule: by legs, natural sands, published numbers.
+
+A stage takes `Results`, the access to the tables of earlier stages, and returns the tables that its rule writes, in the
+order of the rule. A leg is a curved or flat plate that turns about an axle through the medium; its force (N) is predicted
+by profiles of the medium, functions alpha(beta, gamma): the measured table, the map (alpha in all directions, estimated by
+the shape that known media share), nine Fourier terms, the generic profile.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +15,7 @@ import pandas as pd
 from rftfit.compare.legs import (
     NOT_TESTED,
     PREDICTED_COLUMNS,
+    Peaks,
     error_of_legs,
     errors_of_peaks,
     leg_errors,
@@ -46,40 +53,34 @@ from rftfit.measure.flags import (
 from rftfit.model.scaling import published, routine
 from rftfit.results import Results
 
-MAP_COLUMNS = [
-    "medium",
-    "beta_deg",
-    "gamma_deg",
-    *(column(c, end) for c in "zx" for end in ("", "_lo", "_hi", "_lo_next", "_hi_next")),
-    "source",
-    "known_media",
-    "chance_if_it_belongs",
-    "horizontal",
-    *MARKS,
-    *REASON,
-]
-
 
 def legs_predicted(results: Results) -> tuple[pd.DataFrame, ...]:
     """Predict the force on every leg in every medium, and compare with what was measured.
 
-    Returns tables: the predicted curves with intervals; their errors against the measured curves; the error on other
-    legs, and on the same leg in other media, if the model learns from one measured leg (lessons); then the map of each
-    medium. The maps are returned here because some of the curves need them: another job would estimate them once more.
+    Returns tables: the predicted curves, force over the leg's angle, with intervals; their errors against the measured
+    curves; the error on other legs, and on the same leg in other media, if the model learns from one measured leg (lessons);
+    then the map of each medium. The maps are returned here because some of the curves need them: another job would
+    estimate them once more.
     """
     media = [results[name] for name in (*results.laboratory, *results.sands)]
+    # relative error that the force model itself has on the campaign's legs; NaN without legs: then the published one counts
     error_by_legs = error_of_legs([results[name] for name in results.laboratory])
     model_error = larger_model_error(error_by_legs)
-    predictions = [predicted_curves(medium, model_error) for medium in media]
-    tables_with_rows = [table for table, _ in predictions if len(table)]
-    peaks = {
-        key: peak for _, peaks_of_medium in predictions for key, peak in peaks_of_medium.items()
-    }
+    tables_with_rows = []
+    # by medium, leg, profile and component: ends of the interval of the largest force
+    peaks: Peaks = {}
+    for medium in media:
+        table, peaks_of_medium = predicted_curves(medium, model_error)
+        peaks |= peaks_of_medium
+        if len(table):
+            tables_with_rows.append(table)
     no_curve = pd.DataFrame(columns=PREDICTED_COLUMNS)
     curves = pd.concat(tables_with_rows or [no_curve], ignore_index=True)
     tolerance_deg = results.config.grid.angle_tolerance_deg
+    # relative spread of forces from bed to bed, by medium
     spread = {medium.name: bed_spread(medium.alpha, tolerance_deg) for medium in media}
     measured = results.joined("legs/{medium}.csv")
+    # by medium, leg and component: shares of the errors in the variance of the peak, and its part from flagged cells
     errors_of_measured_peaks = {
         (medium.name, *key): errors
         for medium in media
@@ -102,10 +103,27 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, ...]:
     return (*tables, *(estimated_map_rows(results, medium.name) for medium in media))
 
 
+MAP_COLUMNS = [
+    "medium",
+    "beta_deg",
+    "gamma_deg",
+    *(column(c, end) for c in "zx" for end in ("", "_lo", "_hi", "_lo_next", "_hi_next")),
+    "source",
+    "known_media",
+    "chance_if_it_belongs",
+    "horizontal",
+    *MARKS,
+    *REASON,
+]
+"""Columns of the table of a map; what they hold stands in the dictionary of results, ``rftfit/outputs``."""
+
+
 def estimated_map_rows(results: Results, medium: str) -> pd.DataFrame:
     """Estimate alpha of a medium in every direction by the shape that known media share: a row a direction.
 
-    A direction that was pushed keeps its measured alpha. Where no map can be estimated, one row says why.
+    A direction that was pushed keeps its measured alpha (``source``). ``chance_if_it_belongs``: how often a medium of that
+    shape has pushes that lie as far from it. ``horizontal``: how strong alpha_x is beside alpha_z, relative to the known
+    media. Where no map can be estimated, one row says why.
     """
     columns: dict[str, Any] = {"medium": medium} | mark_columns(results.marks.get(medium, ()))
     try:
@@ -122,11 +140,15 @@ def estimated_map_rows(results: Results, medium: str) -> pd.DataFrame:
 def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Fit the penetration tests of the natural sands, and try corrections of their predicted forces.
 
-    Returns two tables: slopes over the stated and the detected linear regime with zeta from each (by chi of the reference
-    media, which may be the published five), and the corrections with their validation.
+    In a sand stress grows linearly with depth only over some depths (the linear regime), which the config may state and the
+    program detects. Returns two tables: the slope over each with zeta from it (by chi, measured over fitted
+    alpha_z(0, 90 deg), of the reference media, which may be the published five); and factors on the predicted forces, with
+    their validation.
     """
     table = results.table("penetration.csv")
-    method, note = results.config.fourier.method, tuple[Remark, ...]()
+    method = results.config.fourier.method
+    # remarks that numbers by the published media get
+    note: tuple[Remark, ...] = ()
     chi = table.loc[table["method"] == method, "chi"].dropna().to_numpy(float)
     if (table["method"] == routine(method, printed=True)).any():
         chi, note = published(method).chi, published(method).remarks
@@ -147,9 +169,9 @@ def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
 def _add_note(
     table: pd.DataFrame, note: tuple[Remark, ...], chosen: pd.Series[bool] | bool = True
 ) -> pd.DataFrame:
-    """Add remarks to the chosen rows of a table (default: all), but only where a row has a number.
+    """Add remarks to the reasons of the chosen rows of a table (default: all), but only where a row has a number.
 
-    A row has a number where it has no reason, or the reason alone that the tare is missing.
+    A row has a number where its reason is empty, or only says that the tare is missing: other reasons say why there is none.
     """
     is_noted = chosen & table["reason_code"].isin(["", "no-tare"])
     return with_reasons(table, (note if noted else () for noted in is_noted))
@@ -158,9 +180,11 @@ def _add_note(
 def validate(results: Results) -> pd.DataFrame:
     """Compare every number that the paper states with the campaign's number: the reproduction table.
 
-    Numbers that differ stand first. The table has no row where no medium of the campaign is one of the paper's.
+    Each is an `Item`, a row: published number, ours, verdict. Numbers that differ stand first. The table has no row where no
+    medium of the campaign is one of the paper's.
     """
     config = results.config
+    # the paper's name of each medium of the campaign that is one of the paper's
     published_as = {
         name: medium.published_as
         for name, medium in config.media.items()
@@ -169,22 +193,26 @@ def validate(results: Results) -> pd.DataFrame:
     if not published_as:
         return pd.DataFrame(columns=ITEM_COLUMNS)
     tables = {medium: results[medium].alpha for medium in results.laboratory}
+    # zeta and chi of each medium
     scaled = results.table("penetration.csv")
     items = compare_alpha(tables, published_as, config.grid.angle_tolerance_deg)
     items += compare_coefficients(results.table("coefficients.csv"), published_as)
     items += compare_penetration(scaled, published_as)
-    legs = results.table("leg_errors.csv"), results.joined("legs/{medium}.csv")
-    items += leg_claims(*legs, scaled, results.sands)
+    predicted_legs = results.table("leg_errors.csv")
+    measured_legs = results.joined("legs/{medium}.csv")
+    items += leg_claims(predicted_legs, measured_legs, scaled, results.sands)
     if results.campaign.robot_medium:
-        names = ("errors", "optimum", "speed")
-        errors, *sweep_tables = (results.table(f"robot/{name}.csv") for name in names)
+        errors = results.table("robot/errors.csv")
         # measured speeds are the published ones or from tracks: without any, the robot is not the paper's
         if errors["measured_cm_per_s"].notna().any():
-            claims = robot_claims(errors, *sweep_tables)
+            tables_of_sweep = (results.table(f"robot/{name}.csv") for name in ("optimum", "speed"))
+            claims = robot_claims(errors, *tables_of_sweep)
+            # their numbers rest on the robot's medium
             items += [claim._replace(media=(results.campaign.robot_medium,)) for claim in claims]
+    # numbers of the paper that contradict one another
     if items:
         items += discrepancies()
-    # logs that were simulated from the published numbers prove nothing about sand
+    # what rests on logs is measured; if these were simulated from the published numbers, it is so by construction
     evidence = BY_CONSTRUCTION if results.campaign.reenacted else MEASURED
     items = [
         item._replace(evidence=evidence) if item.evidence == FROM_LOGS else item for item in items

@@ -1,4 +1,9 @@
-"""Verify that results, and what they were made from, are still as the records of their jobs say."""
+"""`rftfit verify`: whether results, and what they were made from, are still as recorded; why results are out of date.
+
+A job is one use of a rule, such as ``slopes/poppy_LP``. Its record holds the SHA-256 of the files that it read and wrote, and
+its state: digests of ``code``, ``settings``, ``rows`` of the run sheet, ``logs``. The last job of a whole run wrote what
+all of it depended on (`Provenance`). Paths of results are text, from the campaign's folder.
+"""
 
 from __future__ import annotations
 
@@ -29,9 +34,9 @@ from rftfit.workflow.records import OutdatedResult, Recorded
 class Verified:
     """Answer of `rftfit verify`: results compared with their records.
 
-    `now`: Records, with files and states as they are now. `asked`: Paths that were asked for by name, empty for all.
-    `changes`: Changes in logs, runs, settings, code and versions since the last whole run. `provenance`: What the results
-    of that run depended on.
+    `now`: Records, with files and states as they are now. `asked`: Paths of results that were asked for by name, empty for
+    all. `changes`: Changes in logs, runs, settings, code and versions since the last whole run. `provenance`: What the
+    results of that run depended on.
     """
 
     now: Recorded
@@ -41,7 +46,7 @@ class Verified:
 
     @cached_property
     def recorded_paths(self) -> list[str]:
-        """Paths of all recorded results: those of a whole run, and those that were made by name besides."""
+        """Paths of all recorded results: those of a whole run, and those made by name besides, as a figure for a paper."""
         of_whole_run = [
             path for record in self.now.collect_records().values() for path in record.writes
         ]
@@ -54,7 +59,7 @@ class Verified:
 
     @cached_property
     def differ(self) -> list[str]:
-        """Paths of the verified results that are not as recorded."""
+        """Paths of the verified results that are not as recorded, or are made from something that is not."""
         return [path for path in self.paths if not self.now.is_current(path)]
 
     @property
@@ -68,7 +73,10 @@ class Verified:
         return list_reasons(self.now)
 
     def summary(self, most: int | None = None) -> str:
-        """Format the answer for people, at most `most` lines of each list; default: all."""
+        """Format the answer for people: each result asked for, changes since the last whole run, reasons, a count.
+
+        `most`: Most lines of each list; None: all.
+        """
         lines = [
             line for path in self.asked for line in [*_describe_chain(self.now, path, most), ""]
         ]
@@ -77,6 +85,7 @@ class Verified:
         results = count(len(self.paths), "result")
         if self.why or self.differ:
             lines += first_of(self.why, most)
+            # results that a whole run does not make have to be named
             by_name = self.asked or any(path in self.now.extra_records for path in self.differ)
             with_names = " with their names" if by_name else ""
             lines.append(
@@ -96,7 +105,7 @@ class Verified:
         return "\n".join([*lines, *list_others(self.now)])
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the answer as plain words and lists."""
+        """Return the answer as plain words and lists, for ``--json``."""
         return {
             "as_recorded": {path: path not in self.differ for path in self.paths},
             "changed": [str(change) for change in self.changes],
@@ -109,7 +118,7 @@ class Verified:
 def verify_results(now: Recorded, results: Sequence[Path]) -> Verified:
     """Compare results with their records, and the records with logs, settings and code as they are now.
 
-    `results`: Files and folders whose results are compared; empty for all.
+    `results`: Files and folders whose results are compared; empty for all. Without a record of a whole run raises InputError.
     """
     recorded = read_provenance(now.root / RESULTS)
     changes = changes_between(recorded, present_provenance(now.states))
@@ -118,45 +127,11 @@ def verify_results(now: Recorded, results: Sequence[Path]) -> Verified:
     return Verified(now, asked, changes, recorded)
 
 
-def list_reasons(now: Recorded) -> list[str]:
-    """Say why results are out of date, each reason once; without results, say why there are none."""
-    return list(dict.fromkeys(map(_format_finding, _find_outdated(now))))
-
-
-_OF_RESULTS = ("edited", "missing", "new")
-"""Sorts of `OutdatedResult` about the files of results; the others are about what results are made from."""
-
-
-def _find_outdated(now: Recorded) -> list[OutdatedResult]:
-    """Find what differs from the records of all jobs; without results, what they lack."""
-    of_whole_run = now.collect_records()
-    findings = [] if of_whole_run else now.findings_of_targets()
-    jobs = dict.fromkeys([*of_whole_run, *(record.name for record in now.extra_records.values())])
-    for job in jobs:
-        if job in now.outdated:
-            findings += now.findings_of_job(job)
-    return findings
-
-
-def _format_finding(finding: OutdatedResult) -> str:
-    """Write one finding about a job as a sentence."""
-    job = finding.job.replace("/", " ")
-    match finding.sort:
-        case "edited" | "missing":
-            fault = "edited or damaged" if finding.sort == "edited" else "not there"
-            return f"result {finding.what}: {fault}; was sha256 {finding.was[:12]}"
-        case "new":
-            return f"{job}: never finished"
-        case "input":
-            return f"{job}: {finding.what} is another than it was made from"
-        case _:
-            return f"{job}: made with other {finding.what}"
-
-
 def _find_asked(words: Sequence[Path], root: Path, recorded_paths: list[str]) -> list[str]:
-    """Find the recorded results that `words` name: files or folders, from the working folder or the campaign's folder.
+    """Find the recorded results that `words` name: files or folders, from the working folder or the campaign's folder `root`.
 
-    Returns paths from the campaign's folder; a name that fits no recorded result is an error.
+    `recorded_paths`: Paths of all recorded results, from `root`. Returns those that are named; a word that names none is an
+    error.
     """
     asked: dict[str, None] = {}
     for word in words:
@@ -180,17 +155,22 @@ def _find_asked(words: Sequence[Path], root: Path, recorded_paths: list[str]) ->
 
 
 def _describe_chain(now: Recorded, name: str, most: int | None) -> list[str]:
-    """Describe what the result of path `name` was made from: jobs, logs, rows of the run sheet, and what is not as recorded."""
+    """Describe in lines what the result of path `name` was made from: jobs, logs, rows of the run sheet, and what differs.
+
+    `most`: Most entries of each list; None: all.
+    """
+    # from the last job back
     jobs = now.collect_records(now.maker[name])
     state = "as recorded" if now.is_current(name) else "not as recorded"
     lines = [f"{name}: {state}", f"  sha256 {now.maker[name].writes[name]}", "  made by:"]
-    rules: dict[str, list[str]] = {}
+    keys_by_rule: dict[str, list[str]] = {}
     for job in reversed(jobs.values()):
-        rules.setdefault(job.rule, []).extend(filter(None, [job.key]))
+        keys_by_rule.setdefault(job.rule, []).extend(filter(None, [job.key]))
     lines += [
         f"    {rule}{' of ' + join_words(keys, most) if keys else ''}"
-        for rule, keys in rules.items()
+        for rule, keys in keys_by_rule.items()
     ]
+    # media whose logs were read; a job of all media has none of its own
     jobs_with_logs = (job for job in jobs.values() if "logs" in job.state)
     media = [*filter(None, (now.states.medium_of(job.rule, job.key) for job in jobs_with_logs))]
     logs = list(dict.fromkeys(log for medium in media for log in now.states.log_digests(medium)))
@@ -203,3 +183,38 @@ def _describe_chain(now: Recorded, name: str, most: int | None) -> list[str]:
     ]
     findings_of_chain = [finding for job in jobs for finding in now.findings_of_job(job)]
     return lines + [f"  {_format_finding(finding)}" for finding in findings_of_chain[:most]]
+
+
+def list_reasons(now: Recorded) -> list[str]:
+    """Say why results are out of date, a sentence for each reason; without results, say what was never made."""
+    return list(dict.fromkeys(map(_format_finding, _find_outdated(now))))
+
+
+_OF_RESULTS = ("edited", "missing", "new")
+"""Values of `OutdatedResult.sort` about the files of results; the others are about what results are made from."""
+
+
+def _find_outdated(now: Recorded) -> list[OutdatedResult]:
+    """Find what differs from the records of all jobs that made results; without results, the jobs that are not done."""
+    of_whole_run = now.collect_records()
+    findings = [] if of_whole_run else now.findings_of_targets()
+    jobs = dict.fromkeys([*of_whole_run, *(record.name for record in now.extra_records.values())])
+    for job in jobs:
+        if job in now.outdated:
+            findings += now.findings_of_job(job)
+    return findings
+
+
+def _format_finding(finding: OutdatedResult) -> str:
+    """Format one finding about a job as a sentence, without full stop."""
+    job = finding.job.replace("/", " ")
+    match finding.sort:
+        case "edited" | "missing":
+            fault = "edited or damaged" if finding.sort == "edited" else "not there"
+            return f"result {finding.what}: {fault}; was sha256 {finding.was[:12]}"
+        case "new":
+            return f"{job}: never finished"
+        case "input":
+            return f"{job}: {finding.what} is another than it was made from"
+        case _:
+            return f"{job}: made with other {finding.what}"
