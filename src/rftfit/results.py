@@ -76,6 +76,7 @@ class Tables:
         self.folder = folder
         self._allowed: frozenset[str] | None = None  # None: every file may be read
         self._tables: dict[str, pd.DataFrame] = {}
+        self._sorted: set[str] = set()  # names of the tables in memory that `alpha_table` has sorted and checked
 
     def only(self, paths: Iterable[str]) -> Self:
         """Return a view from which only some files may be read, so that a stage reads nothing but its declared inputs.
@@ -131,6 +132,7 @@ class Tables:
     def hold(self, name: str, table: pd.DataFrame) -> None:
         """Keep a table as if it had been read from the file `name`, for code that has made it and has not written it."""
         self._tables[name] = table
+        self._sorted.discard(name)
 
     def hold_as_csv(self, name: str, table: pd.DataFrame) -> pd.DataFrame:
         """Keep and return a table as if it had been written to the csv file `name` and read again.
@@ -338,7 +340,11 @@ class Results(Tables):
             If the table is missing, or its numbers or angles cannot be used.
         """
         name = f"alpha/{medium}.csv"
-        table = self.table(name).sort_values(["beta_deg", "gamma_deg"], ignore_index=True)
+        table = self.table(name)
+        # a page asks for it a hundred times
+        if name in self._sorted:
+            return table
+        table = table.sort_values(["beta_deg", "gamma_deg"], ignore_index=True)
         numbers = table[[column(c, quantity) for c in "zx" for quantity in QUANTITIES]]
         angles = table[["beta_deg", "gamma_deg"]]
         types = {str(dtype) for dtype in (*numbers.dtypes, *angles.dtypes)}
@@ -348,6 +354,8 @@ class Results(Tables):
         elif not (angles.abs() <= 90).all(axis=None) or angles.duplicated().any():
             why = "angles that are missing, outside of -90 to 90 degrees, or there twice"
         else:
+            self.hold(name, table.copy())
+            self._sorted.add(name)
             return table
         raise InputError(f"{self.path(name)}: {why}; make the table again with `rftfit run`")
 
