@@ -17,6 +17,7 @@ import pandas as pd
 import pytest
 from result_tables import LABORATORY, alpha_frame, make_campaign
 from scipy.stats import chi2, norm
+from seeds import seeds
 
 import rftfit
 from rftfit import reference, rft3d_profile
@@ -282,6 +283,44 @@ def test_a_run_is_exchanged_with_the_only_one_at_whose_angles_both_agree(others,
     sentence = judge("repeats", measured(sheet_of("ppp"), peers=peers)).sentence
     assert ("exchanged with r3" in sentence) == is_named
     assert "with r4" not in sentence
+
+
+@pytest.mark.statistics
+def test_of_two_exchanged_runs_the_other_is_named_or_none():
+    """Beds of 4 %, media 6 % from the published ones; 12 directions, of which every third was pushed three times."""
+    rng = np.random.default_rng(1)
+    answers_to: dict[str, list[bool | None]] = {"exchanged": [], "alone": []}
+    sheet = sheet_of("p" * 20)
+    for run in sheet.values():
+        vars(run).update(session="", operator="", plate="", rod="")
+    for trial in range(seeds(400, 40)):
+        table = on_grid(reference.MEDIA[trial % 5], "coarse").query("gamma_deg > 0").iloc[:12]
+        sound = table[["beta_deg", "gamma_deg", *ALPHA_NAMES]].to_numpy(float, copy=True)
+        sound[:, 2:] *= rng.normal(1, 0.06, (12, 2))
+        sound = np.repeat(sound, [3, 1, 1] * 4, axis=0)
+        sound[:, 2:] *= rng.normal(1, 0.04, (20, 1))
+        first, second = rng.choice(20, 2, replace=False)
+        for mistake, answers in answers_to.items():
+            wrong = sound.copy()
+            if mistake == "exchanged":
+                wrong[[first, second], :2] = sound[[second, first], :2]
+            else:
+                wrong[first, 2:] *= rng.choice([0.5, 1.6])
+            fits = few_cells(np.hstack([wrong, np.full((20, 2), 0.003)]), depth_from_cm=0.0)
+            fits["run_id"] = [f"r{row}" for row in range(2, 22)]
+            peers = compare_runs(fits, "m")
+            if peers["apart"].sum() != 1:
+                continue
+            check = judge("repeats", measured(sheet, peers=peers, fits=fits))
+            (run_apart,) = peers["run_id"][peers["apart"]]
+            match = re.search(r"exchanged with (r\d+)", check.sentence)
+            true_pair = {f"r{first + 2}", f"r{second + 2}"}
+            answers.append(match and {run_apart, match[1]} == true_pair)
+    exchanged = [answer for answer in answers_to["exchanged"] if answer is not None]
+    assert len(exchanged) >= seeds(30, 2)
+    assert np.mean(exchanged) > 0.95
+    # of single runs that are wrong for another reason
+    assert np.mean([answer is not None for answer in answers_to["alone"]]) < 0.15
 
 
 def test_two_runs_against_one_may_be_the_wrong_ones():
