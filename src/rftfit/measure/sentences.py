@@ -1,4 +1,8 @@
-"""Sentences about data, in tables by code: of flags, of reasons and uses of rows, of marks of a medium."""
+"""Sentences about data, in tables by code: of flags, of reasons and uses of rows, of marks of a medium.
+
+Words in braces are filled in from the values of a `Remark` (`rftfit.measure.flags`); one of them may be a remark
+itself, whose sentence then stands there. `FLAGS` are doubts, `SENTENCES` all of them.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +14,7 @@ from rftfit.campaign.formats import OTHER_SENSE
 class Flag(NamedTuple):
     """Sentence of a flag, and how the page and the config treat it.
 
+    `sentence`: Its sentence, with the names of values in braces.
     `severity`: Larger for graver flags; the page names the gravest flag of a medium.
     `shared`: If not empty, the page states the flag once for a medium instead of for each run and cell: always, or only
     where all runs have it.
@@ -22,6 +27,7 @@ class Flag(NamedTuple):
     weak: bool = False
 
 
+# of a sort of rows that are left out: what they are, `why`, is a word of `rftfit.measure.flags`
 _LOST_ROWS = "{count} rows of {file}: {why}"
 _LOST_STRETCHES = "{count} rows of {file}, {when}: {why}"
 FLAGS = {
