@@ -113,7 +113,7 @@ def legs_of(legs: Mapping[str, Leg]) -> dict[str, str]:
     }
 
 
-def media_of(media: Mapping[str, MediumSettings], asked: Sequence[str] | None = None) -> list[str]:
+def media_of(media: Mapping[str, MediumSettings], asked: Sequence[str] | None) -> list[str]:
     """Return the media to re-enact, in the order of the config; by default all that are published.
 
     `media`: Media of the config by name. `asked`: Names that the user asks for; others than published ones are refused.

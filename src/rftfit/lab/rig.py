@@ -283,9 +283,7 @@ def _make_channels(
     return np.clip(np.round(channels / STEP_N) * STEP_N, -limit, limit)
 
 
-def record(
-    stroke: LabStroke, raised: bool = False, pause: bool = True, lab: Lab = AS_PUBLISHED
-) -> Recording:
+def record(stroke: LabStroke, raised: bool, pause: bool, lab: Lab) -> Recording:
     """Record a stroke as the rig does: forces at 100 and positions at 50 samples a second, each on its own clock.
 
     `raised`, `pause`: see `segments`. `lab`: Whose forces and noise the recording has.

@@ -47,9 +47,7 @@ BUILD_UP: float = _CHOSEN.build_up
 """Travel (cm; rad for a leg) after which a force is fully developed; it ends within the speed ramp."""
 
 
-def force_over_run(
-    law: Law, parts: tuple[Segment, ...], motion: ArmMotion, level: bool = False
-) -> Forces:
+def force_over_run(law: Law, parts: tuple[Segment, ...], motion: ArmMotion, level: bool) -> Forces:
     """Calculate the force over a whole run: by the law while moving; at rest the last force, which relaxes a little.
 
     A medium that was prepared around a resting intruder exerts no force before the first move. The force of a
@@ -163,7 +161,7 @@ def wall_factor(
     return factor
 
 
-def plate_law(run: PlannedRun, config: Config, alpha: Alpha = published_alpha) -> Law:
+def plate_law(run: PlannedRun, config: Config, alpha: Alpha) -> Law:
     """Return the law of a plate in a laboratory medium: alpha times depth times area, larger near walls and bottom."""
     plate: Plate = plate_of(config.intruders)[1]
     beta = run.beta_deg or 0.0
@@ -184,7 +182,7 @@ def plate_law(run: PlannedRun, config: Config, alpha: Alpha = published_alpha) -
     return law
 
 
-def granular_law(run: PlannedRun, config: Config, alpha: Alpha = published_alpha) -> Law | None:
+def granular_law(run: PlannedRun, config: Config, alpha: Alpha) -> Law | None:
     """Return the law of the force of the medium on the intruder; None if no intruder is in a medium.
 
     `alpha`: Stress per depth of plates in a laboratory medium; forces on legs and in natural sands are published

@@ -17,7 +17,7 @@ import numpy as np
 
 from rftfit.campaign.config import AnyPlate, Arm, Config, Leg, Transducer, ZeroSettings
 from rftfit.campaign.sheet import Run
-from rftfit.conventions import FloatArray
+from rftfit.conventions import BoolArray, FloatArray
 from rftfit.logs.base import Log
 from rftfit.measure.flags import REPEATED, Refused
 from rftfit.measure.levels import find_equal_stretches, find_stretches, median
@@ -52,7 +52,7 @@ class ForceReadings:
     time: FloatArray
     force: FloatArray
     arm_moving: FloatArray | None
-    saturated: np.ndarray
+    saturated: BoolArray
     channels: FloatArray
 
 
@@ -150,7 +150,7 @@ def without_repeats(log: Log, transducer: Transducer) -> Log:
     return log.take(new_readings(np.stack([log.columns[name] for name in CHANNELS])), REPEATED)
 
 
-def new_readings(channels: FloatArray) -> np.ndarray:
+def new_readings(channels: FloatArray) -> BoolArray:
     """Return True for rows with a new reading, shape (n,): not all `channels`, shape (k, n), repeat the row before."""
     fresh = np.ones(channels.shape[1], dtype=bool)
     fresh[1:] = (channels[:, 1:] != channels[:, :-1]).any(axis=0)
@@ -162,7 +162,7 @@ def readings_digest(readings: FloatArray) -> str:
     return hashlib.sha256(readings.tobytes()).hexdigest()[:16]
 
 
-def channel_facts(channels: FloatArray, in_stroke: np.ndarray) -> dict[str, object]:
+def channel_facts(channels: FloatArray, in_stroke: BoolArray) -> dict[str, object]:
     """Return facts of each channel, and a digest of all readings.
 
     The keys are columns of the table of runs: ``readings`` (the digest; empty if no channel moves), and those of
@@ -260,7 +260,7 @@ def height_needed(intruder: AnyPlate | Leg, angle: FloatArray, clearance: float)
 def find_zero(
     time: FloatArray,
     force: FloatArray,
-    at_rest: np.ndarray,
+    at_rest: BoolArray,
     stroke_time: float,
     drift_N_per_min: float,
     least_cm: float = 0.0,

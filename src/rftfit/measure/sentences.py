@@ -359,20 +359,15 @@ SENTENCES = {
     "together-label": "all with {column} {label}",
     "one-of-pair": "Of two runs of one direction that differ from each other one may be good. ",
     "alpha-beside": "{run}: alpha_{component} {alpha:.3g} beside {others:.3g}",
-    **{
-        f"axes-{name}": words
-        for name, words in {
-            "x-reversed": "x reversed",
-            "z-reversed": "z reversed",
-            "both-reversed": "z and x both reversed",
-            "exchanged": "x and z exchanged",
-            "exchanged-z-reversed": "x and z exchanged, with z reversed",
-            "exchanged-x-reversed": "x and z exchanged, with x reversed",
-            "exchanged-both-reversed": "x and z exchanged, and both reversed",
-            "beta-reversed": "the other sign of beta",
-            "beta-and-x-reversed": "x reversed and the other sign of beta",
-        }.items()
-    },
+    "axes-x-reversed": "x reversed",
+    "axes-z-reversed": "z reversed",
+    "axes-both-reversed": "z and x both reversed",
+    "axes-exchanged": "x and z exchanged",
+    "axes-exchanged-z-reversed": "x and z exchanged, with z reversed",
+    "axes-exchanged-x-reversed": "x and z exchanged, with x reversed",
+    "axes-exchanged-both-reversed": "x and z exchanged, and both reversed",
+    "axes-beta-reversed": "the other sign of beta",
+    "axes-beta-and-x-reversed": "x reversed and the other sign of beta",
     "axes-or": "{axes} (or {others}, which these directions do not tell from it)",
     "told-gain": "force changes by {size:+.0%} ({low:+.0%} to {high:+.0%}) {where}",
     "told-gain-x": "force along x changes by {size:+.0%} ({low:+.0%} to {high:+.0%}) {where}",
@@ -443,10 +438,11 @@ SENTENCES = {
     "doubtful": "doubtful: {faults} (results/checks)",
     "accepted": "accepted: {fault}: {why}",
     # what rows were used for
-    **{
-        code: code.replace("-", " ")
-        for code in ("slope", "leg-curve", "tare", "mean-speed", "path")
-    },
+    "slope": "slope",
+    "leg-curve": "leg curve",
+    "tare": "tare",
+    "mean-speed": "mean speed",
+    "path": "path",
     "zero": "zero of the transducer",
     # why a row is not used: names of `rftfit.measure.ledger.RowStatus`
     "motion-gap": "gap in the motion log",

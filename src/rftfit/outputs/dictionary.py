@@ -155,9 +155,14 @@ def _table(section: str, entry: dict[str, Any], common: dict[str, OutputColumn])
 
 def _sheet_columns() -> tuple[OutputColumn, ...]:
     """Return the columns of the run sheet, from the definition by which it is read."""
-    kind = {"number": "number"}
     return tuple(
-        OutputColumn(c.name, kind.get(c.form, "text"), "as in the run sheet", c.meaning, c.unit)
+        OutputColumn(
+            c.name,
+            "number" if c.form == "number" else "text",
+            "as in the run sheet",
+            c.meaning,
+            c.unit,
+        )
         for c in COLUMNS
         if c.name != "note"  # a note changes no result, so the record leaves it out
     )

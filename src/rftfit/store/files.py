@@ -97,7 +97,7 @@ def lock(handle: int) -> bool:
 
 
 @contextlib.contextmanager
-def _opened(path: str | Path, extra_flags: int = 0) -> Iterator[int]:
+def _opened(path: str | Path, extra_flags: int) -> Iterator[int]:
     """Open a file for reading and writing, yield its handle (a number of the system), and close it."""
     handle = os.open(path, os.O_RDWR | extra_flags, 0o666)
     try:
