@@ -19,6 +19,7 @@ import pandas as pd
 
 from rftfit.campaign.config import Config, Transducer
 from rftfit.campaign.sheet import Run
+from rftfit.campaign.spikes import Mask
 from rftfit.checks.axes import CLEAR, find_likelier_axes
 from rftfit.checks.declared import (
     Check,
@@ -34,7 +35,7 @@ from rftfit.directions import has_sign, number_rows
 from rftfit.measure.alpha import alpha_columns
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.lab_frame import is_symmetric, measured_channel
-from rftfit.measure.levels import Mask, two_clusters
+from rftfit.measure.levels import two_clusters
 from rftfit.measure.verdict_words import BETA_ROWS, ROWS, UNUSABLE
 from rftfit.store.chosen import chosen
 

@@ -19,6 +19,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from rftfit.campaign.sheet import Run
+from rftfit.campaign.spikes import Mask
 from rftfit.checks.declared import (
     SOUND_LOGS,
     Check,
@@ -43,14 +44,7 @@ from rftfit.directions import number_directions, number_rows
 from rftfit.measure.depths import CLEAR_ALPHA, is_steep
 from rftfit.measure.flags import Remark, remark
 from rftfit.measure.laws import LEVELLED_CM, PATCHES, exponent_lever, ordinary_surface
-from rftfit.measure.levels import (
-    FEW_RUNS,
-    Mask,
-    median_of_runs,
-    sd_by_median,
-    shifted_runs,
-    two_clusters,
-)
+from rftfit.measure.levels import FEW_RUNS, median_of_runs, sd_by_median, shifted_runs, two_clusters
 from rftfit.measure.slopes import student_limit, student_quantile
 from rftfit.measure.verdict_words import DOUBTFUL, FAILED
 from rftfit.store.chosen import chosen

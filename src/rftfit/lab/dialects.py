@@ -1,7 +1,7 @@
-"""Write recordings as log files in the formats of programs that other labs use.
+"""Write recordings as log files in the formats of programs that other labs use (dialects).
 
 Each function ``_encode_...`` returns the bytes of a file in one dialect, from columns and from lines of text for its
-head.
+head. `WRITERS` lists them; `dialect_of` chooses the one that the config reads.
 """
 
 from __future__ import annotations
@@ -158,7 +158,7 @@ WRITERS = {
 
 
 def dialect_of(config: Config) -> str:
-    """Return the dialect in which the config would read force and motion logs; refuse one that cannot be written."""
+    """Return the dialect in which the config would read both logs; refuse two, or one that cannot be written."""
     dialect_names = {
         "delimited" if source.text is not None else source.dialect or config.dialect
         for source in (config.force_log, config.motion_log)

@@ -1,4 +1,10 @@
-"""Re-enact the campaign: write every log and the run sheet."""
+"""Re-enact the campaign: plan it, and write every log, the tracks of the robot and the run sheet.
+
+`prepare` plans a campaign as a `Reenactment`, which writes it at once (`write`) or run by run as a rig does (`live`).
+`run_logs` makes the files of one run: record, damage by faults, encode in a dialect (the format of a program).
+
+The folder ``raw`` holds the logs; the marker in it lists all files that were re-enacted.
+"""
 
 from __future__ import annotations
 
@@ -38,8 +44,10 @@ from rftfit.version import __version__
 class Reenactment:
     """A planned campaign, whose logs are still to be written.
 
+    `seed`: Of all random numbers.
     `media`: Media in the order of the config.
     `runs`: All runs. `faults`: Faults in some of them.
+    `protocol`: Way of recording, see `PROTOCOLS`.
     `lab`: Lab whose forces and noise the logs have.
     `made_by`: Version and options, for the marker file.
     """
@@ -61,7 +69,11 @@ class Reenactment:
         return len(plan_trials(self.config, self.seed)) if has_robot else 0
 
     def write(self, raw: Path, sheet: Path) -> list[int]:
-        """Write logs, run sheet and marker; return the number of bytes of each file except the marker."""
+        """Write logs, tracks, run sheet and marker; return the number of bytes of each file except the marker.
+
+        The marker is written first, without sizes, so that a broken-off re-enactment is known as one. `raw`: Folder of
+        the logs. `sheet`: Path of the run sheet.
+        """
         raw = raw.resolve()
         tracks = self._tracks()
         files = self._list_files(raw, sheet, tracks)
@@ -93,7 +105,7 @@ class Reenactment:
         return [*(raw / name for name in (*logs, *tracks)), sheet]
 
     def logs(self, run: PlannedRun, *extra_faults: str) -> dict[str, bytes | None]:
-        """Make the logs of a run (see `run_logs`), with its planned faults and with `extra_faults`."""
+        """Make the logs of a run (see `run_logs`), with its planned faults and `extra_faults` (names in `FAULTS`)."""
         faults = (
             *(fault.name for fault in self.faults if fault.changed == run.run_id),
             *extra_faults,
@@ -101,7 +113,7 @@ class Reenactment:
         return run_logs(run, self.config, self.seed, faults, self.protocol, self.lab)
 
     def sheet(self, runs: Iterable[PlannedRun]) -> str:
-        """Make the text of the run sheet with some runs."""
+        """Make the text of the run sheet with some runs; a planned fault may have put a wrong tare into it."""
         tares = {fault.run_id: fault.other_tare for fault in self.faults if fault.other_tare}
         return sheet_text(runs, tares)
 
@@ -114,6 +126,7 @@ class Reenactment:
         `bad_share`: Share of the plate runs that get a fault at random.
         """
         random, raw = np.random.default_rng(self.seed), raw.resolve()
+        # a tare gets no fault, as it would spoil many runs
         tares = {run.tare_run for run in self.runs}
         # a tare is recorded before the first run that names it
         has_tare = "plate", "leg"
@@ -208,7 +221,11 @@ def run_logs(
     protocol: str = PAPER,
     lab: Lab = AS_PUBLISHED,
 ) -> dict[str, bytes | None]:
-    """Make the logs of a run: bytes by path relative to raw, None for a file that a fault removes."""
+    """Make the logs of a run: bytes by path relative to raw, None for a file that a fault removes.
+
+    `faults`: Names in `FAULTS`. Some change the recording (`damage_recording`), some the bytes of the force log
+    (`damage_bytes`), and ``never_touches``, ``wrong_unit`` and ``missing_tare`` are made here.
+    """
     raised, pause = "never_touches" in faults, protocol != "no-pause"
 
     def record_cycle(cycle: int) -> tuple[Recording, Recording | None]:
@@ -244,7 +261,10 @@ def run_logs(
 
 
 def copy_config(config: Path, live: Path) -> Path:
-    """Copy the config into the folder `live` if it has none, and return its path there."""
+    """Copy the config into the folder `live`, if it has none, and return its path there.
+
+    A campaign that is written run by run has a folder of its own.
+    """
     refuse_target_by_link(live)
     refuse_links(live, ["config/config.yaml"])
     live_config = live / "config" / "config.yaml"

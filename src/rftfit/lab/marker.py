@@ -1,4 +1,9 @@
-"""The marker file lists re-enacted logs, so that original logs are never overwritten."""
+"""The marker file lists re-enacted logs, so that original logs are never overwritten.
+
+Before it writes, ``rftfit reenact`` calls `find_earlier`, which refuses a folder with a file that the marker does not
+list or that was changed since, and `clear`, which removes the listed ones. ``raw`` is the folder of the logs, ``sheet``
+the path of the run sheet, which may lie elsewhere.
+"""
 
 from __future__ import annotations
 
@@ -15,19 +20,17 @@ from rftfit.reference import CITATION
 from rftfit.store import write_text
 
 MARKER = REENACTED
-
+"""Name of the marker file."""
 _LIST = "files (bytes, path from this folder):"
+"""Last line of the marker before the list: of each file its size in bytes, and its path."""
 _UNFINISHED = "-"
 """Stands for the size of a file that may not be complete."""
-_PART = re.compile(r"^\.(?P<stem>.+)\.\d+\.part(?P<suffix>\.\w+)?$")
-"""Name of the temporary file of a writer."""
-_MOST_SHOWN = 5
-"""Most files named in one message."""
 
 
 def write_marker(raw: Path, names: Iterable[Path], made_by: str, *, complete: bool) -> None:
     """Write the marker into the raw folder: what its logs are, and which files are re-enacted, the run sheet too.
 
+    `names`: Paths of the files. `made_by`: Version and options of the program.
     `complete`: False before the first log is written, when the sizes of files are not yet known.
     """
     lines = []
@@ -138,8 +141,12 @@ def _read_marker(marker: Path, raw: Path, sheet: Path) -> dict[Path, int | None]
     return sizes
 
 
+_PART = re.compile(r"^\.(?P<stem>.+)\.\d+\.part(?P<suffix>\.\w+)?$")
+"""Name of the temporary file of a writer."""
+
+
 def _is_ours(path: Path, sizes: dict[Path, int | None]) -> bool:
-    """Return True for a file of the marker with its size there, or for a part of such a file."""
+    """Return True for a file of the marker with its size there (`sizes`), or for a part of such a file."""
     part_match = _PART.match(path.name)
     if part_match:
         # a writer that was killed leaves such a part
@@ -154,6 +161,10 @@ def _has_only_header(sheet: Path) -> bool:
     except (OSError, ValueError):
         return False
     return sum(1 for line in lines if line.strip()) <= 1
+
+
+_MOST_SHOWN = 5
+"""Most files named in one message."""
 
 
 def _format_names_with_verb(paths: set[Path], raw: Path) -> str:

@@ -1,4 +1,12 @@
-"""Plan the runs of the re-enacted lab and the motion of its arm."""
+"""Plan the runs of the re-enacted lab and the motion of its arm.
+
+Which runs does the campaign have (`plan_runs`)? Along which path does each go (`_path_ends`)? Where is the intruder at
+each time (`segments`, `motion_at`)?
+
+Lab frame: x forward, 0 in the middle of the box; z upward, 0 at the surface; cm. A *direction* or *cell* is (beta,
+gamma), degrees: beta of the plate from +x downward, gamma of its motion from -x downward, so that 90 is straight down
+and a pull has gamma < 0. The *reference point* is the centre of a plate or the axle of a leg, whose angle is theta.
+"""
 
 from __future__ import annotations
 
@@ -21,9 +29,6 @@ FloatArray = npt.NDArray[np.float64]
 
 AIR = "air"
 """Folder of the logs of legs turned in air, which are the tares of every medium."""
-
-LEG_OF_CURVATURE = {1.0: "c_leg", 0.0: "flat_leg", -1.0: "reversed_c_leg"}
-"""Published name of a leg by its curvature R/r."""
 
 
 @dataclass(frozen=True)
@@ -95,8 +100,12 @@ def plate_of(intruders: Mapping[str, Intruder]) -> tuple[str, Plate]:
     raise InputError("config: intruders has no entry of shape plate, so there is nothing to push")
 
 
+LEG_OF_CURVATURE = {1.0: "c_leg", 0.0: "flat_leg", -1.0: "reversed_c_leg"}
+"""Published name of a leg by its curvature R/r."""
+
+
 def legs_of(legs: Mapping[str, Leg]) -> dict[str, str]:
-    """Return the config's legs whose forces are published (R/r = 1, 0, -1), with their published names."""
+    """Return the names of the config's legs whose forces are published (R/r = 1, 0, -1), to their published names."""
     return {
         name: LEG_OF_CURVATURE[leg.curvature_times_R]
         for name, leg in legs.items()
@@ -104,8 +113,11 @@ def legs_of(legs: Mapping[str, Leg]) -> dict[str, str]:
     }
 
 
-def media_of(media: Mapping[str, MediumSettings], asked: Sequence[str] | None = None) -> list[str]:
-    """Return the media to re-enact, in the order of the config; by default all that are published."""
+def media_of(media: Mapping[str, MediumSettings], asked: Sequence[str] | None) -> list[str]:
+    """Return the media to re-enact, in the order of the config; by default all that are published.
+
+    `media`: Media of the config by name. `asked`: Names that the user asks for; others than published ones are refused.
+    """
     published_media = [
         name
         for name, medium in media.items()
@@ -124,7 +136,7 @@ def _format_angle(angle: float) -> str:
 
 
 def _name_with_rod(run: PlannedRun) -> Iterator[PlannedRun]:
-    """Name a plate run; yield this run, and its tare: a run of rod and mount alone along the same path."""
+    """Name a plate run by its medium and motion; yield it, and its tare: rod and mount alone on the same path."""
     ending = "in" if run.direction == "intrusion" else "ex"
     if run.depth_cm is not None:
         ending = f"h{100 * run.depth_cm:03.0f}"
@@ -137,7 +149,10 @@ def _name_with_rod(run: PlannedRun) -> Iterator[PlannedRun]:
 
 
 def paper_directions() -> list[tuple[float, float]]:
-    """List the cells (beta, gamma) of the paper, deg, for each beta: push and pull along each path, then level."""
+    """List the cells (beta, gamma) of the paper, deg, for each beta: push and pull along each path, then level.
+
+    A pull of the same plate is the mirror image of the cell -beta, -gamma.
+    """
     gammas = reference.GAMMA_DEG[reference.GAMMA_DEG > 0].tolist()
     cells = []
     # a plate at -90 degrees is the same as one at 90
@@ -149,7 +164,7 @@ def paper_directions() -> list[tuple[float, float]]:
 
 
 def _mirrored(beta: float) -> float:
-    """Angle beta of a plate seen from the other side, deg; 90 stays 90, as -90 and 90 degrees are the same plate."""
+    """Angle beta of the mirror image of a plate, deg; 90 stays 90, as -90 and 90 degrees are the same plate."""
     return beta if beta == 90 else -beta + 0.0
 
 
@@ -188,7 +203,10 @@ def parse_directions(text: str, seed: int) -> list[tuple[float, float]]:
 
 
 def _scatter_directions(count: int, seed: int) -> list[tuple[float, float]]:
-    """Draw random directions (beta, gamma), deg, one after the other; draws too near to earlier ones are rejected."""
+    """Draw random directions (beta, gamma), deg, one after the other; draws too near to earlier ones are rejected.
+
+    The first is a level plate straight down, which the scaling of a medium needs.
+    """
     random = np.random.default_rng(seed)
     directions = np.zeros((count, 2))
     directions[0] = 0.0, 90.0
@@ -208,7 +226,11 @@ def _scatter_directions(count: int, seed: int) -> list[tuple[float, float]]:
 def _plan_laboratory_runs(
     config: Config, first: PlannedRun, directions: Sequence[Direction]
 ) -> Iterator[PlannedRun]:
-    """Plan the plate runs in a laboratory medium, with their tares; `first`: a run with the facts that all share."""
+    """Plan the plate runs in a laboratory medium, with their tares, for the cells `directions`.
+
+    `first`: A run with the facts that all share. A level direction has a run at each depth of
+    ``fit.horizontal_depths_cm``.
+    """
     for beta, gamma in directions:
         # the cell of a pull is the mirror image of the plate that is pulled back along the path
         beta_of_plate = beta if gamma >= 0 else _mirrored(beta)
@@ -286,10 +308,6 @@ def plan_runs(
     return runs
 
 
-CLEARANCE_CM: float = _CHOSEN.clearance_cm
-"""Distance from walls and bottom below which the force is no longer in proportion to depth times area (paper)."""
-
-
 Pose = tuple[float, float, float]
 """x and z of the intruder's reference point (cm), and its angle (deg): beta of a plate, theta of a leg."""
 
@@ -340,8 +358,15 @@ def half_extents(plate: AnyPlate, beta_deg: float) -> tuple[float, float]:
     return length * c + thickness * s, length * s + thickness * c
 
 
+CLEARANCE_CM: float = _CHOSEN.clearance_cm
+"""Distance from walls and bottom below which the force is no longer in proportion to depth times area (paper)."""
+
+
 def submerged_depths(run: PlannedRun, config: Config) -> tuple[float, float]:
-    """Return the depths, cm, of its centre between which the plate of a push or pull is wholly submerged and clear of the bottom."""
+    """Return the depths of its centre, cm, between which a plate is wholly submerged and clear of the bottom.
+
+    `run`: A push or a pull. The upper depth comes first.
+    """
     _, half_z = half_extents(plate_of(config.intruders)[1], run.beta_deg or 0.0)
     _, (_, z_end) = _path_ends(run, config)
     return half_z, min(-z_end, config.container.depth_cm - CLEARANCE_CM - half_z)
@@ -397,9 +422,10 @@ def _make_move(phase: str, start: Pose, end: Pose, speed: float) -> Segment:
 def segments(
     run: PlannedRun, config: Config, raised: bool = False, pause: bool = True
 ) -> tuple[Segment, ...]:
-    """Make the rests and moves of a run.
+    """Make the rests and moves of a run, in their order.
 
-    `raised`: Lift the whole path into the air. `pause`: Pause at the surface.
+    `raised`: Lift the whole path into the air, as a fault. `pause`: Pause at the surface, as in the paper; without one
+    a vertical path is a single move through the surface.
     """
     parts = _segments_with_pause(run, config, raised)
     if pause or not any(segment.phase == "pause" for segment in parts):
@@ -417,7 +443,7 @@ def segments(
 
 
 def _segments_with_pause(run: PlannedRun, config: Config, raised: bool) -> tuple[Segment, ...]:
-    """Make the rests and moves of a run, with the pause at the surface."""
+    """Make the rests and moves of a run, with the pause at the surface; of a leg one turn between two rests in air."""
     intruder = config.intruders[run.intruder]
     if isinstance(intruder, Leg):
         first, last = ((0.0, intruder.hip_height_cm, s * _CHOSEN.theta_end_deg) for s in (-1, 1))
@@ -452,9 +478,9 @@ def duration(parts: tuple[Segment, ...]) -> float:
 
 
 def _travelled(segment: Segment, time_s: FloatArray) -> FloatArray:
-    """Return the distance since the start of a segment, at times since its start.
+    """Return the distance since the start of a segment, cm (rad for a leg), at times since its start, s, shape (n,).
 
-    The speed rises and falls linearly, in ramps of `ramp_s`.
+    The speed rises and falls linearly, in ramps of ``ramp_s``.
     """
     if not segment.moving:
         return np.zeros_like(time_s)
@@ -468,7 +494,10 @@ def _travelled(segment: Segment, time_s: FloatArray) -> FloatArray:
 
 
 def motion_at(parts: tuple[Segment, ...], elapsed_s: FloatArray) -> ArmMotion:
-    """Position of the intruder's reference point at times since the start of the run; it stays where it ends."""
+    """Position of the intruder's reference point at times since the start of the run, s; at the end it stays.
+
+    `parts`: Rests and moves of the run. `elapsed_s`: shape (n,).
+    """
     ends = np.cumsum([segment.duration_s for segment in parts])
     clipped = np.clip(elapsed_s, 0.0, ends[-1])
     index = np.minimum(np.searchsorted(ends, clipped, side="right"), len(parts) - 1)

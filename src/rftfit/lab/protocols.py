@@ -1,4 +1,8 @@
-"""Protocols: other ways of recording a run than the paper's, with other parts of its logs or other files."""
+"""Protocols: other ways of recording a run than the paper's, with other parts of its logs or other files.
+
+They show whether the analysis reads the logs of labs that record in these ways. `with_files` sets which files a run
+has, `as_recorded` keeps the part of a whole recording that a protocol records, `in_one_log` joins strokes.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +36,10 @@ _CYCLES, _BETWEEN_S = 3, 5.0
 
 
 def check_protocol(protocol: str, config: Config, runs: Sequence[PlannedRun]) -> None:
-    """Refuse a protocol whose logs the config would not read, or that cannot record all runs."""
+    """Refuse a protocol whose logs the config would not read, or that cannot record all runs.
+
+    The message names the settings that the config needs.
+    """
     missing = []
     if protocol not in (PAPER, "no-pause") and config.clock.method != "same_clock":
         missing.append("clock: {method: same_clock}")
@@ -60,13 +67,14 @@ def check_protocol(protocol: str, config: Config, runs: Sequence[PlannedRun]) ->
 
 
 def as_recorded(recording: Recording, protocol: str) -> tuple[Recording, Recording | None]:
-    """Return the part of a recording that a protocol keeps, and the log without load, if the protocol has one."""
+    """Return the part of a recording that a protocol keeps, and the log without load; None if the protocol has none."""
     if protocol in (PAPER, "no-pause"):
         return recording, None
-    # one logger, one clock
+    # all others: one logger, one clock
     aligned = replace(recording, motion_time_s=recording.motion_time_s - recording.motion_ahead_s)
     if protocol in ("one-file", "cyclic"):
         return _move_to_force_clock(aligned), None
+    # what the transducer read in air, without a motion
     unloaded = aligned.rows(aligned.in_air, np.zeros_like(aligned.motion_stroke))
     if protocol in _SET_TO_ZERO:
         zero = aligned.channels_N[aligned.in_air].mean(axis=0)

@@ -1,4 +1,13 @@
-"""The rig: it adds weights, drift and noise to the granular force, records two logs, and may have faults."""
+"""The rig: it adds weights, drift and noise to the granular force, records two logs, and may have faults.
+
+`record` makes the `Recording` of one stroke: `ideal` calculates its noise-free forces, `nuisance` draws what differs
+from run to run (clocks, bias, drift), `Lab` the noise. `FAULTS` lists faults, which `damage_recording` and
+`damage_bytes` put in.
+
+Forces in the lab frame are (z, x), N; channels are F1, F2, F3, N, the columns of arrays of shape (n, 3). All random
+numbers come from the seed, the run and a *purpose* (a number: 0 nuisance, 1 noise of the force, 2 noise of the
+position).
+"""
 
 from __future__ import annotations
 
@@ -38,10 +47,6 @@ _CHOSEN = chosen("lab", "rig")
 FORCE_HZ: int = _CHOSEN.force_hz
 MOTION_HZ: int = _CHOSEN.motion_hz
 """Samples per second of the two logs."""
-STEP_N: float = _CHOSEN.step_n
-"""Step of a reading of the transducer."""
-DAYLIGHT_SAVING = frozenset({"glass3mm_CP"})
-"""Published media whose arm controller was left an hour behind when the clocks changed."""
 
 
 @dataclass(frozen=True)
@@ -52,8 +57,8 @@ class Nuisance:
     `motion_offset_s`: Time of the motion log's clock minus that of the force log's clock.
     `motion_phase_s`, `force_phase_s`: Time from the start to the first sample of each log.
     `bias_N`: Readings of the channels F1, F2, F3 without load.
-    `drift_N_per_min`: Drift along x, y, z of the lab.
-    `side_N`: Steady force along y of the lab.
+    `drift_N_per_min`: Drift along x, y, z of the lab, shape (3,).
+    `side_N`: Steady force along y of the lab, which the two-dimensional analysis must not use.
     """
 
     start_s: float
@@ -106,7 +111,7 @@ class Recording:
     motion_ahead_s: FloatArray
 
     def rows(self, force: npt.ArrayLike, motion: npt.ArrayLike | slice = slice(None)) -> Recording:
-        """Select rows of the force log and of the motion log, by indices or by a mask."""
+        """Return the recording with some rows of the force log and of the motion log, by indices or by a mask each."""
         of_force = ("force_time_s", "arm_moving", "channels_N", "stroke", "in_air")
         columns = {
             name: column[force if name in of_force else motion]
@@ -141,8 +146,12 @@ class LabStroke:
         return random_numbers(self.seed, self.run.run_id, purpose + 10 * self.cycle)
 
 
+DAYLIGHT_SAVING = frozenset({"glass3mm_CP"})
+"""Published media whose arm controller was left an hour behind when the clocks changed."""
+
+
 def nuisance(run: PlannedRun, seed: int) -> Nuisance:
-    """Draw bias, drift and clocks of a run."""
+    """Draw bias, drift and clocks of a run; the same seed draws the same."""
     random = random_numbers(seed, run.run_id, 0)
     behind_s = 3600.0 if run.published in DAYLIGHT_SAVING else 0.0
     return Nuisance(
@@ -170,7 +179,10 @@ Laws = tuple[Law | None, Law | None]
 
 
 def published_laws(run: PlannedRun, config: Config, alpha: Alpha = published_alpha) -> Laws:
-    """Return the laws of a run in the published bed; `alpha`: stress per depth of plates in a laboratory medium."""
+    """Return the laws of the force on intruder and on rod, in the published bed; a leg has no rod in the medium.
+
+    `alpha`: Stress per depth of plates in a laboratory medium; default: Table S5.
+    """
     return granular_law(run, config, alpha), None if run.leg else rod_law(run)
 
 
@@ -225,7 +237,10 @@ def to_channels(
 
 
 def _draw_noise(random: np.random.Generator, count: int, deviation: float) -> FloatArray:
-    """Draw noise, shape (count, 3), with the standard deviation `deviation`, correlated by a first-order process."""
+    """Draw noise, shape (count, 3), with the standard deviation `deviation`, correlated by a first-order process.
+
+    Each value is ``correlation`` times the one before plus white noise; after 40 values nothing of that is left.
+    """
     memory = _CHOSEN.correlation ** np.arange(40)
     white = random.normal(0, deviation * math.sqrt(1 - _CHOSEN.correlation**2), (count + 39, 3))
     columns = [np.convolve(white[:, axis], memory, mode="valid") for axis in range(3)]
@@ -236,7 +251,7 @@ class Lab:
     """The lab of the published measurements: its beds, and the noise of its sensor.
 
     `rftfit.lab.enact.prepare` accepts another lab that is derived from this one; the tests have labs with the errors of
-    a real lab. Purposes 0 to 2 of `LabStroke.random` are already used.
+    a real lab. Such a lab draws its random numbers from `LabStroke.random` for purposes from 3 on.
     """
 
     def forces(self, stroke: LabStroke, parts: tuple[Segment, ...], phase_s: float) -> Ideal:
@@ -249,6 +264,10 @@ class Lab:
 
 
 AS_PUBLISHED = Lab()
+
+
+STEP_N: float = _CHOSEN.step_n
+"""Step of a reading of the transducer."""
 
 
 def _make_channels(
@@ -264,10 +283,11 @@ def _make_channels(
     return np.clip(np.round(channels / STEP_N) * STEP_N, -limit, limit)
 
 
-def record(
-    stroke: LabStroke, raised: bool = False, pause: bool = True, lab: Lab = AS_PUBLISHED
-) -> Recording:
-    """Record a stroke as the rig does; `raised`, `pause`: see `segments`."""
+def record(stroke: LabStroke, raised: bool, pause: bool, lab: Lab) -> Recording:
+    """Record a stroke as the rig does: forces at 100 and positions at 50 samples a second, each on its own clock.
+
+    `raised`, `pause`: see `segments`. `lab`: Whose forces and noise the recording has.
+    """
     config = stroke.config
     drawn = nuisance(stroke.run, stroke.seed)
     parts = segments(stroke.run, config, raised, pause)
@@ -362,7 +382,7 @@ class Fault:
 
 
 def _find_other_tare(run: PlannedRun, runs: Mapping[str, PlannedRun]) -> str:
-    """Find the tare of the same plate run in another medium."""
+    """Find the run_id of the tare of the same plate run in another medium, for the fault ``wrong_medium_tare``."""
     ending = run.tare_run.removeprefix(run.medium)
     for other_run in runs.values():
         if (
@@ -378,7 +398,7 @@ def _find_other_tare(run: PlannedRun, runs: Mapping[str, PlannedRun]) -> str:
 
 
 def resolve(asked: Sequence[str], runs: Mapping[str, PlannedRun], first_medium: str) -> list[Fault]:
-    """Find the run of each fault in `asked`, which is written ``NAME`` or ``NAME:run_id``.
+    """Find the run of each fault in `asked`, which is written ``NAME`` or ``NAME:run_id``; refuse an impossible one.
 
     `runs`: All runs by run_id. `first_medium`: Medium of faults without a run.
     """
@@ -408,10 +428,15 @@ def resolve(asked: Sequence[str], runs: Mapping[str, PlannedRun], first_medium: 
 
 
 def damage_recording(names: Sequence[str], whole: Recording, transducer: Transducer) -> Recording:
-    """Apply the faults of a run that change its recording; other faults in `names` do nothing here."""
+    """Apply the faults of a run that change its recording; other faults in `names` do nothing here.
+
+    `whole`: The recording without faults. Most faults lie in the middle of the stroke.
+    """
     first, last = np.flatnonzero(whole.stroke)[[0, -1]]
+    # row in the middle of the stroke, and number of rows in a second
     middle, second = int(first + last) // 2, FORCE_HZ
     channels = whole.channels_N.copy()
+    # rows of the force log to be kept, in their order
     rows = np.arange(len(channels))
     block = slice(middle, middle + _CHOSEN.rows)
     if "saturated" in names:

@@ -1,4 +1,8 @@
-"""Marker tracks of the robot, re-enacted from the published speeds (Fig. 4C)."""
+"""Marker tracks of the robot, re-enacted from the published speeds (Fig. 4C).
+
+A *track* is the position of a marker on the running robot, x forward and z upward, cm, at the frames of a camera. A
+*condition* is a curvature of the legs and a stride frequency; it has `TRIALS` trials, each with a track.
+"""
 
 from __future__ import annotations
 
@@ -26,14 +30,14 @@ MEDIUM = "poppy_LP"
 TRIALS: int = _CHOSEN.trials
 """Trials of each condition."""
 
-_COLUMNS = ("run_id", "condition", "medium", "curvature_times_R", "frequency_Hz", "track", "note")
-
 
 @dataclass(frozen=True)
 class RobotTrial:
     """One trial of the robot.
 
     `condition`: Name of the condition, whose trials have the published speed as their mean.
+    `curvature_times_R`: Curvature R/r of the legs: 1 c-leg, 0 flat, -1 reversed.
+    `frequency_Hz`: Strides a second of this trial. `speed_cm_per_s`: Its mean speed.
     `track`: Path of its track relative to the sheet of tracks.
     """
 
@@ -53,6 +57,7 @@ def plan_trials(config: Config, seed: int) -> list[RobotTrial]:
         return []
     trials = []
     for curvature, number, frequency, speed in reference.running_speeds():
+        # as k, sign, R/r in percent, number of the frequency
         sign = "m" if curvature < 0 else "p"
         condition = f"k{sign}{abs(100 * curvature):03.0f}_{number}"
         rng = _make_random(seed, condition)
@@ -87,6 +92,10 @@ def _draw_track(trial: RobotTrial, seed: int) -> tuple[FloatArray, FloatArray, F
     return time, x + noise[0], z + noise[1]
 
 
+_COLUMNS = ("run_id", "condition", "medium", "curvature_times_R", "frequency_Hz", "track", "note")
+"""Columns of the sheet of tracks."""
+
+
 def track_files(config: Config, seed: int) -> dict[str, str]:
     """Make the texts of the tracks and, last, of their sheet, by path relative to raw; empty without trials."""
     trials = plan_trials(config, seed)
@@ -104,6 +113,7 @@ def track_files(config: Config, seed: int) -> dict[str, str]:
         rows = format_numbers(list(_draw_track(trial, seed)), [4, 3, 3])
         files[(folder / trial.track).as_posix()] = head + rows
         facts = trial.run_id, trial.condition, trial.medium, f"{trial.curvature_times_R:g}"
+        # the frequency is blank, so that the program has to find it in the track
         sheet.writerow([*facts, "", trial.track, "re-enacted from Fig. 4C"])
     return files | {config.robot.runs: buffer.getvalue()}
 

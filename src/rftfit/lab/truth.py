@@ -1,4 +1,11 @@
-"""The granular force in the logs, from the published measurements alone."""
+"""The granular force in the logs, from the published measurements alone.
+
+A `Law` gives the force of the medium at a pose of the intruder while it moves: `plate_law` (Table S5), `sand_law` (Fig.
+S11), `leg_law` (Figs. S5 and S12), `rod_law` (rod and mount, made up). `force_over_run` applies it to the rests and
+moves of a run. Forces are (z, x), N, on the intruder, z upward and x forward; alpha is stress per depth (z, x), N/cm^3.
+`depth_cm` is positive, `z_cm` upward from the surface; beta, gamma and theta are in degrees where the name ends in
+``_deg``.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +34,11 @@ Forces = tuple[FloatArray, FloatArray]
 """Force on the intruder, N: z (upward) and x (toward +x)."""
 
 Law = Callable[[Segment, FloatArray, FloatArray, FloatArray], Forces]
-"""Function of a segment and of n poses in it (x cm, z cm, angle deg) that returns the fully developed force."""
+"""Function of a segment and of n poses in it (x cm, z cm, angle deg; shape (n,)) that returns the force of the medium.
+
+A segment is a rest or a move of the arm. The force is that once it is fully developed: over the first travel of a move
+it builds up.
+"""
 
 Alpha = Callable[[PlannedRun, str], tuple[float, float]]
 """Function of a plate run and its phase (approach, stroke or lift) that returns stress per depth (z, x), N/cm^3."""
@@ -36,13 +47,12 @@ BUILD_UP: float = _CHOSEN.build_up
 """Travel (cm; rad for a leg) after which a force is fully developed; it ends within the speed ramp."""
 
 
-def force_over_run(
-    law: Law, parts: tuple[Segment, ...], motion: ArmMotion, level: bool = False
-) -> Forces:
+def force_over_run(law: Law, parts: tuple[Segment, ...], motion: ArmMotion, level: bool) -> Forces:
     """Calculate the force over a whole run: by the law while moving; at rest the last force, which relaxes a little.
 
     A medium that was prepared around a resting intruder exerts no force before the first move. The force of a
-    horizontal stroke (`level`) builds up over `start_up_cm`. `parts`: rests and moves of the run.
+    horizontal stroke (`level`) builds up over `start_up_cm`. `parts`: Rests and moves of the run. `motion`: Poses at
+    the times that are wanted, shape (n,) each.
     """
     force = np.zeros((2, motion.elapsed_s.size))
     # force at the end of the segment before
@@ -72,12 +82,12 @@ def force_over_run(
 
 
 def _grow_to_one(travel: FloatArray, length: float) -> FloatArray:
-    """Return a factor that grows smoothly from 0 to exactly 1 over `length`."""
+    """Return a factor that grows smoothly from 0 to exactly 1 over `length`; `travel`: in the same unit, shape (n,)."""
     return 1 - np.clip(1 - travel / length, 0.0, 1.0) ** 2
 
 
 def table_s5(medium: str, beta_deg: float, gamma_deg: float) -> tuple[float, float]:
-    """Interpolate alpha_z and alpha_x, N/cm^3, in Table S5; `beta_deg`, `gamma_deg`: from -90 to 90."""
+    """Interpolate alpha_z and alpha_x, N/cm^3, in Table S5, linearly in both angles; each angle from -90 to 90."""
     (row, u), (column, v) = (
         _find_interval(reference.BETA_DEG, beta_deg),
         _find_interval(reference.GAMMA_DEG, gamma_deg),
@@ -111,7 +121,10 @@ def pull_alpha(medium: str, beta_deg: float, path_gamma_deg: float) -> tuple[flo
 
 
 def published_alpha(run: PlannedRun, phase: str) -> tuple[float, float]:
-    """Return the published stress per depth (z, x) of a plate run in a phase, N/cm^3; this is an `Alpha`."""
+    """Return the published stress per depth (z, x) of a plate run in a phase, N/cm^3; this is an `Alpha`.
+
+    The approach goes straight down and the lift straight up, whatever the path of the stroke.
+    """
     beta, gamma = run.beta_deg or 0.0, run.gamma_deg or 0.0
     if phase == "approach":
         return table_s5(run.published, beta, 90.0)
@@ -148,8 +161,8 @@ def wall_factor(
     return factor
 
 
-def plate_law(run: PlannedRun, config: Config, alpha: Alpha = published_alpha) -> Law:
-    """Return the law of a plate in a laboratory medium: alpha times depth times area."""
+def plate_law(run: PlannedRun, config: Config, alpha: Alpha) -> Law:
+    """Return the law of a plate in a laboratory medium: alpha times depth times area, larger near walls and bottom."""
     plate: Plate = plate_of(config.intruders)[1]
     beta = run.beta_deg or 0.0
     _, half_z = half_extents(plate, beta)
@@ -169,7 +182,7 @@ def plate_law(run: PlannedRun, config: Config, alpha: Alpha = published_alpha) -
     return law
 
 
-def granular_law(run: PlannedRun, config: Config, alpha: Alpha = published_alpha) -> Law | None:
+def granular_law(run: PlannedRun, config: Config, alpha: Alpha) -> Law | None:
     """Return the law of the force of the medium on the intruder; None if no intruder is in a medium.
 
     `alpha`: Stress per depth of plates in a laboratory medium; forces on legs and in natural sands are published
@@ -235,7 +248,10 @@ def leg_law(run: PlannedRun) -> Law:
 
 
 def strength(run: PlannedRun) -> float:
-    """Return the strength of a medium relative to loose poppy seeds, by alpha_z of a level plate pushed straight down."""
+    """Return the strength of a medium relative to loose poppy seeds: alpha_z of a level plate pushed straight down.
+
+    The force on rod and mount, which nobody published, is taken in proportion to it.
+    """
     if run.natural:
         alpha = float(sand_stress(run.published, np.array([2.0]))[0]) / 2.0
     else:

@@ -1,4 +1,7 @@
-"""Turn recordings into columns and lines of log files, and runs into the run sheet."""
+"""Turn recordings into columns and lines of log files, and runs into the run sheet.
+
+A log is a list of `LogColumn` and some lines for its head, from which `rftfit.lab.dialects` makes the bytes of a file.
+"""
 
 from __future__ import annotations
 
@@ -18,6 +21,7 @@ _LENGTH_UNITS = {"mm": (1.0, 2), "cm": (10.0, 3), "m": (1000.0, 5), "in": (25.4,
 """Size of each unit in newtons or millimetres, and the number of decimals that are written."""
 
 SHEET_COLUMNS = tuple(column.name for column in COLUMNS)
+"""All columns of a run sheet, in the order in which the program reads them."""
 
 
 def format_numbers(columns: list[FloatArray], decimals: list[int]) -> str:
@@ -62,7 +66,10 @@ def motion_columns(recording: Recording, unit: str) -> list[LogColumn]:
 
 
 def log_header(run: PlannedRun, kind: str, rate: str) -> list[str]:
-    """Make the lines at the head of a log that describe it; `rate`: samples per second, and clock."""
+    """Make the two lines at the head of a log that describe it.
+
+    `kind`: ``force log``, ``motion log`` or ``log`` (both in one). `rate`: Samples per second, and clock.
+    """
     return [f"{kind} of run {run.run_id}, re-enacted from published measurements", rate]
 
 

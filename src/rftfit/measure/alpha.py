@@ -25,7 +25,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from rftfit.conventions import COMPONENTS, FloatArray
+from rftfit.conventions import COMPONENTS, BoolArray, FloatArray, IndexArray
 from rftfit.directions import (
     SAME_DEPTH_CM,
     angle_apart,
@@ -225,9 +225,9 @@ def _of_components(runs: list[Row], quantity: str) -> FloatArray:
     return np.stack([_values_of(runs, column(c, quantity)) for c in COMPONENTS])
 
 
-def _values_of(runs: list[Row], name: str) -> FloatArray:
-    """Return a column of the runs, shape (runs,); 0 where a run does not have it."""
-    return np.array([run.get(name, 0.0) for run in runs], dtype=float)
+def _values_of(runs: list[Row], name: str, absent: float = 0.0) -> FloatArray:
+    """Return a column of the runs, shape (runs,); `absent` where a run does not have it."""
+    return np.array([run.get(name, absent) for run in runs], dtype=float)
 
 
 def _split_by_depth(runs: list[Row]) -> list[list[Row]]:
@@ -262,9 +262,9 @@ class _Cell:
         """Sum over the runs of weight times the value of a column."""
         return float(self.weights @ self.values_of(name))
 
-    def values_of(self, name: str) -> FloatArray:
-        """Values of a column, shape (runs,); 0 where a run does not have it."""
-        return _values_of(self.runs, name)
+    def values_of(self, name: str, absent: float = 0.0) -> FloatArray:
+        """Values of a column, shape (runs,); `absent` where a run does not have it."""
+        return _values_of(self.runs, name, absent)
 
 
 _COLUMNS = [
@@ -527,15 +527,10 @@ def _noise_of_next(cell: _Cell, c: str, *, scatter: bool) -> ErrorTerm:
     With `scatter` the error of the bed is the scatter of the rows, which holds their noise once, so that n - 1 times
     the variance remains.
     """
-    variance = _noise_variance(cell, c) * (_runs_behind(cell) - scatter)
+    variance = _noise_variance(cell, c) * (cell.values_of(N_REPEATS, 1.0) - scatter)
     # the weights add up to 1, but where stress over depth depends on depth
     sd = float(cell.weights.sum()) * math.sqrt(float(variance.mean()))
     return ErrorTerm(sd, float(combine_dof(variance, cell.values_of(f"alpha_{c}_dof"))))
-
-
-def _runs_behind(cell: _Cell) -> FloatArray:
-    """Number of runs whose mean each row of fits is: 1, unless a table of alpha states more."""
-    return np.array([run.get(N_REPEATS, 1.0) for run in cell.runs], dtype=float)
 
 
 def _nonlinearity_over_depths(cell: _Cell, c: str, bed_error: ErrorTerm) -> float:
@@ -583,7 +578,7 @@ def _add_bed_errors(
         # also where an interval does not include the scatter between beds, the next bed is another
         bed_error = ErrorTerm(USUAL_BED_SPREAD * abs(float(cell.weights @ alpha)))
     errors_of_next["bed"] = bed_of_next(alpha, bed_error, confidence, scatter=scatter)
-    if spread_source == AS_PREPARED and not scatter and (_runs_behind(cell) > 1).all():
+    if spread_source == AS_PREPARED and not scatter and (cell.values_of(N_REPEATS, 1.0) > 1).all():
         # several runs stand behind each row, and what these differ by holds their beds
         errors_of_next["bed"] = ErrorTerm(0.0)
     if source in (REPEATS, OF_CELL):
@@ -609,14 +604,14 @@ def alpha_columns(table: Columns, quantity: str = "") -> tuple[FloatArray, Float
     return of_z, of_x
 
 
-def flagged(table: pd.DataFrame) -> npt.NDArray[np.bool_]:
+def flagged(table: pd.DataFrame) -> BoolArray:
     """True for cells with alpha whose column ``flagged`` is true, shape (n,); False in a table without that column.
 
     `with_flagged` makes the column: alpha comes from nonlinear stress or from too few depths.
     """
     if "flagged" not in table:
         return np.zeros(len(table), dtype=bool)
-    weak: npt.NDArray[np.bool_] = table["flagged"].to_numpy(bool)
+    weak: BoolArray = table["flagged"].to_numpy(bool)
     return np.isfinite(alpha_columns(table)[0]) & weak
 
 
@@ -670,7 +665,7 @@ def window_of(table: Columns) -> tuple[float, float]:
 
 def rows_at(
     table: Columns, beta_deg: npt.ArrayLike, gamma_deg: npt.ArrayLike, tolerance_deg: float
-) -> npt.NDArray[np.intp]:
+) -> IndexArray:
     """Index of the row of an alpha table that is nearest to each direction, shape (k,); -1 where none is the same.
 
     `tolerance_deg`: Tolerance of angles of the campaign's grid.

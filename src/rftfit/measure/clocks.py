@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rftfit.conventions import FloatArray
+from rftfit.conventions import FloatArray, IndexArray
 from rftfit.measure.flags import Refused
 from rftfit.measure.levels import find_stretches
 
@@ -109,7 +109,7 @@ def whole_spans(spans: FloatArray, first: float, last: float) -> FloatArray:
 
 
 def _interpolate_crossing(
-    time: FloatArray, speed: FloatArray, before: np.ndarray, after: np.ndarray
+    time: FloatArray, speed: FloatArray, before: IndexArray, after: IndexArray
 ) -> FloatArray:
     """Times between two neighbouring samples at which the speed passes `_MOVING`, s, shape (k,).
 

@@ -25,13 +25,12 @@ from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from rftfit.campaign.config import AnyPlate, Config, Container, Fit
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
-from rftfit.conventions import COMPONENTS, FloatArray, direction, file_extraction
+from rftfit.conventions import COMPONENTS, BoolArray, FloatArray, direction, file_extraction
 from rftfit.measure import slopes
 from rftfit.measure.flags import REASON, Remark, reason_columns, reason_of, remark
 from rftfit.measure.lab_frame import half_extent, lacks_force_x
@@ -46,7 +45,7 @@ from rftfit.measure.laws import (
     replace_slope,
     replace_slope_of_few,
 )
-from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
+from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus, StatusArray
 from rftfit.measure.samples import StrokeColumns, split_runs, stack_components
 from rftfit.store.chosen import chosen
 
@@ -122,7 +121,7 @@ class Stroke:
     x: FloatArray
     path: FloatArray
     force: FloatArray
-    why: np.ndarray
+    why: StatusArray
     zero_variance: FloatArray
     zero_dof: FloatArray
     depth_sd: float = 0.0
@@ -155,7 +154,7 @@ class RunFit:
     laws: Laws | None = None
     line: FloatArray = field(default_factory=lambda: np.full(2, np.nan))
     rod: FloatArray = field(default_factory=lambda: np.zeros(2))
-    why: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=np.int8))
+    why: StatusArray = field(default_factory=lambda: np.empty(0, dtype=np.int8))
     flags: tuple[Remark, ...] = ()
     reason: tuple[Remark, ...] = ()
 
@@ -262,7 +261,7 @@ def _choose_samples(
     config: Config,
     law: DepthLaw,
     linear_to_cm: float | None = None,
-) -> tuple[npt.NDArray[np.int8], tuple[Remark, ...]]:
+) -> tuple[StatusArray, tuple[Remark, ...]]:
     """Return the `RowStatus` of each sample, GOOD in the window, and the reasons why these give no slope, if any.
 
     `linear_to_cm`: see `fit_run`.
@@ -287,8 +286,8 @@ def classify_samples(
     box: Container,
     fit: Fit,
     linear_to_cm: float | None,
-    linear_from_cm: float = 0.0,
-) -> npt.NDArray[np.int8]:
+    linear_from_cm: float,
+) -> StatusArray:
     """Return the `RowStatus` of each sample: GOOD where the plate is submerged, off walls, and past its start-up.
 
     Elsewhere alpha would be wrong: a plate partly in air bears too little, one near a wall or the bottom too much, and
@@ -347,8 +346,8 @@ def _end_of_linear_regime(run: Run, config: Config, linear_to_cm: float | None) 
 def _why_no_slope(
     run: Run,
     stroke: Stroke,
-    window_status: npt.NDArray[np.int8],
-    why: np.ndarray,
+    window_status: StatusArray,
+    why: StatusArray,
     plate: AnyPlate,
     config: Config,
     law: DepthLaw,
@@ -403,7 +402,7 @@ def _why_too_short(depth: FloatArray, plate: AnyPlate, fit: Fit) -> Remark | Non
     return remark("short-window", found=covered, wanted=least_cm, least=least_source)
 
 
-def _main_cause(why: np.ndarray, x: FloatArray, widest: float) -> tuple[Remark, ...]:
+def _main_cause(why: StatusArray, x: FloatArray, widest: float) -> tuple[Remark, ...]:
     """Return the most frequent reason why samples of a stroke do not count; empty if all count.
 
     It is added to a reason such as "too few points", which does not say where the points have gone.
@@ -444,7 +443,7 @@ def _fit_line(
     stroke: Stroke,
     stress: FloatArray,
     tare_stress: FloatArray | None,
-    usable: npt.NDArray[np.bool_],
+    usable: BoolArray,
     plate: AnyPlate,
     config: Config,
 ) -> tuple[slopes.Slope, tuple[Remark, ...]]:
@@ -540,7 +539,7 @@ def _linearity_flags(
 
 def curved(
     p: FloatArray, ratio: FloatArray, alpha: FloatArray, deepest: FloatArray | float, visible: float
-) -> npt.NDArray[np.bool_]:
+) -> BoolArray:
     """Return True where a curvature is significant, large enough to matter, and more than `visible`, N/cm^2.
 
     Arrays of one shape, an element a run or a component. `p`: Probability of such a curvature by chance. `ratio`:

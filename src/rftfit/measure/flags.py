@@ -185,9 +185,9 @@ def with_reasons(table: pd.DataFrame, added: Iterable[Iterable[Remark]]) -> pd.D
     return table.assign(**{name: [reason[name] for reason in reasons] for name in REASON})
 
 
-def has(row: Mapping[Any, Any], code: str, name: str = "reason_code") -> bool:
-    """Return True if the column `name` of a row of a table, a list of codes, holds `code`."""
-    return code in str(row.get(name, "")).split()
+def has(row: Mapping[Any, Any], code: str) -> bool:
+    """Return True if the reason of a row of a table has `code` among its codes (column `reason_code`)."""
+    return code in str(row.get("reason_code", "")).split()
 
 
 # --- Flags: a table of their own, a row each, to which the stages append.

@@ -17,7 +17,7 @@ import numpy as np
 
 from rftfit.campaign.config import AnyPlate, Arm, Config, Leg, Transducer, ZeroSettings
 from rftfit.campaign.sheet import Run
-from rftfit.conventions import FloatArray
+from rftfit.conventions import BoolArray, FloatArray
 from rftfit.logs.base import Log
 from rftfit.measure.flags import REPEATED, Refused
 from rftfit.measure.levels import find_equal_stretches, find_stretches, median
@@ -53,7 +53,7 @@ class ForceReadings:
     time: FloatArray
     force: FloatArray
     arm_moving: FloatArray | None
-    saturated: np.ndarray
+    saturated: BoolArray
     channels: FloatArray
 
 
@@ -151,7 +151,7 @@ def without_repeats(log: Log, transducer: Transducer) -> Log:
     return log.take(new_readings(np.stack([log.columns[name] for name in CHANNELS])), REPEATED)
 
 
-def new_readings(channels: FloatArray) -> np.ndarray:
+def new_readings(channels: FloatArray) -> BoolArray:
     """Return True for rows with a new reading, shape (n,): not all `channels`, shape (k, n), repeat the row before."""
     fresh = np.ones(channels.shape[1], dtype=bool)
     fresh[1:] = (channels[:, 1:] != channels[:, :-1]).any(axis=0)
@@ -167,10 +167,10 @@ _CHANGES_OF_NO_CHANCE: int = chosen("measure", "copies").shortest
 """Fewest changes of a channel from reading to reading that two runs never share by chance."""
 
 
-def channel_facts(channels: FloatArray, in_stroke: np.ndarray) -> dict[str, object]:
+def channel_facts(channels: FloatArray, in_stroke: BoolArray) -> dict[str, object]:
     """Return facts of each channel, and digests of the readings: of all channels, then of each that differs in every copy.
 
-    The keys are columns of the table of runs: ``readings`` (the digest; empty if no channel moves), and those of
+    The keys are columns of the table of runs: ``readings`` (the digests; empty if no channel moves), and those of
     `CHANNEL_FACTS` for each channel, as ``F1_low_N``. The checks of the channels need them. `channels`: N, shape (3,
     n).
     `in_stroke`: True in the stroke, shape (n,).
@@ -272,7 +272,7 @@ def height_needed(intruder: AnyPlate | Leg, angle: FloatArray, clearance: float)
 def find_zero(
     time: FloatArray,
     force: FloatArray,
-    at_rest: np.ndarray,
+    at_rest: BoolArray,
     stroke_time: float,
     drift_N_per_min: float,
     least_cm: float = 0.0,

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from rftfit.campaign.sheet import Run
@@ -54,6 +55,9 @@ class RowStatus(IntEnum):
         return self.name.lower().replace("_", "-")
 
 
+StatusArray = npt.NDArray[np.int8]
+"""`RowStatus` of each sample, shape (n,)."""
+
 USED, DROPPED, LOST = "used", "dropped", "lost"
 """Fates of rows; the instrument counted lost rows, but they are in no file."""
 COLUMNS = ["run_id", "medium", "kind", "file", "fate", *REASON, "rows"]
@@ -84,7 +88,7 @@ class Ledger:
         """Keep flags of a run: doubts that do not make it useless."""
         self.flags += attach_run(run.run_id, flags)
 
-    def add_rows(self, run: Run, why: np.ndarray, used_as: str) -> None:
+    def add_rows(self, run: Run, why: StatusArray, used_as: str) -> None:
         """Count the rows of a force log by their `RowStatus`, `why`, shape (n,).
 
         `used_as`: Code of the use of good rows; empty where there are none.

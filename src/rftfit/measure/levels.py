@@ -9,24 +9,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
-from rftfit.conventions import FloatArray
+from rftfit.conventions import BoolArray, FloatArray, IndexArray
 from rftfit.store.chosen import chosen
 
-Mask = npt.NDArray[np.bool_]
 _CHOSEN = chosen("measure", "levels")
 
 
 def median(values: FloatArray) -> float:
-    """Median of finite values, shape (n,); NaN of none. Without the checks that take `numpy.median` most time."""
-    if not values.size:
-        return math.nan
-    half = values.size // 2
-    if values.size % 2:
-        return float(np.partition(values, half)[half])
-    ordered = np.partition(values, (half - 1, half))
-    return float((ordered[half - 1] + ordered[half]) / 2)
+    """Median of finite values; NaN of none, without the warning of numpy."""
+    return float(np.median(values)) if values.size else math.nan
 
 
 def sd_by_median(deviations: FloatArray) -> FloatArray:
@@ -69,7 +61,7 @@ MODES: float = _CHOSEN.modes
 """Least difference of two clusters over their spread."""
 
 
-def two_clusters(values: FloatArray) -> tuple[float, Mask] | None:
+def two_clusters(values: FloatArray) -> tuple[float, BoolArray] | None:
     """Split values into two clusters and mark one of them; None where there is only one cluster.
 
     Two clusters show that a cause, as a surface that was set anew, divides the runs. Every split of the ordered values
@@ -79,7 +71,7 @@ def two_clusters(values: FloatArray) -> tuple[float, Mask] | None:
     smaller cluster; of two equally large clusters, for that farther from 0.
     """
     count, fewest = values.size, _fewest_in_cluster(values.size)
-    best: tuple[float, Mask] = (1.0, np.zeros(count, dtype=bool))
+    best: tuple[float, BoolArray] = (1.0, np.zeros(count, dtype=bool))
     least_deviation = math.inf
     ranks = np.empty(count, dtype=int)
     ranks[np.argsort(values, kind="stable")] = np.arange(count)
@@ -101,7 +93,7 @@ def two_clusters(values: FloatArray) -> tuple[float, Mask] | None:
     return clear, above if mark_above else ~above
 
 
-def shifted_runs(common: FloatArray, level: FloatArray, sigma: FloatArray) -> Mask:
+def shifted_runs(common: FloatArray, level: FloatArray, sigma: FloatArray) -> BoolArray:
     """Find the consecutive runs whose common shift of `level` is most significant, and mark them, shape (runs,).
 
     Something may have changed for a while, as a gain or the zero of the arm. All stretches of runs are tried by least
@@ -139,13 +131,13 @@ def shifted_runs(common: FloatArray, level: FloatArray, sigma: FloatArray) -> Ma
     return in_stretch if 2 * in_stretch.sum() <= count else ~in_stretch
 
 
-def find_stretches(is_inside: npt.NDArray[np.bool_]) -> npt.NDArray[np.intp]:
+def find_stretches(is_inside: BoolArray) -> IndexArray:
     """Return the first row of every stretch of True, and the row after its last one, shape (2, k)."""
     edges = np.flatnonzero(np.diff(is_inside, prepend=False, append=False))
     return edges.reshape(-1, 2).T
 
 
-def find_equal_stretches(values: np.ndarray) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+def find_equal_stretches(values: np.ndarray) -> tuple[IndexArray, IndexArray]:
     """Return the first row and the length of every stretch of equal values, shape (k,) each; `values`: shape (n,)."""
     starts = np.flatnonzero(np.concatenate([[True], values[1:] != values[:-1]]))
     return starts, np.diff(np.append(starts, values.size))

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rftfit.conventions import FloatArray
+from rftfit.conventions import FloatArray, IndexArray
 from rftfit.logs.base import Log, LogError, Reader, join_blocks
 from rftfit.measure.flags import AVERAGED
 from rftfit.table.parse import add_counts
@@ -167,7 +167,7 @@ def average(log: Log, count: int, limits: Mapping[str, float]) -> Log:
 
 
 def _restore_saturated(
-    means: FloatArray, readings: FloatArray, starts: np.ndarray, limit: float
+    means: FloatArray, readings: FloatArray, starts: IndexArray, limit: float
 ) -> FloatArray:
     """Replace the means of rows that hold a saturated reading by that reading.
 

@@ -31,15 +31,13 @@ _ROWS = 500
 
 @dataclass
 class LogPreview:
-    """Problems in the logs of a medium, and how many of its runs were read to find them.
+    """Problems in the logs of a medium, and how many of its runs were not read.
 
     `problems`: One for each code of a reason or flag, with the runs that have it.
-    `runs`: Number of runs whose logs were read.
     `passed_over`: Number of runs that were not read, as a log is larger than `LARGEST_BYTES`.
     """
 
     problems: list[Problem] = field(default_factory=list)
-    runs: int = 0
     passed_over: int = 0
 
 
@@ -90,7 +88,7 @@ def _open_medium(
         }
     # excluded and absent runs are already reported with the run sheet
     opened = [run for run in runs if not run.excluded and run.run_id not in absent]
-    preview = LogPreview(runs=len(opened), passed_over=len(all_runs) - len(runs))
+    preview = LogPreview(passed_over=len(all_runs) - len(runs))
     # by outcome and code: the runs with this code, each with its first remark
     members: dict[tuple[str, str], dict[Run, Remark]] = defaultdict(dict)
     for outcome, remarks in (("refused", reasons), ("flagged", flags)):

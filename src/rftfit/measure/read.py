@@ -21,7 +21,7 @@ from rftfit.logs.base import Log, LogError, Reader
 from rftfit.logs.registry import load_each, source_reader
 from rftfit.measure import log_columns, readings
 from rftfit.measure.flags import Remark, quoted
-from rftfit.measure.lab_frame import NEAR_FULL_RANGE, without_repeats
+from rftfit.measure.lab_frame import CHANNELS, NEAR_FULL_RANGE, without_repeats
 from rftfit.measure.log_columns import LogKey, source_of
 from rftfit.measure.long_logs import LongLog, RowTreatment, may_be_long, read_long_log
 
@@ -72,13 +72,15 @@ def _motion_of_columns(campaign: Campaign, run: Run, log: Log) -> Log:
 def _force_rows(campaign: Campaign, run: Run) -> RowTreatment:
     """Treatment of the rows of a force log: afterwards time increases, and no reading stands alone."""
     transducer = campaign.config.transducer
-    channels = log_columns.FORCE_QUANTITIES[1:]
-    limits = [NEAR_FULL_RANGE * limit for limit in transducer.range_N]
+    limits = {
+        channel: NEAR_FULL_RANGE * limit
+        for channel, limit in zip(CHANNELS, transducer.range_N, strict=True)
+    }
     return RowTreatment(
         convert=partial(_force_of_columns, campaign, run),
-        clean=lambda log: readings.without_spikes(readings.clean(log), channels, limits),
+        clean=lambda log: readings.without_spikes(readings.clean(log), limits),
         drop_repeats=lambda log: without_repeats(log, transducer),
-        limits=dict(zip(channels, limits, strict=True)),
+        limits=limits,
     )
 
 

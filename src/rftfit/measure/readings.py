@@ -11,22 +11,20 @@ The columns of a log are arrays of shape (n,): time, F1, F2, F3 or time, x, z, a
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from rftfit.campaign.spikes import (
     MOST_LONE_ROWS,
     MOST_SHARE,
-    Mask,
     find_held,
     find_lone_positions,
     find_spikes,
 )
-from rftfit.conventions import FloatArray
+from rftfit.conventions import BoolArray, FloatArray, IndexArray
 from rftfit.logs.base import Log, LogError
 from rftfit.measure.clocks import HOUR_S
 from rftfit.measure.flags import (
@@ -57,28 +55,25 @@ def rows_within(time: FloatArray, seconds: float) -> int:
     return max(MOST_LONE_ROWS, round(seconds * (time.size - 1) / float(time[-1] - time[0])))
 
 
-def without_spikes(log: Log, quantities: Sequence[str], limits: Sequence[float] = ()) -> Log:
+def without_spikes(log: Log, limits: Mapping[str, float]) -> Log:
     """Leave out the rows in which a force stands alone, is away for up to a second or is held, and count them.
 
     Such readings come from a loose contact or a lost packet, and are no force. Raises `LogError` if more than
     `MOST_SHARE` of the readings of a quantity stand alone.
 
     `log`: In the order of time.
-    `quantities`: Columns that are searched; a column that the log lacks is passed over.
-    `limits`: Size of each quantity at which its range ends: readings that stay there are kept, as they are saturated.
+    `limits`: Columns that are searched, F1 to F3, each with the size at which its range ends: readings that stay there
+    are kept, as they are saturated.
     """
     time = log.columns["time"]
     most_rows = rows_within(time, AWAY_S / TIME_TO_S.get(log.units.get("time", ""), 1.0))
     alone = np.zeros(log.size, dtype=bool)
     held = np.zeros(log.size, dtype=bool)
-    limit_of = dict(zip(quantities, limits, strict=False))
-    for quantity in quantities:
-        if quantity not in log.columns:
-            continue
+    for quantity, limit in limits.items():
         readings = log.columns[quantity]
         spikes = find_spikes(readings, most_rows)
         if spikes.any():
-            spikes = _keep_saturated(spikes, readings, limit_of.get(quantity, math.inf))
+            spikes = _keep_saturated(spikes, readings, limit)
             _check_share(log, quantity, spikes)
             alone |= spikes
         held |= find_held(readings)
@@ -93,7 +88,7 @@ def without_spikes(log: Log, quantities: Sequence[str], limits: Sequence[float] 
     return _leave_out(log, held[~alone], HELD_READING)
 
 
-def _keep_saturated(spikes: Mask, readings: FloatArray, limit: float) -> Mask:
+def _keep_saturated(spikes: BoolArray, readings: FloatArray, limit: float) -> BoolArray:
     """Unmark the stretches of spikes that stay at the end of the range, `limit`: these readings are saturated.
 
     Saturated readings are kept, as they say that the force was larger. Changes and returns the mask `spikes`.
@@ -105,7 +100,7 @@ def _keep_saturated(spikes: Mask, readings: FloatArray, limit: float) -> Mask:
     return spikes
 
 
-def _leave_out(log: Log, is_bad: Mask, reason: str) -> Log:
+def _leave_out(log: Log, is_bad: BoolArray, reason: str) -> Log:
     """Leave out bad rows, and note the times of their stretches under `reason`."""
     time = log.columns["time"]
     when = tuple(
@@ -129,7 +124,7 @@ def without_lone_positions(log: Log) -> Log:
     return log.take(~alone, LONE)
 
 
-def _check_share(log: Log, quantity: str, alone: Mask) -> None:
+def _check_share(log: Log, quantity: str, alone: BoolArray) -> None:
     """Refuse a log in which so many readings stand alone that the good ones are not known."""
     if np.count_nonzero(alone) > MOST_SHARE * alone.size:
         text = (
@@ -291,7 +286,7 @@ def _with_even_stamps(log: Log) -> Log:
     return replace(log, columns=columns, stretches={**log.stretches, ON_ARRIVAL: when})
 
 
-def _changes_evenly(readings: Sequence[FloatArray], starts: npt.NDArray[np.intp]) -> bool:
+def _changes_evenly(readings: Sequence[FloatArray], starts: IndexArray) -> bool:
     """Return True if readings change as fast within packets as from packet to packet.
 
     Then the change within a packet of n rows is 1 - 1 / n times that from packet to packet, and not 0. The column in
@@ -367,7 +362,7 @@ _LONGEST_BACK = 0.1
 """Largest share of the rows that may lie behind an earlier time without being another recording."""
 
 
-def _has_second_recording(forward: npt.NDArray[np.bool_]) -> bool:
+def _has_second_recording(forward: BoolArray) -> bool:
     """Return True if time goes back and runs on from there for many rows: another recording follows in the file.
 
     `forward`: True for rows later than all before them.

@@ -18,9 +18,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from rftfit.conventions import FloatArray
+from rftfit.conventions import BoolArray, FloatArray
 from rftfit.store.chosen import chosen
 
 _CHOSEN = chosen("measure", "repeats")
@@ -51,7 +50,7 @@ class Repeats(NamedTuple):
     dof: FloatArray
     along: FloatArray
     across: FloatArray
-    across_known: npt.NDArray[np.bool_]
+    across_known: BoolArray
     noise_along: FloatArray
     noise_across: FloatArray
     size: FloatArray

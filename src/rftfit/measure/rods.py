@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from rftfit.conventions import FloatArray
+from rftfit.conventions import BoolArray, FloatArray
 from rftfit.directions import number_rows
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.samples import split_runs
@@ -47,7 +47,7 @@ class _Profile(NamedTuple):
     depth: FloatArray
     force: FloatArray
     tare: FloatArray
-    has_samples: np.ndarray
+    has_samples: BoolArray
 
 
 def estimate_share_too_much(

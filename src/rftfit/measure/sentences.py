@@ -1,4 +1,8 @@
-"""Sentences about data, in tables by code: of flags, of reasons and uses of rows, of marks of a medium."""
+"""Sentences about data, in tables by code: of flags, of reasons and uses of rows, of marks of a medium.
+
+Words in braces are filled in from the values of a `Remark` (`rftfit.measure.flags`); one of them may be a remark
+itself, whose sentence then stands there. `FLAGS` are doubts, `SENTENCES` all of them.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +14,7 @@ from rftfit.campaign.formats import OTHER_SENSE
 class Flag(NamedTuple):
     """Sentence of a flag, and how the page and the config treat it.
 
+    `sentence`: Its sentence, with the names of values in braces.
     `severity`: Larger for graver flags; the page names the gravest flag of a medium.
     `shared`: If not empty, the page states the flag once for a medium instead of for each run and cell: always, or only
     where all runs have it.
@@ -22,6 +27,7 @@ class Flag(NamedTuple):
     weak: bool = False
 
 
+# of a sort of rows that are left out: what they are, `why`, is a word of `rftfit.measure.flags`
 _LOST_ROWS = "{count} rows of {file}: {why}"
 _LOST_STRETCHES = "{count} rows of {file}, {when}: {why}"
 FLAGS = {
@@ -354,20 +360,15 @@ SENTENCES = {
     "one-of-pair": "Of two runs of one direction that differ from each other one may be good. ",
     "one-of-three": "If {others} share a mistake, {run} is the good one of the three. ",
     "alpha-beside": "{run}: alpha_{component} {alpha:.3g} beside {others:.3g}",
-    **{
-        f"axes-{name}": words
-        for name, words in {
-            "x-reversed": "x reversed",
-            "z-reversed": "z reversed",
-            "both-reversed": "z and x both reversed",
-            "exchanged": "x and z exchanged",
-            "exchanged-z-reversed": "x and z exchanged, with z reversed",
-            "exchanged-x-reversed": "x and z exchanged, with x reversed",
-            "exchanged-both-reversed": "x and z exchanged, and both reversed",
-            "beta-reversed": "the other sign of beta",
-            "beta-and-x-reversed": "x reversed and the other sign of beta",
-        }.items()
-    },
+    "axes-x-reversed": "x reversed",
+    "axes-z-reversed": "z reversed",
+    "axes-both-reversed": "z and x both reversed",
+    "axes-exchanged": "x and z exchanged",
+    "axes-exchanged-z-reversed": "x and z exchanged, with z reversed",
+    "axes-exchanged-x-reversed": "x and z exchanged, with x reversed",
+    "axes-exchanged-both-reversed": "x and z exchanged, and both reversed",
+    "axes-beta-reversed": "the other sign of beta",
+    "axes-beta-and-x-reversed": "x reversed and the other sign of beta",
     "axes-or": "{axes} (or {others}, which these directions do not tell from it)",
     "told-gain": "force changes by {size:+.0%} ({low:+.0%} to {high:+.0%}) {where}",
     "told-gain-x": "force along x changes by {size:+.0%} ({low:+.0%} to {high:+.0%}) {where}",
@@ -438,10 +439,11 @@ SENTENCES = {
     "doubtful": "doubtful: {faults} (results/checks)",
     "accepted": "accepted: {fault}: {why}",
     # what rows were used for
-    **{
-        code: code.replace("-", " ")
-        for code in ("slope", "leg-curve", "tare", "mean-speed", "path")
-    },
+    "slope": "slope",
+    "leg-curve": "leg curve",
+    "tare": "tare",
+    "mean-speed": "mean speed",
+    "path": "path",
     "zero": "zero of the transducer",
     # why a row is not used: names of `rftfit.measure.ledger.RowStatus`
     "motion-gap": "gap in the motion log",

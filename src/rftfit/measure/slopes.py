@@ -18,9 +18,8 @@ from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from rftfit.conventions import FloatArray
+from rftfit.conventions import BoolArray, FloatArray
 from rftfit.store.chosen import chosen
 
 _CHOSEN = chosen("measure", "slopes")
@@ -170,7 +169,7 @@ GIVEN_DOF = 1e6
 
 
 def startup_bias(
-    path: FloatArray, stress: FloatArray, steady: npt.NDArray[np.bool_], skip_cm: float
+    path: FloatArray, stress: FloatArray, steady: BoolArray, skip_cm: float
 ) -> FloatArray:
     """Estimate the effect of the start-up on the mean stress of a horizontal run, N/cm^2, shape (k,).
 

@@ -18,7 +18,7 @@ import numpy as np
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
-from rftfit.conventions import FloatArray
+from rftfit.conventions import BoolArray, FloatArray
 from rftfit.errors import InputError
 from rftfit.logs.base import Log
 from rftfit.measure.flags import Refused, format_remarks
@@ -280,7 +280,7 @@ class Compliance:
     force: FloatArray
     travel: FloatArray
 
-    def travel_at(self, force: FloatArray) -> tuple[FloatArray, np.ndarray]:
+    def travel_at(self, force: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Return the travel at some lifts, cm (0 in a pull), and True where it is known: up to the largest lift."""
         return np.interp(force, self.force, self.travel), force <= self.force[-1]
 

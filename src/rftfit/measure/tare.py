@@ -20,10 +20,10 @@ import pandas as pd
 
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
-from rftfit.conventions import FloatArray
+from rftfit.conventions import BoolArray, FloatArray
 from rftfit.measure.flags import REASON, Remark, reason_cells, reason_of, remark
 from rftfit.measure.lab_frame import lacks_force_x
-from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
+from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus, StatusArray
 from rftfit.measure.samples import StrokeColumns, join_runs, stack_components, strokes
 
 TARE_KINDS = ("rod", "leg_air")
@@ -153,7 +153,7 @@ class Tare:
         typical = (position[-1] - position[0]) / (position.size - 1)
         return cls(abscissa, position, force[:, order], 10 * float(typical))
 
-    def covers(self, position: FloatArray) -> np.ndarray:
+    def covers(self, position: FloatArray) -> BoolArray:
         """Return True for positions at which the tare is known: inside its range and not in a hole of its log."""
         inside = (position >= self.position[0]) & (position <= self.position[-1])
         # step of the tare between its samples on both sides of each position
@@ -199,7 +199,7 @@ def _tare_of(run: Run, stroke: StrokeColumns, ledger: Ledger) -> Tare | Remark:
     )
 
 
-def _why_no_curve(why: np.ndarray) -> tuple[Remark, ...]:
+def _why_no_curve(why: StatusArray) -> tuple[Remark, ...]:
     """Return the reason why the tared stroke of a leg has no usable sample; empty if it has some."""
     counts = np.bincount(why, minlength=1)
     if counts[RowStatus.GOOD]:

@@ -22,7 +22,7 @@ import numpy as np
 from rftfit.campaign.config import Config
 from rftfit.campaign.sheet import Run
 from rftfit.campaign.spikes import find_plateau, find_steps, may_step
-from rftfit.conventions import FloatArray
+from rftfit.conventions import BoolArray, FloatArray, IndexArray
 from rftfit.logs.base import Log, LogError
 from rftfit.logs.quantities import epoch_unit
 from rftfit.measure import lab_frame
@@ -36,7 +36,7 @@ from rftfit.measure.flags import (
     dropped_rows,
     remark,
 )
-from rftfit.measure.ledger import RowStatus
+from rftfit.measure.ledger import RowStatus, StatusArray
 from rftfit.measure.read import same_table
 from rftfit.measure.readings import AWAY_S, USUAL_STEPS, find_holds, gaps, rows_within
 from rftfit.measure.samples import PHASES
@@ -174,12 +174,12 @@ class Trace:
 
     run: Run
     time: FloatArray
-    phase: np.ndarray
+    phase: IndexArray
     x: FloatArray
     z: FloatArray
     angle: FloatArray
     force: FloatArray
-    why: np.ndarray
+    why: StatusArray
     zero: lab_frame.Zero
     clock: ClockFit
     flags: tuple[Remark, ...]
@@ -229,7 +229,7 @@ def _position_in_steps(path: IntruderPath, start: float, end: float) -> tuple[fl
     return hold_s, [flag]
 
 
-def _mark_motion(time: FloatArray, spans: FloatArray, ramp_s: float = LONGEST_RAMP_S) -> np.ndarray:
+def _mark_motion(time: FloatArray, spans: FloatArray, ramp_s: float = LONGEST_RAMP_S) -> BoolArray:
     """Return True for samples in a stretch of motion, made longer by `ramp_s` at both ends (shorter if negative).
 
     By default that is the longest time in which the arm speeds up or slows down: what lies outside is surely at rest.
@@ -245,8 +245,8 @@ def _mark_motion(time: FloatArray, spans: FloatArray, ramp_s: float = LONGEST_RA
 
 
 def _row_status(
-    time: FloatArray, path: IntruderPath, saturated: np.ndarray, max_gap_s: float
-) -> np.ndarray:
+    time: FloatArray, path: IntruderPath, saturated: BoolArray, max_gap_s: float
+) -> StatusArray:
     """Return the `RowStatus` of each force sample: good, in a gap of the motion log, outside of that, or saturated.
 
     In a gap or outside no position is known, and a saturated reading is no force. Of several reasons the last one
@@ -320,7 +320,7 @@ def _age_of_zero(
 
 
 def _mark_end_of_amplifier(
-    run: Run, readings: lab_frame.ForceReadings, moving: np.ndarray
+    run: Run, readings: lab_frame.ForceReadings, moving: BoolArray
 ) -> tuple[lab_frame.ForceReadings, list[Remark]]:
     """Mark readings of a push that stay constant at the end of amplifier or logger as saturated, and flag them.
 
@@ -358,8 +358,8 @@ def _mark_end_of_amplifier(
 
 
 def _find_steps(
-    readings: lab_frame.ForceReadings, in_stroke: np.ndarray, in_air: np.ndarray
-) -> tuple[list[Remark], np.ndarray]:
+    readings: lab_frame.ForceReadings, in_stroke: BoolArray, in_air: BoolArray
+) -> tuple[list[Remark], BoolArray]:
     """Flag lasting steps of the force, and mark the rows of the force log whose zero is not that of the stroke.
 
     Somebody who presses tare makes such a step from one reading to the next. One in the stroke is a flag. Before a step
@@ -400,8 +400,8 @@ def _find_steps(
 
 
 def _rest_of_zero(
-    time: FloatArray, at_rest: np.ndarray, in_air: np.ndarray, has_other_zero: np.ndarray
-) -> np.ndarray:
+    time: FloatArray, at_rest: BoolArray, in_air: BoolArray, has_other_zero: BoolArray
+) -> BoolArray:
     """Mark the rows that show the zero of the stroke: at rest, or also moving in air where the rest is too short.
 
     All arguments but `time` (s) are masks, shape (n,); rows with another zero are left out in both cases.
@@ -468,7 +468,7 @@ def _flag_doubts(
     run: Run,
     readings: lab_frame.ForceReadings,
     zero: lab_frame.Zero,
-    stroke: np.ndarray,
+    stroke: BoolArray,
     lost_s: float,
 ) -> Iterator[Remark]:
     """Flag doubts about the readings of a stroke: gaps, a log that is short, a drifting zero, repeats, saturation.

@@ -1,7 +1,11 @@
 """Reads the dictionary of outputs, the toml files beside this module: each file of the results and its columns.
 
-Tables are read and made with the columns that it states. The documentation is generated from it, and tests hold it
-against the files of real runs, in both directions.
+Tables are read and made with the columns that it states (`columns_of`). The documentation is generated from it, and
+tests hold it against the files of real runs, in both directions.
+
+A *pattern* names several files or columns at once: ``{a,b}`` stands for either word, ``<x>`` for any, as in
+``results/alpha/<medium>.csv`` and ``alpha_{z,x}_N_per_cm3``. A *section* is one of the toml files; it lists tables,
+which have columns, and other files.
 """
 
 from __future__ import annotations
@@ -32,7 +36,7 @@ _ANY = re.compile(r"<[^<>]+>")
 class OutputColumn:
     """A column of an output, or several that differ by a word of their name only.
 
-    `name`: A pattern, in which ``{a,b}`` stands for either word, ``<x>`` for any.
+    `name`: A pattern.
     `kind`: What a cell, or the value of a key of a json file, is: text, yes or no, count, number, list, object.
     `quantity`, `meaning`: In Markdown.
     `unit`: Empty for text and for what has none. ``as ...`` where another column decides.
@@ -78,14 +82,14 @@ class Output:
         return {name: column for column in self.columns for name in column.names}
 
     def matches(self, path: str) -> bool:
-        """Return whether this describes a file; `path`: from the campaign's folder, with slashes."""
+        """Return whether the pattern `file` fits a path from the campaign's folder, with slashes."""
         # <path> may hold slashes, every other word is one part of the path
         return any(_regex(name).fullmatch(path) for name in alternatives(self.file))
 
 
 @cache
 def alternatives(pattern: str) -> tuple[str, ...]:
-    """Write out the braces of a pattern as ``alpha_{z,x}_{lo,hi}``; the first brace varies slowest."""
+    """Write out the braces of a pattern: ``{z,x}_{lo,hi}`` gives z_lo, z_hi, x_lo, x_hi."""
     # `split` returns fixed text and the content of braces in turn
     pieces = _BRACES.split(pattern)
     choices = [piece.split(",") if index % 2 else [piece] for index, piece in enumerate(pieces)]
@@ -94,7 +98,10 @@ def alternatives(pattern: str) -> tuple[str, ...]:
 
 @cache
 def _regex(pattern: str) -> re.Pattern[str]:
-    """Return the regular expression of a pattern without braces."""
+    """Return the regular expression of a pattern without braces, in which ``<x>`` stands for any word without a slash.
+
+    Other than words: ``<path>`` for any text, ``<number>`` for digits.
+    """
     regex = re.escape(pattern)
     for placeholder in _ANY.findall(pattern):
         any_word = {"<path>": ".+", "<number>": "[0-9]+"}.get(placeholder, "[^/]+")
@@ -104,7 +111,10 @@ def _regex(pattern: str) -> re.Pattern[str]:
 
 @cache
 def outputs() -> tuple[Output, ...]:
-    """Read the dictionary: of each section its tables, then its other files."""
+    """Read the dictionary: of each section its tables, then its other files; an entry for each.
+
+    A table with ``like = "FILE"`` has the columns of that table.
+    """
     common = {entry["name"]: OutputColumn(**entry) for entry in _read("common")["column"]}
     all_outputs: list[Output] = []
     # file of a table to the file of another table, whose columns it has too
@@ -126,7 +136,10 @@ def outputs() -> tuple[Output, ...]:
 
 
 def _table(section: str, entry: dict[str, Any], common: dict[str, OutputColumn]) -> Output:
-    """Make the output of an entry; a column that several tables have is named there and described in `common`."""
+    """Make the output of an entry of a toml file.
+
+    A column that several tables have is only named there, and described in `common`, by its name.
+    """
     stated_columns = entry.pop("columns", [])
     try:
         if stated_columns == "run sheet":
@@ -142,9 +155,14 @@ def _table(section: str, entry: dict[str, Any], common: dict[str, OutputColumn])
 
 def _sheet_columns() -> tuple[OutputColumn, ...]:
     """Return the columns of the run sheet, from the definition by which it is read."""
-    kind = {"number": "number"}
     return tuple(
-        OutputColumn(c.name, kind.get(c.form, "text"), "as in the run sheet", c.meaning, c.unit)
+        OutputColumn(
+            c.name,
+            "number" if c.form == "number" else "text",
+            "as in the run sheet",
+            c.meaning,
+            c.unit,
+        )
         for c in COLUMNS
         if c.name != "note"  # a note changes no result, so the record leaves it out
     )
@@ -159,7 +177,10 @@ def _read(section: str) -> dict[str, Any]:
 
 @cache
 def describe_file(path: str) -> Output | None:
-    """Return the entry that describes a file, of several the one with most fixed text; None without one."""
+    """Return the entry that describes a file, of several the one with most fixed text; None without one.
+
+    `path`: From the campaign's folder, with slashes.
+    """
     fitting = [output for output in outputs() if output.matches(path)]
     return max(fitting, key=lambda output: len(_ANY.sub("", output.file)), default=None)
 
@@ -172,7 +193,7 @@ def columns_of(name: str) -> list[str]:
 
 
 def column_of(output: Output, name: str) -> OutputColumn | None:
-    """Return the entry that describes a column, of several the one with most fixed text; None without one."""
+    """Return the entry that describes the column `name`, of several the one with most fixed text; None without one."""
     if (exact := output.exact.get(name)) is not None:
         return exact
     fitting = [

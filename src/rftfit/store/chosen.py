@@ -20,5 +20,8 @@ def read_toml(room: str, file: str) -> Mapping[str, Any]:
 
 
 def chosen(room: str, question: str) -> SimpleNamespace:
-    """Return the numbers that answer one question, a table of the ``chosen.toml`` of a room, as attributes."""
+    """Return the numbers of one table of the ``chosen.toml`` of a room as attributes.
+
+    `question`: Name of the table, which is that of the module that uses it.
+    """
     return SimpleNamespace(**read_toml(room, "chosen.toml")[question])

@@ -1,4 +1,8 @@
-"""Digests of files, code and settings, by which the workflow knows from what a result was made."""
+"""Digests of files, code and settings, by which the workflow knows from what a result was made.
+
+A *digest* is a hash: equal digests mean equal content. Those of files are a whole SHA-256, those of code and settings
+its first 16 digits. The digest of the code of a *room* (a subpackage) covers all rooms that it may import.
+"""
 
 from __future__ import annotations
 
@@ -39,6 +43,7 @@ ROOMS = (
 )
 """Rooms of the package from the lowest to the highest: each imports lower ones only."""
 
+# what a job runs besides its room and the rooms below
 _FILES_OF_EVERY_JOB = (
     "errors.py",
     "conventions.py",
@@ -70,7 +75,7 @@ def digests_of_files(folder: Path, names: Iterable[str]) -> dict[str, str]:
 
 
 def _digest_or_nothing(path: str) -> str:
-    """Return the SHA-256 of a regular file; empty where there is none."""
+    """Return the SHA-256 of a regular file; empty where there is none or it cannot be read."""
     try:
         # reading a pipe would wait for ever
         return sha256_of(path) if stat.S_ISREG(os.stat(path).st_mode) else ""  # noqa: PTH116
@@ -96,7 +101,10 @@ def digest_of(*values: object) -> str:
 
 
 def seal(data: bytes) -> str:
-    """Return a digest of bytes and of all code of the program, for a file that only the same code may read again."""
+    """Return a digest of bytes and of all code of the program, for a file that only the same code may read again.
+
+    A pickle, for example, could run what others put into it, or hold objects of another version.
+    """
     return digest_of(hashlib.sha256(data).hexdigest(), source_digests())
 
 
@@ -109,7 +117,10 @@ def digest_of_numbers(columns: Mapping[str, npt.NDArray[Any]]) -> str:
 
 
 def code_digest(room: str, *extra_files: str) -> str:
-    """Return a digest of the code of a room and of all rooms below, and of further files of the package."""
+    """Return a digest of the code that a job of a room runs: a result is out of date when it changes.
+
+    It covers the room, all rooms below, files that every job runs, and `extra_files`, paths in the package.
+    """
     rooms = ROOMS[: ROOMS.index(room) + 1]
     settings = [file for room_name, file in _SETTINGS.items() if room_name in rooms]
     single_files = {*_FILES_OF_EVERY_JOB, *extra_files, *settings}
@@ -138,7 +149,10 @@ def source_digests() -> dict[str, str]:
 
 @cache
 def plugin_digest(module: str) -> str:
-    """Return the digest of the source file of a module of another package; empty where it has none."""
+    """Return the digest of the source file of a module of another package; empty where it has none.
+
+    A lab may add a dialect of its own by such a package.
+    """
     from importlib.util import find_spec
 
     try:

@@ -18,7 +18,10 @@ PACKAGE = Path(__file__).resolve().parents[1]
 
 
 def shipped(name: str) -> Path:
-    """Return the path of a file that comes with the program: in a checkout at its top, else inside the package."""
+    """Return the path of a file that comes with the program, such as the workflow.
+
+    In a checkout it lies at the top, in an installed program inside the package.
+    """
     for path in (PACKAGE.parents[1] / name, PACKAGE / "_workflow" / name):
         if path.exists():
             return path

@@ -27,6 +27,7 @@ from typing import Any, BinaryIO
 from rftfit.errors import OutputError
 
 _UNFINISHED = re.compile(r"\..+\.[0-9]+\.part(\.\w+)?")
+"""Name of a new file until it is moved."""
 _ATTEMPTS = 5
 """Times that a new file is made again, if another process removes it before it is locked."""
 _NO_LINKS = getattr(os, "O_NOFOLLOW", 0)
@@ -96,8 +97,8 @@ def lock(handle: int) -> bool:
 
 
 @contextlib.contextmanager
-def _opened(path: str | Path, extra_flags: int = 0) -> Iterator[int]:
-    """Open a file for reading and writing by a handle of the system, and close it."""
+def _opened(path: str | Path, extra_flags: int) -> Iterator[int]:
+    """Open a file for reading and writing, yield its handle (a number of the system), and close it."""
     handle = os.open(path, os.O_RDWR | extra_flags, 0o666)
     try:
         yield handle
@@ -143,7 +144,10 @@ def copy_file(source: str | Path, target: str | Path) -> None:
 
 
 def write_report(folder: Path, prefix: str, text: str) -> Path:
-    """Write text into a new file with a random name, in a folder that only this user can read; return its path."""
+    """Write text into a new file with a random name, in a folder that only this user can read; return its path.
+
+    The name begins with `prefix`. A report may quote data, and nobody else can guess the name or put a link there.
+    """
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     handle, path = tempfile.mkstemp(".txt", prefix, folder)
     with os.fdopen(handle, "w", encoding="utf-8", errors="backslashreplace") as report:
@@ -161,7 +165,10 @@ def open_growing(target: str | Path) -> BinaryIO:
 
 
 def open_note(path: Path) -> int:
-    """Open a small file for reading and writing in place; a new one where there is none or it has a second name."""
+    """Open a small file for reading and writing in place, and return its handle.
+
+    A new one takes the place of a file with a second name, as nothing may change that; where there is none, it is made.
+    """
     with contextlib.suppress(OSError):
         return open_unshared(path)
     write_bytes(path, b"")

@@ -1,7 +1,12 @@
 """Refuses symbolic links where files are written, and copies files with a second name that Snakemake writes in place.
 
-A folder that somebody else has filled may hold a symbolic link under any name that the program writes. Archives keep
-links, and in a backup by ``cp -al`` each file is a second name (hard link) of its original.
+A folder that somebody else has filled may hold a symbolic link under any name that the program writes, so that writing
+there would overwrite a file elsewhere. Archives keep links, and in a backup by ``cp -al`` each file is a second name
+(hard link) of its original. The one link that is allowed is `results`, where the user has asked for it: a *note* in the
+user's cache says so.
+
+``root`` is the folder of a campaign. The *environments* of Snakemake are folders in ``.snakemake`` that package
+managers fill.
 """
 
 from __future__ import annotations
@@ -19,14 +24,13 @@ from rftfit.store.files import cut_shared, is_shared, write_text
 RESULTS, SNAKEMAKE = "results", ".snakemake"
 _SHOWN = 3
 """Most links that a message names."""
-_ENVIRONMENTS = ("conda", "conda-archive", "singularity")
-"""Folders of Snakemake that package managers fill, where links and second names are normal."""
-_LEVELS = 2
-"""Levels of such a folder in which Snakemake itself writes: ``conda/HASH.yaml``, ``conda/HASH/env_setup_done``."""
 
 
 class LinkError(InputError):
-    """Symbolic links stand where files are written; the user has to remove `paths`."""
+    """Symbolic links stand where files are written; the user has to remove `paths`.
+
+    `other_cure`: Another cure, at the end of the message.
+    """
 
     code = "files.link-in-the-way"
 
@@ -45,7 +49,7 @@ class LinkError(InputError):
 
 
 def _target_of(path: Path) -> str:
-    """Return the target of a link as written in it; for a path below a link, the real path."""
+    """Return where a link leads, as written in it; for a path below a link, its real path."""
     return os.readlink(path) if path.is_symlink() else os.path.realpath(path)  # noqa: PTH115 (as written)
 
 
@@ -133,13 +137,22 @@ def _is_named_by_user(path: Path) -> bool:
 
 
 def _leads_to_campaign(root: Path, link: str) -> bool:
-    """Return whether a link leads to a file of the campaign that is not one of Snakemake."""
+    """Return whether a link leads to a file of the campaign outside of ``.snakemake``, which nothing may overwrite."""
     target, campaign = Path(os.path.realpath(link)), Path(os.path.realpath(root))
     return target.is_relative_to(campaign) and not target.is_relative_to(campaign / SNAKEMAKE)
 
 
+_ENVIRONMENTS = ("conda", "conda-archive", "singularity")
+"""Folders of Snakemake that package managers fill, where links and second names are normal."""
+_LEVELS = 2
+"""Levels of such a folder in which Snakemake itself writes: ``conda/HASH.yaml``, ``conda/HASH/env_setup_done``."""
+
+
 def _entries_of_snakemake(root: Path) -> tuple[list[os.DirEntry[str]], list[os.DirEntry[str]]]:
-    """Return all entries below ``.snakemake`` but for its environments, and those in the first levels of these."""
+    """Return all entries below ``.snakemake`` outside of its environments, and those in the first levels of these.
+
+    An entry is a file, a folder or a link.
+    """
     folder = f"{root}{os.sep}{SNAKEMAKE}"
     environments = {f"{folder}{os.sep}{name}" for name in _ENVIRONMENTS}
     entries = [*_entries(folder, not_into=environments)]
@@ -154,7 +167,7 @@ def _entries_of_snakemake(root: Path) -> tuple[list[os.DirEntry[str]], list[os.D
 def _entries(
     folder: str, levels: int | None = None, not_into: Collection[str] = ()
 ) -> Iterator[os.DirEntry[str]]:
-    """Yield the entries of a folder, in all levels or the first `levels`; no link is followed.
+    """Yield the files and folders in a folder, in all levels or the first `levels`; no link is followed.
 
     `not_into`: Paths of folders whose content is left out.
     """
@@ -232,7 +245,7 @@ def link_folder(link: Path, folder: Path) -> None:
 
 
 def _noted_folders() -> dict[str, str]:
-    """Read the note: campaign to the folder that the user has named for its results."""
+    """Read the note: path of a campaign to the folder that the user has named for its results; empty without one."""
     with suppress(OSError, ValueError, AttributeError):
         noted = json.loads(_path_of_note().read_text(encoding="utf-8"))
         return {campaign: str(folder) for campaign, folder in noted.items()}

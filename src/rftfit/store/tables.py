@@ -1,4 +1,8 @@
-"""Writes and reads tables of results: csv for people, Parquet for samples; the same table gives the same bytes."""
+"""Writes and reads tables of results: csv for people, Parquet for samples; the same table gives the same bytes.
+
+Only tables that this program wrote are read here. A text that a spreadsheet would take for a formula is written with an
+apostrophe before it (`guarded`), as a table may quote words that a stranger has put into a log.
+"""
 
 from __future__ import annotations
 
@@ -25,6 +29,7 @@ _DANGEROUS = re.compile(f"'*[{_SIGNS}]")
 _GUARDED = re.compile(f"'+[{_SIGNS}]")
 """Beginning of a text that `guarded` has changed."""
 NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?")
+"""A whole number or decimal, which needs no apostrophe even with a sign."""
 
 
 def guarded(text: str) -> str:
@@ -63,8 +68,6 @@ def _change_texts(table: pd.DataFrame, change: Callable[[str], str]) -> pd.DataF
 
 # --- Csv and Parquet
 
-
-_YES_OR_NO = {"True": True, "False": False, "yes": True, "no": False}
 
 FLOAT_FORMAT = "%.6g"
 """Format of numbers in a csv, six significant digits: more precise than any measurement here, and short to read."""
@@ -109,6 +112,10 @@ def read_cells(source: str | Path | bytes) -> list[list[str]]:
         raise ValueError(str(error)) from error
 
 
+_YES_OR_NO = {"True": True, "False": False, "yes": True, "no": False}
+"""Cell of a column of the kind ``yes or no``, to its value; a blank cell is not known (NA)."""
+
+
 def read_csv(source: str | Path | bytes, kind_of: Callable[[str], str]) -> pd.DataFrame:
     """Read a table that `csv_bytes` or `write_csv` made, from its content or path.
 
@@ -142,14 +149,14 @@ def read_csv(source: str | Path | bytes, kind_of: Callable[[str], str]) -> pd.Da
 
 
 def write_parquet(table: pd.DataFrame, target: str | Path) -> None:
-    """Write a table as Parquet."""
+    """Write a table as Parquet, without its index, with a checksum of each page."""
     # an open file: pyarrow cannot open a path with letters that the encoding of the system lacks
     with atomic_path(target) as path, path.open("wb") as file:
         table.to_parquet(file, index=False, compression="zstd", write_page_checksum=True)
 
 
 def read_parquet(source: str | Path) -> pd.DataFrame:
-    """Read a table written by `write_parquet`."""
+    """Read a table written by `write_parquet`; raises `InputError` if its bytes were changed (checksums)."""
     import pandas as pd
 
     try:

@@ -35,7 +35,7 @@ def megabytes(size: int) -> str:
 
 
 def first_of(lines: Sequence[str], most: int | None, rest_label: str = "more") -> list[str]:
-    """Return at most the first `most` lines, and one that counts the rest; all lines where `most` is None."""
+    """Return at most the first `most` lines, and one that counts the rest as `rest_label`; all where `most` is None."""
     if most is None or len(lines) <= most:
         return [*lines]
     return [*lines[:most], f"and {len(lines) - most} {rest_label} (--all lists them)"]
