@@ -428,6 +428,7 @@ def _path_fault(root: Folder, key: str, entry: Entry, *, exists: bool) -> tuple[
     if key == "raw" and exists and entry.status != "folder":
         return "raw-missing", "a folder that exists, relative to the folder of the campaign"
     real, results = (os.path.realpath(f"{root.base}/{path}") for path in (entry.path, RESULTS))
+    # neither may lie in the folder of results, nor this folder among the logs
     if not inside(real, results) and not (key == "raw" and inside(results, real)):
         return "", ""
     # there the program would overwrite the sheet, or write among the logs

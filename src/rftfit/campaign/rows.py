@@ -1033,8 +1033,8 @@ def _merged_cells(ranges: Sequence[_Range]) -> dict[int, dict[int, tuple[int, in
 def _bad_cell(value: Any, formula: Any) -> tuple[str, str] | None:
     """Return code and text of a cell that holds no value typed by the user, else None.
 
-    `value`: Content of the cell, or the result of its formula. `formula`: The content of the cell; None where no sheet
-    has formulas.
+    `value`: Content of the cell, or the result of its formula. `formula`: Content of the cell; None where it is blank or
+    no sheet has formulas.
     """
     if value is None and formula is not None:
         return "formula", str(getattr(formula, "text", formula))

@@ -1,4 +1,4 @@
-"""Finds false readings: spikes, held readings, the end of an amplifier, lone positions of an arm; and steps that stay.
+"""Finds false readings: spikes, held readings, end of an amplifier, lone positions of an arm; and steps that stay.
 
 A loose contact, a lost packet or a code for "no data" gives readings with a jump before and a jump back behind them. A
 true step stays on the other side, and a force that slips falls from a peak to which it has risen: such readings are
@@ -332,6 +332,7 @@ def find_held(values: FloatArray) -> Mask:
     if not ends_hold.any():
         return held
     ends_hold &= ~repeats[3:]
+    # the size of the change behind each
     change = values[1:] - values[:-1]
     jumps = np.abs(change[3:][ends_hold])
     if not jumps.size:

@@ -192,7 +192,7 @@ def _not_needed(column: TableColumn) -> TableColumn:
 
 
 def _schema_of(table: TableSettings, file: str) -> Schema:
-    """Return the format of a table, with names, units and values without meaning that the config states."""
+    """Return the format of a table, with names, units, and numbers that mean no data, as the config states them."""
     schema = STRESS if table.holds == "stress" else ALPHA
     names_in_file = {str(column): (name,) for column, name in table.columns.items()}
     columns = []
@@ -428,6 +428,7 @@ def _make_push(columns_of_run: Columns, draft: DraftRow, medium: str, file: str)
     beta, gamma = (float(columns_of_run[f"{angle}_deg"][0]) for angle in ("beta", "gamma"))
     row, texts, depth_of_level_run = draft.row, draft.text, math.nan
     lacks_force_x = False
+    # a table of alpha has no run_id: its runs are named by their rows
     stated_name = texts.get("run_id", f"row{row:05d}")
     name = stated_name or _name_of_direction(beta, gamma)
     check_excluded(draft)
@@ -630,7 +631,7 @@ def _rows_of_blocks(
         scale = 1.0  # factor to N/cm^3
         gammas: dict[int, float] = {}  # by the index of their column; empty before its first row
         width = max((len(cells) for _, cells in rows), default=0)
-        components = _find_components(rows)
+        component_of_row = _find_components(rows)
         for row, cells in rows:
             texts = [cell.strip() for cell in cells] + [""] * (width - len(cells))
             first_cell, beta = texts[0], _finite_number(texts[0])
@@ -638,8 +639,8 @@ def _rows_of_blocks(
             has_numbers = any(number is not None for number in numbers.values())
             if (lone_medium := key_of("".join(texts))) in media:
                 medium, column, gammas = lone_medium, None, {}
-            elif row in components:
-                column, gammas = columns[f"alpha_{components[row]}_N_per_cm3"], {}
+            elif row in component_of_row:
+                column, gammas = columns[f"alpha_{component_of_row[row]}_N_per_cm3"], {}
                 unit, place = column.unit_in(first_cell), Place(schema.file, row)
                 problems += _other_unit(column.name, first_cell, unit, table, place, schema.area)
                 scale = column.units[unit or column.default]
@@ -674,7 +675,8 @@ def _rows_of_blocks(
     # a direction without either was not measured
     measured = [draft for draft in drafts.values() if both & {*draft.number} or draft.bad]
     for draft in measured:
-        for name in sorted(both - {*draft.number} - draft.bad) if both & {*draft.number} else ():
+        components = both & {*draft.number}
+        for name in both - components - draft.bad if components else ():
             beta, gamma = draft.number["beta_deg"], draft.number["gamma_deg"]
             allowed = f"a number at beta {beta:g}, gamma {gamma:g}, where the block of the other component has one"
             draft.note(name, "one-component", None, allowed)

@@ -161,7 +161,7 @@ class ArraysReader(base.Reader):
 
 
 def _refuse_many(path: Path, count: int) -> None:
-    """Refuse a file with more arrays than a log may have."""
+    """Raise `LogError` for a file with more arrays than a log may have."""
     if count > _BOUNDS.arrays:
         problem = f"more than {_BOUNDS.arrays} arrays, which no log of a run has"
         raise base.LogError("too_large", f"{path}: {problem}: save those of one run")
@@ -256,7 +256,8 @@ def _tables_of_hdf5(path: Path, file: Any) -> Iterator[tuple[str, Any, dict[str,
     datasets: dict[str, Any] = {}
 
     def visit(name: str, node: Any) -> bool | None:
-        # h5py follows no link to another file here, and ends at the first answer but None
+        """Collect a dataset; return True after too many, else None. h5py follows no link to another file here."""
+        # h5py ends at the first answer but None
         if isinstance(node, h5py.Dataset):
             datasets[name] = node
         return len(datasets) > _BOUNDS.arrays or None

@@ -59,6 +59,7 @@ class AtiDaqReader(TextReader):
         def derive(
             columns: dict[str, np.ndarray], line_numbers: np.ndarray
         ) -> dict[str, np.ndarray]:
+            """Add the time, s."""
             return {"time": line_numbers / rate, **columns}
 
         source = "the config" if self.rate else "line 3"
@@ -109,6 +110,7 @@ class AtiNetftReader(TextReader):
         def derive(
             columns: dict[str, np.ndarray], line_numbers: np.ndarray
         ) -> dict[str, np.ndarray]:
+            """Add the time, s, and make True of a status without error; rows with another one are dropped."""
             time = packets.follow(columns[SEQUENCE], line_numbers) / rate
             return {"time": time, **columns, status: columns[status] == "0x0"}
 

@@ -71,7 +71,7 @@ class LogError(InputError):
         self.rows = rows
 
     def __reduce__(self) -> tuple[type[LogError], tuple[str, str, int]]:
-        # pickle, by which a child process sends its error, would call the class with the text alone
+        """Return class and arguments for pickle, which would call the class with the text alone."""
         return LogError, (self.code, str(self), self.rows)
 
 
@@ -114,6 +114,7 @@ class Log:
     clock_times: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
+        """Check that no data line is lost."""
         sizes = {values.size for values in self.columns.values()}
         if len(sizes) != 1 or sizes.pop() + sum(self.dropped.values()) != self.rows:
             raise AssertionError(f"{self.path}: rows do not add up")
@@ -527,13 +528,13 @@ def limited_memory(extra_bytes: int) -> Iterator[None]:
 
 
 def refuse_large_file(path: Path, most: int = BOUNDS.whole_file_bytes) -> None:
-    """Refuse a file of more than `most` bytes; the default is for files that are read as a whole."""
+    """Raise `LogError` for a file of more than `most` bytes; the default is for files that are read as a whole."""
     if path.stat().st_size > most:
         raise LogError("too_large", f"{path}: larger than {most >> 20} MB; split it")
 
 
 def check_unpacked(path: Path, size: float) -> None:
-    """Refuse a log whose content of `size` bytes is more than `MOST_UNPACKED`: a small file can unpack to any size."""
+    """Raise `LogError` for a content of `size` bytes, more than `MOST_UNPACKED`: a small file can unpack to any size."""
     if size > MOST_UNPACKED:
         sizes = f"{size / 1e6:.0f} MB or more when unpacked; allowed: {MOST_UNPACKED / 1e6:.0f} MB"
         raise LogError("too_large", f"{path}: {sizes}: export only the columns of one run")

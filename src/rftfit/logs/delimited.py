@@ -281,7 +281,7 @@ _GEF_VOID = re.compile(r"#COLUMNVOID\s*=\s*\d+\s*,\s*([-+.\d]+)", re.IGNORECASE)
 
 
 def _voids_of_gef(lines: Sequence[Line]) -> tuple[float, ...]:
-    """Return the numbers that mean no data, from the header of a penetration test (GEF)."""
+    """Return the numbers that mean no data, from the header of a penetration test (GEF): ``#COLUMNVOID= 1, -9999``."""
     stated = [match[1] for line in lines if (match := _GEF_VOID.match(line.text.strip()))]
     return tuple({float(number) for number in stated if PLAIN_NUMBER.fullmatch(number)})
 

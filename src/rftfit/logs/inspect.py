@@ -308,18 +308,17 @@ def _summarise_column(log: Log, name: str, quantity: str) -> ColumnSummary:
 
 def _merge_summaries(summary: ColumnSummary, block_summary: ColumnSummary) -> ColumnSummary:
     """Return the summary of a column so far joined with that of the next block."""
+    ends = summary.ends or block_summary.ends
+    if summary.ends and block_summary.ends:
+        pairs = zip(summary.ends, block_summary.ends, (-1, 1), strict=True)
+        ends = tuple(first.merged(second, sign) for first, second, sign in pairs)
     return replace(
         summary,
         lowest=float(np.fmin(summary.lowest, block_summary.lowest)),
         highest=float(np.fmax(summary.highest, block_summary.highest)),
         resolution=float(np.fmin(summary.resolution, block_summary.resolution)),
         values=summary.values + block_summary.values,
-        ends=tuple(
-            first.merged(second, sign)
-            for first, second, sign in zip(summary.ends, block_summary.ends, (-1, 1), strict=True)
-        )
-        if summary.ends and block_summary.ends
-        else summary.ends or block_summary.ends,
+        ends=ends,
     )
 
 

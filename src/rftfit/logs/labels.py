@@ -30,7 +30,7 @@ class LabelledReader(Reader):
 
 
 def heed_labels(log: Log, reader: Reader) -> Log:
-    """Refuse a log whose rows are of several sources or units; give columns the unit that stands in each row.
+    """Refuse a log whose rows are of several sources or units; else give columns the unit that stands in each row.
 
     A source is a sensor or a run.
 

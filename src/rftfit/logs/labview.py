@@ -59,6 +59,7 @@ class LvmReader(base.Reader):
             rows = 0
 
             def parse_block(segment_block: tuple[_Segment, Block]) -> tuple[_Segment, ParsedRows]:
+                """Parse a block of rows; return it with its segment."""
                 segment, block = segment_block
                 return segment, parse(segment.layout, *block, keep_blanks=self.keeps_blanks)
 
@@ -98,7 +99,7 @@ class _File:
     """Settings that the segments of one file have in common.
 
     `x_columns`: "no", "one" or "multi". `asked`: Columns to be read, as in `Reader`; None: all. `first`: First segment,
-    with which the others must agree. `began`: Start of the recording; None: not stated. `notes`: As in `Log`.
+    with which the others must agree. `began`: Start of its first channel, which counts as that of the file; None: not stated. `notes`: As in `Log`.
     """
 
     path: Path
@@ -336,7 +337,7 @@ def _seconds_after_file(file: _File, settings: _Settings, channel: int) -> float
     """Return the start of a channel, s after the start of the file; NaN where only one of the two is known."""
     began = settings.moment(channel)
     if began is None or file.began is None:
-        return 0.0 if began is file.began else math.nan
+        return 0.0 if began is file.began else math.nan  # 0: both are None
     return (began - file.began).total_seconds()
 
 

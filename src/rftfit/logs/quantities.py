@@ -43,7 +43,7 @@ _FORCES = {*UNITS_OF["F"]} - {*UNIT_OF_WEIGHT}
 
 
 def _word_set(words: str) -> frozenset[str]:
-    """Return the words of a text."""
+    """Return the words of a text: a text is easier to read and to extend than a set of words in quotes."""
     return frozenset(words.split())
 
 
@@ -160,6 +160,7 @@ def _vector_quantity(kind: str, stem: str, axis: str, numbers: Collection[int]) 
     start, number_set = 0 if 0 in numbers else 1, set(numbers)  # number of the first axis
 
     def are_first(count: int) -> bool:
+        """Return whether the numbers are the first ones, `count` of them, without a gap."""
         return number_set == {*range(start, start + count)}
 
     if kind == "place":

@@ -222,6 +222,7 @@ def _load_plugin(point: EntryPoint) -> Any:
     inner = loaded() if isinstance(loaded, type) else loaded
 
     def lacks(method: str) -> bool:
+        """Return whether the object has no such method."""
         return not callable(getattr(inner, method, None))
 
     missing = [method for method in ("describe", "detect") if lacks(method)]

@@ -266,7 +266,7 @@ def _without_wide(path: Path, rows: Iterator[tuple[Any, ...]]) -> Iterator[tuple
 
 
 def _refuse_many_rows(path: Path, archive: zipfile.ZipFile) -> None:
-    """Refuse a workbook with more than `MOST_ROWS` rows in a sheet, before a sheet is read."""
+    """Raise `LogError` for a workbook with more than `MOST_ROWS` rows in a sheet, before a sheet is read."""
     for part in archive.infolist():
         if not part.filename.startswith("xl/worksheets/") or part.file_size < _LEAST_TO_COUNT:
             continue

@@ -238,6 +238,7 @@ class TableReader(LabelledReader):
         has_rows, rows_before = False, 0
 
         def parse_block(block: Block) -> ParsedRows:
+            """Parse a block, in a thread of its own."""
             return parse(plan.layout, *block, keep_blanks=self.keeps_blanks)
 
         for rows in base.parallel_map(parse_block, blocks):
@@ -311,6 +312,7 @@ def _narrowed(layout: Layout, names_to_read: frozenset[str], labels: frozenset[s
     """
 
     def kind_of(name: str, kind: Kind) -> Kind:
+        """Return the kind of a column in the new layout; a column of words that is asked for is a label, if it is one."""
         if name in names_to_read and not (kind == "skip" and name in labels):
             return kind
         return "label" if name in labels else "skip"
