@@ -349,7 +349,8 @@ def _check_files(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
                 if has_both_logs and method != "same_clock":
                     draft.note(log, "one-file", path, same_file_needs_one_clock(method))
                     break
-                are_rods = earlier is not draft and _are_rods(draft, earlier)
+                kinds = draft.text["kind"], earlier.text["kind"]
+                are_rods = earlier is not draft and kinds == ("rod", "rod")
                 differences = _differences(draft, earlier) if are_rods else []
                 if path_there == path and (
                     has_both_logs
@@ -400,11 +401,6 @@ _MUST_AGREE = tuple(
     for column in COLUMNS
     if column.name not in (*_MAY_DIFFER, "operator", "plate", "rod")
 )
-
-
-def _are_rods(first_row: DraftRow, second_row: DraftRow) -> bool:
-    """Return whether two rows are both of kind rod."""
-    return first_row.text["kind"] == second_row.text["kind"] == "rod"
 
 
 def _differences(first_row: DraftRow, second_row: DraftRow) -> list[str]:

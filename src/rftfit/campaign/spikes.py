@@ -24,12 +24,11 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from rftfit.conventions import FloatArray
+from rftfit.conventions import BoolArray, FloatArray
 from rftfit.store.chosen import chosen
 
-Mask = npt.NDArray[np.bool_]
+Mask = BoolArray
 """True for the readings in question, shape (n,)."""
 
 _SPIKES = chosen("campaign", "spikes")

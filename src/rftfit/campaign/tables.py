@@ -166,7 +166,8 @@ def pushes_in(path: Path) -> tuple[pd.DataFrame, list[Problem]]:
     rows, headers, problems = read_table_columns(path, schema, str(path))
     if _ALPHA_X in headers:
         # with alpha_x alpha_z may be missing, which the schema of a campaign does not allow
-        schema = replace(schema, columns=tuple(map(_not_needed, schema.columns)))
+        columns = [replace(c, needed=c.needed and c.name != _ALPHA_Z) for c in schema.columns]
+        schema = replace(schema, columns=tuple(columns))
         rows, headers, problems = read_table_columns(path, schema, str(path))
     checked = _CheckedRows(rows, schema, problems)
     checked.check_has_alpha()
@@ -184,11 +185,6 @@ def pushes_in(path: Path) -> tuple[pd.DataFrame, list[Problem]]:
         if not push.run.excluded
     ]
     return pd.DataFrame(directions), problems
-
-
-def _not_needed(column: TableColumn) -> TableColumn:
-    """Return the column of alpha_z as one that may be missing, and any other column as it is."""
-    return replace(column, needed=False) if column.name == _ALPHA_Z else column
 
 
 def _schema_of(table: TableSettings, file: str) -> Schema:

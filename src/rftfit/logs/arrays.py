@@ -369,8 +369,8 @@ def _columns_of_dataset(name: str, dataset: Any, attributes: dict[str, Any]) -> 
         if isinstance(content, str):
             yield column, content
         else:
-            facts = (note, has_blanks, ", ".join(scaling))
-            yield column, ArrayColumn(content.values, content.unit, *facts)
+            unapplied = ", ".join(scaling)
+            yield column, content._replace(note=note, has_blanks=has_blanks, unapplied=unapplied)
 
 
 def _unpack(

@@ -126,8 +126,6 @@ class Log:
 
     def name_of(self, column: str) -> str:
         """Return the name of the third column of the file for ``column 3``; any other name comes back unchanged."""
-        if column in self.columns:
-            return column
         return by_number(column, self.names_in_file or self.columns)
 
     def take(self, keep: np.ndarray, reason: str) -> Log:

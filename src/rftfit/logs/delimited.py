@@ -62,8 +62,6 @@ _NUMBERS = {
     for point, group in (".,", ",.")
 }
 """Decimal mark, to the pattern of a number with it."""
-_DEFAULTS = {"decimal": ".", "skip_lines": 0, "names": True, "units": False}
-"""Values of the keys of `text` in the config where it does not state them."""
 
 
 class DelimitedReader(TextReader):
@@ -595,8 +593,13 @@ def guess_text_settings(head: bytes) -> dict[str, Any] | None:
 
 
 def _without_defaults(text: dict[str, Any]) -> dict[str, Any]:
-    """Return the keys of `text` without those that have their default."""
-    return {key: value for key, value in text.items() if _DEFAULTS.get(key) != value}
+    """Return the keys of `text` without those that have their default; the delimiter is always stated."""
+    fields = TextFormat.model_fields
+    return {
+        key: value
+        for key, value in text.items()
+        if key == "delimiter" or fields[key].default != value
+    }
 
 
 def _score_format(
