@@ -157,7 +157,7 @@ def unknown_word(what: str, word: str, allowed: Iterable[str]) -> str:
 
 
 def did_you_mean(word: str, choices: Iterable[str]) -> str | None:
-    """Return the choice that was probably meant, or None where none is similar; case, blanks and hyphens do not matter."""
+    """Return the choice that was probably meant, None if none is similar; case, blanks and hyphens do not matter."""
     return _nearest(word[:_LONGEST_COMPARED], tuple(choices))
 
 

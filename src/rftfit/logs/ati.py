@@ -1,7 +1,7 @@
 """ATI force transducers: through an NI DAQ card (text with a rate), and Net F/T (numbered packets, quoted csv).
 
-In both the time follows from a count over a rate, which the file or the option ``rate_Hz`` states: of rows, or of packets
-by their sequence number (RDT Sequence), so that a lost packet leaves a gap.
+In both the time follows from a count over a rate, which the file or the option ``rate_Hz`` states: of rows, or of
+packets by their sequence number (RDT Sequence), so that a lost packet leaves a gap.
 """
 
 from __future__ import annotations
