@@ -1,7 +1,7 @@
 """Reads the calibration matrix of a transducer, which makes forces and torques of the readings of its gauges.
 
-The file is a csv of the columns ``load`` (F1 to T3), ``unit``, and one for each gauge by its name in the log. A row is a
-load: the sum of reading x factor over the gauges, in the unit of the row.
+The file is a csv of the columns ``load`` (F1 to T3), ``unit``, and one for each gauge by its name in the log. A row is
+a load: the sum of reading x factor over the gauges, in the unit of the row.
 """
 
 from __future__ import annotations

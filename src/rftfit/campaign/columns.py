@@ -26,8 +26,9 @@ DIRECTIONS = {"plate": _ALONG_PATHS, "rod": _ALONG_PATHS, "leg": _TURNING, "leg_
 class SheetColumn(TableColumn):
     """A column of the run sheet.
 
-    `kinds`: Kinds of run that use the column. `direction`: The only direction of motion whose runs use the column; empty:
-    all do. `section`: Section of the configuration whose keys are the words of a choice; empty: `choices` has them.
+    `kinds`: Kinds of run that use the column. `direction`: The only direction of motion whose runs use the column;
+    empty: all do. `section`: Section of the configuration whose keys are the words of a choice; empty: `choices` has
+    them.
     `may_be_blank`: Kinds of run for which a needed cell may be blank.
     """
 
@@ -38,7 +39,7 @@ class SheetColumn(TableColumn):
 
     @property
     def header_needed(self) -> bool:
-        """True if a sheet without this column cannot be read; one of some directions may be left out with their runs."""
+        """True if a sheet without this column cannot be read; one for some directions alone may be missing."""
         return self.needed and not self.direction
 
     @property

@@ -1,9 +1,9 @@
 """Models of ``config/config.yaml``: its sections and keys with types, ranges, defaults and what each key means.
 
-They are the one source of its validation, schema and documentation. A class is a section, a field is a key, and the text
-below a field describes the key to users (`rftfit.campaign.schema`): what its default means, None above all, stands there.
-A name ends in its unit. What single ranges cannot say is checked by methods, each of which raises ValueError with words
-for the user; pydantic collects these. `Config` is the whole.
+They are the one source of its validation, schema and documentation. A class is a section, a field is a key, and the
+text below a field describes the key to users (`rftfit.campaign.schema`): what its default means, None above all, stands
+there. A name ends in its unit. What single ranges cannot say is checked by methods, each of which raises ValueError
+with words for the user; pydantic collects these. `Config` is the whole.
 """
 
 from __future__ import annotations

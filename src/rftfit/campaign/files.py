@@ -87,7 +87,7 @@ def read_bytes(path: Path, file: str, area: str, limit: int, cure: str = "") -> 
 
 
 def is_device(name: str) -> bool:
-    """Return whether a name, with any ending, means a device under Windows, as ``con.csv`` does: no file can have it."""
+    """Return whether a name, with any ending, means a device under Windows, as ``con.csv``: no file can have it."""
     return name.partition(".")[0].rstrip(" ").casefold() in _DEVICES
 
 
@@ -128,7 +128,7 @@ class BadPath(Exception):
 
 
 def inside(path: str, folder: str) -> bool:
-    """Return whether a path is a folder, or lies in this folder; both without links, and absolute or from one folder."""
+    """Return whether a path is a folder, or lies in this folder; both without links, absolute or from one folder."""
     return path == folder or path.startswith(folder.rstrip("/\\") + os.sep)
 
 

@@ -1,8 +1,8 @@
 """Formats of tables of alpha, and of tables of stress against depth: `ALPHA` and `STRESS`, with all names of columns.
 
-Such a table can be the data of a campaign, in place of run sheet and logs. Angles in deg, depth in cm, stress in N/cm^2,
-alpha and its standard error in N/cm^3. Stress and alpha are those of the medium on the plate, positive upward (z) and
-toward +x (x).
+Such a table can be the data of a campaign, in place of run sheet and logs. Angles in deg, depth in cm, stress in
+N/cm^2, alpha and its standard error in N/cm^3. Stress and alpha are those of the medium on the plate, positive upward
+(z) and toward +x (x).
 """
 
 from __future__ import annotations

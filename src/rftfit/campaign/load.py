@@ -76,7 +76,7 @@ class Campaign:
 
     @cached_property
     def digests(self) -> dict[str, str]:
-        """For a campaign that is a table, run_id to the digest of the rows of the run, to notice changes; else empty."""
+        """For a campaign that is a table, run_id to a digest of its rows, by which changes are noticed; else empty."""
         return {name: digest_of_numbers(columns) for name, columns in self.numbers.items()}
 
     def summary(self) -> str:
@@ -104,8 +104,8 @@ class Campaign:
     def count_level_depths(self, medium: str) -> int:
         """Count the depths at which a plate is to be pushed horizontally in a medium.
 
-        Alpha of a horizontal direction is a slope over these depths, so it is complete only with all of them. The config
-        states them, or else the horizontal runs of the sheet have them, at least two.
+        Alpha of a horizontal direction is a slope over these depths, so it is complete only with all of them. The
+        config states them, or else the horizontal runs of the sheet have them, at least two.
         """
         fit = self.config.fit
         # only horizontal runs have a depth
@@ -152,7 +152,7 @@ class Campaign:
         return tuple(medium for medium in self.config.media if medium in used)
 
     def plates_to_measure(self, medium: str) -> list[Run]:
-        """Return the plate runs of a medium before its first log exists, without excluded ones; empty once there is a log."""
+        """Return the plate runs of a medium, but excluded ones, before its first log exists; empty once there is one."""
         runs = [run for run in self.runs if run.medium == medium and run.kind == "plate"]
         planned = [run for run in runs if not run.excluded]
         logs = {log for run in planned for log in (run.force_log, run.motion_log)}
@@ -168,7 +168,7 @@ class Campaign:
         return () if self.numbers else self.of_role(role)
 
     def media_with_samples(self, role: str = "") -> tuple[str, ...]:
-        """Return the media of a role, as in `of_role`, with stress by depth; empty for a campaign that is a table of alpha."""
+        """Return the media of a role, as in `of_role`, with stress by depth; none in a table of alpha."""
         table = self.config.table
         return () if table is not None and table.holds == "alpha" else self.of_role(role)
 
@@ -211,7 +211,8 @@ def check_campaign(
 ) -> tuple[Campaign | None, list[Problem]]:
     """Read a campaign and find everything that is wrong with it.
 
-    `table`: Content of the table of the campaign, if it was read before; None: it is read here, if the config names one.
+    `table`: Content of the table of the campaign, if it was read before; None: it is read here, if the config names
+    one.
     `good_rows`: Leave out rows with errors, and runs that name them as tare, instead of refusing the campaign, as while
     the sheet is being filled in. Returns the campaign, or None where an error is left, and all problems: of the
     configuration in the order of its lines, then of the run sheet in the order of its rows.
@@ -280,7 +281,7 @@ def _drop_untared(sheet: str, runs: list[Run]) -> tuple[list[Run], list[Problem]
 
 
 def _warn_of_alike_labels(sheet: str, runs: list[Run]) -> list[Problem]:
-    """Return a warning for each label, as of operator or rod, that differs from another in capitals, spaces or marks alone.
+    """Return a warning for each label, as of a rod, that differs from another in capitals, spaces or marks alone.
 
     Runs with one label may share an error, so that two spellings of one label would hide it.
     """
@@ -301,7 +302,7 @@ def _warn_of_alike_labels(sheet: str, runs: list[Run]) -> list[Problem]:
 
 
 def _warn_of_near_walls(file: ModelFile[Config], config: Config, runs: list[Run]) -> None:
-    """Add a warning for each setting by which readings count where the plate was nearer to a wall than its own length."""
+    """Add a warning for each setting by which readings count with the plate nearer to a wall than its own length."""
     pushed = {
         run.intruder
         for run in runs
@@ -400,7 +401,8 @@ def read_layout(config_path: Path) -> Campaign:
 def _locate(file: ModelFile[Config], root: Folder, key: str, *, exists: bool = True) -> str:
     """Return the path in a key of the config, relative to the folder of the campaign; empty if it cannot be used.
 
-    `key`: ``raw`` or ``run_sheet``. `exists`: Whether the raw folder has to exist. Adds the problem of the path to `file`.
+    `key`: ``raw`` or ``run_sheet``. `exists`: Whether the raw folder has to exist. Adds the problem of the path to
+    `file`.
     """
     written = file.written(key)
     if not isinstance(written, str):
@@ -428,6 +430,7 @@ def _path_fault(root: Folder, key: str, entry: Entry, *, exists: bool) -> tuple[
     if key == "raw" and exists and entry.status != "folder":
         return "raw-missing", "a folder that exists, relative to the folder of the campaign"
     real, results = (os.path.realpath(f"{root.base}/{path}") for path in (entry.path, RESULTS))
+    # neither may lie in the folder of results, nor this folder among the logs
     if not inside(real, results) and not (key == "raw" and inside(results, real)):
         return "", ""
     # there the program would overwrite the sheet, or write among the logs
@@ -475,7 +478,7 @@ def _check_calibration(file: ModelFile[Config], calibration_file: str | None, lo
 def _check_robot(
     file: ModelFile[Config], robot: RobotRuns | None, root: Folder, logs: Folder, runs: list[Run]
 ) -> None:
-    """Check that the files that the section `robot` names exist in the campaign's folder and in the raw folder `logs`."""
+    """Check that the files that the section `robot` names exist in the campaign's folder or the raw folder `logs`."""
     # without runs in its medium, as in a part of a re-enactment, the robot is not used
     if robot is None or not any(run.medium == robot.medium for run in runs):
         return
@@ -490,8 +493,8 @@ def _need_file(
 ) -> str:
     """Return the path of a file that must exist; empty, and a problem at the key, where it cannot be used.
 
-    `written`: Path as the key has it, from `folder`. `name`: Name of that folder in messages. `code`: Code of the problem,
-    without ``config.``.
+    `written`: Path as the key has it, from `folder`. `name`: Name of that folder in messages. `code`: Code of the
+    problem, without ``config.``.
     """
     entry = folder.look_up(written)
     if entry.status == "file":

@@ -27,7 +27,7 @@ _UNREADABLE = (".not-text", ".web-page", ".not-a-workbook", ".too-large", ".unre
 
 
 def init_campaign(folder: Path) -> list[Path]:
-    """Write the files of a new campaign from the template into a folder, and return their paths; nothing is overwritten."""
+    """Write the files of a new campaign from the template into a folder, and return their paths."""
     header = ",".join(column.name for column in COLUMNS)
     # the configuration is written last: with it the folder is a campaign
     contents = {
@@ -53,8 +53,8 @@ def _write_files(
 ) -> list[Path]:
     """Write the files of a campaign, and those that every campaign has; return their paths.
 
-    `contents`: Path in the folder, to content. `sources`: Path in the folder, to the file to be copied. Raises InputError
-    before anything is written if a file would be overwritten, or lies behind a link.
+    `contents`: Path in the folder, to content. `sources`: Path in the folder, to the file to be copied. Raises
+    InputError before anything is written if a file would be overwritten, or lies behind a link.
     """
     contents = {
         "config/README.md": reference_markdown(),
@@ -91,8 +91,8 @@ def init_from_table(
     """Write a campaign whose data are a table of stress or alpha, which is copied into its raw folder.
 
     The config names the media that the table has. Returns the paths of the files, and the content of the table, whose
-    problems, as an unknown unit, the user can mend in the config. Raises CampaignError for a table that cannot be read at
-    all.
+    problems, as an unknown unit, the user can mend in the config. Raises CampaignError for a table that cannot be read
+    at all.
     """
     if not table.is_file():
         raise InputError(f"{table}: there is no such file; allowed: a table as csv, tsv or xlsx")

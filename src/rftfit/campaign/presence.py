@@ -27,7 +27,7 @@ def root_of(config_path: Path) -> Path:
 
 
 def miss_campaign(config_path: Path) -> Problem | None:
-    """Return the problem that a configuration is missing, with campaigns nearby that may be meant; None if it exists."""
+    """Return the problem that a configuration is missing, with campaigns nearby; None where a file lies there."""
     config_path = Path(config_path)
     try:
         config_path.stat()

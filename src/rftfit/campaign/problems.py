@@ -1,4 +1,4 @@
-"""Problems of the user's input, as objects, and their sentences: place, what was found, what is allowed, nearest word.
+"""Problems of the user's input, as objects, and their sentences: place, what was found, allowed and nearest word.
 
 Readers collect `Problem` objects and go on, so that a user sees all that is wrong at once; `CampaignError` holds them.
 """
@@ -37,6 +37,7 @@ class Place:
     key: str | None = None
 
     def __str__(self) -> str:
+        """Format as ``runs.csv, row 3, column depth_cm``, without what is None."""
         parts = [self.file] if self.file else []
         for name in ("line", "row", "key", "column"):
             value = getattr(self, name)
@@ -63,6 +64,7 @@ class Problem:
     severity: Severity = "error"
 
     def __str__(self) -> str:
+        """Format as a sentence: place, what was found, what is allowed, the word that was probably meant."""
         where = str(self.place)
         text = f"{where}: " if where else ""
         if self.found is None:
@@ -80,6 +82,7 @@ def in_lines(problems: Iterable[Problem]) -> list[str]:
 
     First the rows of each problem are joined, then the columns of those problems that stand in the same rows.
     """
+    # problem without its row, to the rows
     rows_by_problem: dict[Problem, list[int]] = {}
     for problem in problems:
         rows = rows_by_problem.setdefault(_move(problem, row=None), [])
@@ -133,6 +136,7 @@ class CampaignError(InputError):
         super().__init__(self.problems)
 
     def __str__(self) -> str:
+        """Format as two groups of lines, errors and warnings, each below its number."""
         lines: list[str] = []
         for severity in ("error", "warning"):
             problems = [problem for problem in self.problems if problem.severity == severity]
@@ -153,7 +157,7 @@ def unknown_word(what: str, word: str, allowed: Iterable[str]) -> str:
 
 
 def did_you_mean(word: str, choices: Iterable[str]) -> str | None:
-    """Return the choice that was probably meant, or None where none is similar; case, blanks and hyphens do not matter."""
+    """Return the choice that was probably meant, None if none is similar; case, blanks and hyphens do not matter."""
     return _nearest(word[:_LONGEST_COMPARED], tuple(choices))
 
 

@@ -1,8 +1,8 @@
 """Reads a YAML file and checks it against a model; all problems at once, each with the line of its key.
 
-The way: text -> tokens of PyYAML (`_refuse_features`) -> nodes -> plain data with the line of each key (`_plain_data`) ->
-pydantic model -> its errors in words for the user (`_add_problem`). A *path* is the keys, and the indices of entries of
-lists, that lead to a value: ``("arm", "speed_cm_per_s")``.
+The way: text -> tokens of PyYAML (`_refuse_features`) -> nodes -> plain data with the line of each key (`_plain_data`)
+-> pydantic model -> its errors in words for the user (`_add_problem`). A *path* is the keys, and the indices of entries
+of lists, that lead to a value: ``("arm", "speed_cm_per_s")``.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Reads tables that a user makes (csv, tsv or xlsx), and checks them cell by cell against a schema.
 
 `read_rows` gives each row as a `DraftRow`; `read_table_columns` does the same work for tables of millions of rows, as
-columns; `read_sheets` gives plain cells of a table in any layout. Rows are numbered as in a spreadsheet: the first is 1.
+columns; `read_sheets` gives plain cells of a table in any layout. Rows are numbered as in a spreadsheet: the first is
+1.
 
 A *problem* is a sentence for the user on one place (`Problem`). Problems are collected, not raised, so that the user
 sees all of them at once; only a table that cannot be read at all raises `CampaignError`.
@@ -68,8 +69,8 @@ class TableColumn:
     `choices`: Words that a cell of the form choice may hold; None where they are not known, as after an error in the
     config: each cell is then bad, without a problem.
     `low`, `high`: Inclusive range of a number; `above`: exclusive lower limit; None: no limit.
-    `unit`: Unit in which the program gets a number. A header may state another one of the same dimension, as in ``x_mm``
-    or ``x (mm)``, and is then converted.
+    `unit`: Unit in which the program gets a number. A header may state another one of the same dimension, as in
+    ``x_mm`` or ``x (mm)``, and is then converted.
     `default`: Unit of the numbers in the file where the header states none; empty: `unit`.
     `also`: Other names of the column in a header.
     `names_with_unit`: Further names, only for a header that states the unit.
@@ -182,7 +183,7 @@ class Schema:
     def refusal(
         self, code: str, allowed: str, value_found: str | None = None, row: int | None = None
     ) -> CampaignError:
-        """Make the error, for the caller to raise, for a table that cannot be read at all; arguments as in `Problem`."""
+        """Make the error, to be raised, for a table that cannot be read at all; arguments as in `Problem`."""
         place = Place(self.file, row)
         return CampaignError([Problem(f"{self.area}.{code}", place, value_found, allowed)])
 
@@ -244,7 +245,7 @@ class DraftRow:
     def check_file(
         self, column: TableColumn, folder: files.Folder, lost: str, above: str = ""
     ) -> None:
-        """Check that the file that a cell names exists; a cell that names the folder of a ROS 2 bag gets its index file.
+        """Check that the file that a cell names exists; for the folder of a ROS 2 bag the cell gets its index file.
 
         `folder`, `above`: Folder of the files, and folder within it that the cell leaves out. `lost`: Words on what
         happens to the row where the file is missing; empty: no warning.
@@ -278,8 +279,8 @@ class _Table:
     """Header and rows of a file as text, without blank rows.
 
     `rows`: Number of each row, and its cells. `bad`: Number of the row and index of the column of a cell of a workbook
-    that holds no typed value, to its code and text. `header_row`, `last`: Numbers of the header's row and of the last row
-    that was read, blank or not.
+    that holds no typed value, to its code and text. `header_row`, `last`: Numbers of the header's row and of the last
+    row that was read, blank or not.
     """
 
     header: list[str] = field(default_factory=list)
@@ -383,9 +384,9 @@ class TableRows:
     """Rows of a table as columns: a list of `DraftRow` would need too much memory for millions of rows.
 
     `columns`: Those of the schema; a missing number is NaN, and a text is replaced by its code, a whole number. Also
-    ``row`` (number of the row), ``bad`` (True: some cell has an error, or is blank though needed) and ``no_data`` (True:
-    some cell has a number that means no data). `texts`: Column of texts, to each of its different texts, to the code; a
-    bad cell has the text `BAD`.
+    ``row`` (number of the row), ``bad`` (True: some cell has an error, or is blank though needed) and ``no_data``
+    (True: some cell has a number that means no data). `texts`: Column of texts, to each of its different texts, to the
+    code; a bad cell has the text `BAD`.
     """
 
     columns: Columns
@@ -477,7 +478,7 @@ def read_table_columns(
 def _read_valid_rows(
     block: bytes, table: _Table, headers: _Headers, schema: Schema, texts: dict[str, dict[str, int]]
 ) -> Columns | None:
-    """Read a block of rows as columns, by Arrow; None where a cell is not valid, for which only `_check_rows` has words.
+    """Read a block of rows as columns, by Arrow; None where a cell is not valid: `_check_rows` then says why.
 
     `table`: The first rows, by which delimiter, decimal mark and the number of the last row are known; the number is
     advanced. `texts`: As in `TableRows`; new texts are added.
@@ -1033,8 +1034,8 @@ def _merged_cells(ranges: Sequence[_Range]) -> dict[int, dict[int, tuple[int, in
 def _bad_cell(value: Any, formula: Any) -> tuple[str, str] | None:
     """Return code and text of a cell that holds no value typed by the user, else None.
 
-    `value`: Content of the cell, or the result of its formula. `formula`: The content of the cell; None where no sheet
-    has formulas.
+    `value`: Content of the cell, or the result of its formula. `formula`: Content of the cell; None where it is blank
+    or no sheet has formulas.
     """
     if value is None and formula is not None:
         return "formula", str(getattr(formula, "text", formula))

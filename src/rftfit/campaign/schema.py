@@ -62,9 +62,9 @@ _TYPES = {
 class Key:
     """One key of a model, described in words.
 
-    `path`: Its steps are `NAME` or `NUMBER` where the user chooses. `tag`: Tag of the sections that have the key; empty:
-    all have it. `type`, `unit`, `allowed`: Words. `default`: ``required`` where there is none. `description`: One sentence,
-    for messages and tables. `more`: What the reference page adds, with an example.
+    `path`: Its steps are `NAME` or `NUMBER` where the user chooses. `tag`: Tag of the sections that have the key;
+    empty: all have it. `type`, `unit`, `allowed`: Words. `default`: ``required`` where there is none. `description`:
+    One sentence, for messages and tables. `more`: What the reference page adds, with an example.
     """
 
     path: tuple[str, ...]
@@ -132,7 +132,7 @@ def all_keys(model: type[BaseModel] = Config) -> tuple[Key, ...]:
 
 
 def keys_at(model: type[BaseModel], parent: KeyPath, tag: str = "") -> list[Key]:
-    """Return the keys that the section at a path can have; `tag`: tag of the section; empty: unknown, so those of all."""
+    """Return the keys that the section at a path can have; `tag`: of the section; empty: unknown, so those of all."""
     keys = [key for key in all_keys(model) if key.fits((*parent, key.name))]
     return [key for key in keys if not (tag and key.tag and key.tag != tag)]
 
@@ -147,8 +147,8 @@ def _walk_keys(
 ) -> Iterator[Key]:
     """Yield each key below a node of the JSON schema, a section before its own keys.
 
-    `path`, `tag`: Those of the section that the node describes, as in `Key`. `defs`: Name, to a node to which other nodes
-    refer.
+    `path`, `tag`: Those of the section that the node describes, as in `Key`. `defs`: Name, to a node to which other
+    nodes refer.
     """
     for name, field in node.get("properties", {}).items():
         target = _resolve(field, defs)
@@ -182,7 +182,7 @@ def _short_and_more(text: str) -> tuple[str, str]:
 
 
 def _resolve(node: dict[str, Any], defs: dict[str, Any]) -> dict[str, Any]:
-    """Return the node to which a node refers; of several types the first one that is not null, marked if null is another.
+    """Return the node to which a node refers; of several types the first that is not null, marked if null is allowed.
 
     `defs`: As in `_walk_keys`. The mark, ``nullable``, is no word of JSON schema: `_describe_allowed` reads it.
     """

@@ -1,11 +1,12 @@
 """Reads the run sheet and checks each row, each run with its tare, and all rows together.
 
-A row is checked as a `DraftRow`: `text` and `number` have its good cells by column (a blank or bad cell is an empty text,
-and has no number), `bad` the columns with errors, and `note` adds a problem. "Refuse" in the checks below means to add a
-problem that is an error, so that the row makes no run; "warn", one that is a warning. A row without errors becomes a `Run`.
+A row is checked as a `DraftRow`: `text` and `number` have its good cells by column (a blank or bad cell is an empty
+text, and has no number), `bad` the columns with errors, and `note` adds a problem. "Refuse" in the checks below means
+to add a problem that is an error, so that the row makes no run; "warn", one that is a warning. A row without errors
+becomes a `Run`.
 
-The *tare* of a plate is a run of its rod alone on the same path (kind rod), that of a leg the leg turned in air (leg_air):
-its force is subtracted.
+The *tare* of a plate is a run of its rod alone on the same path (kind rod), that of a leg the leg turned in air
+(leg_air): its force is subtracted.
 """
 
 from __future__ import annotations
@@ -50,8 +51,8 @@ class Run:
 
     `medium`: Key of the configuration's ``media``; empty for ``leg_air``.
     `intruder`: Key of the configuration's ``intruders``.
-    `beta_deg`, `gamma_deg`: Angle of the plate, and of the path on the way down; NaN for legs. Beta is NaN also for a rod
-        that is the tare of plates at any angle.
+    `beta_deg`, `gamma_deg`: Angle of the plate, and of the path on the way down; NaN for legs. Beta is NaN also for a
+        rod that is the tare of plates at any angle.
     `depth_cm`: Depth of a horizontal run; NaN for all others.
     `force_log`, `motion_log`: Paths relative to the raw folder, with ``/`` and without ``.`` or ``..``.
     `tare_run`: run_id of the run to subtract; empty if there is none.
@@ -111,8 +112,8 @@ class Run:
 class Vocabulary:
     """Words of the configuration that a sheet may use; None where errors of the configuration hide them.
 
-    `media`: Keys of the media. `shapes`: Key of each intruder, to its shape, empty where that has an error. `config`: The
-    whole configuration, if it has no error. Checks that need what is None are left out.
+    `media`: Keys of the media. `shapes`: Key of each intruder, to its shape, empty where that has an error. `config`:
+    The whole configuration, if it has no error. Checks that need what is None are left out.
     """
 
     media: tuple[str, ...] | None = None
@@ -250,7 +251,7 @@ def _check_stroke(draft: DraftRow) -> None:
 
 
 def _check_sources(draft: DraftRow) -> None:
-    """Refuse cells on rows and columns of the logs that are no assignments: whether the logs have them, their reader says."""
+    """Refuse cells on rows and columns of the logs that are no assignments; the logs themselves are not looked at."""
     for name in OF_SOURCES:
         cell, form = draft.text[name], "column=value; column=value"
         try:
@@ -329,7 +330,7 @@ def _check_files(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
     config = vocabulary.config
     method = "same_clock" if config is None else config.clock.method
     tolerance_deg = (config.arm if config else Arm()).angle_tolerance_deg
-    # file, to its first use; and file, stroke, rows and columns, to all uses: each is a row and the column of the log there
+    # file, to its first use; file, stroke, rows and columns, to all uses: each is a row and the column of the log
     first_uses: dict[str, tuple[DraftRow, str]] = {}
     equal_uses: defaultdict[object, list[tuple[DraftRow, str]]] = defaultdict(list)
     for draft in drafts:
@@ -349,7 +350,8 @@ def _check_files(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
                 if has_both_logs and method != "same_clock":
                     draft.note(log, "one-file", path, same_file_needs_one_clock(method))
                     break
-                are_rods = earlier is not draft and _are_rods(draft, earlier)
+                kinds = draft.text["kind"], earlier.text["kind"]
+                are_rods = earlier is not draft and kinds == ("rod", "rod")
                 differences = _differences(draft, earlier) if are_rods else []
                 if path_there == path and (
                     has_both_logs
@@ -370,7 +372,7 @@ def _check_files(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
 
 
 def _rows_and_columns(draft: DraftRow, log: str) -> tuple[str, str]:
-    """Return the rows and columns of a log that belong to a run, as its row states them; `log`: force_log or motion_log."""
+    """Return the rows and columns of a log that belong to a run, as its row states; `log`: force_log or motion_log."""
     kind = log.removesuffix("_log")
     return draft.text[f"{kind}_where"], draft.text[f"{kind}_columns"]
 
@@ -378,8 +380,8 @@ def _rows_and_columns(draft: DraftRow, log: str) -> tuple[str, str]:
 def _are_different_strokes(first_row: DraftRow, second_row: DraftRow, tolerance_deg: float) -> bool:
     """Return whether two rows name different strokes of one log.
 
-    Strokes are counted for each direction of motion: a push and its pull back may both be number 1. `tolerance_deg`: The
-    arm's, between the direction of a row and that of its log.
+    Strokes are counted for each direction of motion: a push and its pull back may both be number 1. `tolerance_deg`:
+    The arm's, between the direction of a row and that of its log.
     """
     first, second = first_row.number.get("stroke"), second_row.number.get("stroke")
     # a row without a number takes the whole log, so that it differs from none
@@ -400,11 +402,6 @@ _MUST_AGREE = tuple(
     for column in COLUMNS
     if column.name not in (*_MAY_DIFFER, "operator", "plate", "rod")
 )
-
-
-def _are_rods(first_row: DraftRow, second_row: DraftRow) -> bool:
-    """Return whether two rows are both of kind rod."""
-    return first_row.text["kind"] == second_row.text["kind"] == "rod"
 
 
 def _differences(first_row: DraftRow, second_row: DraftRow) -> list[str]:
@@ -505,7 +502,7 @@ def _warn_without_tare(
     """Warn of each run without a tare.
 
     One warning for all, if they are many, or if no run of the sheet has a tare (`none_tared`) and the config allows that.
-    `untared`: Rows without a tare, each with the words for the kind of its tare.
+    `untared`: Rows without a tare, each with the words for the kind of its tare. `missing_tare`: Setting of the config.
     """
     is_one_warning = none_tared and missing_tare == "flag" and len(untared) > 1
     if is_one_warning or len(untared) > _MOST_ROWS:
@@ -536,7 +533,7 @@ def _check_shared(tare: str, users: list[DraftRow]) -> None:
 
 
 def _check_match(draft: DraftRow, tare: DraftRow) -> None:
-    """Compare a run with its tare; add a problem for each difference: the force on another path is not that of the rod."""
+    """Compare a run with its tare; add a problem for each difference: on another path the rod has another force."""
     kind, name = draft.text["kind"], draft.text["tare_run"]
     where = f"{name} (row {tare.row})"
     if not tare.text["kind"]:
@@ -659,7 +656,7 @@ def read_assignments(text: str) -> dict[str, str]:
 
 
 def read_log_columns(text: str, log: LogKind) -> dict[str, str]:
-    """Read ``quantity=column; quantity=column`` as `read_assignments` does; raises ValueError also for an unknown quantity."""
+    """Read ``quantity=column; quantity=column`` as assignments; raises ValueError also for an unknown quantity."""
     columns = read_assignments(text)
     for quantity in columns:
         if quantity not in _QUANTITIES[log]:

@@ -1,4 +1,4 @@
-"""Finds false readings: spikes, held readings, the end of an amplifier, lone positions of an arm; and steps that stay.
+"""Finds false readings: spikes, held readings, end of an amplifier, lone positions of an arm; and steps that stay.
 
 A loose contact, a lost packet or a code for "no data" gives readings with a jump before and a jump back behind them. A
 true step stays on the other side, and a force that slips falls from a peak to which it has risen: such readings are
@@ -24,12 +24,11 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from rftfit.conventions import FloatArray
+from rftfit.conventions import BoolArray, FloatArray
 from rftfit.store.chosen import chosen
 
-Mask = npt.NDArray[np.bool_]
+Mask = BoolArray
 """True for the readings in question, shape (n,)."""
 
 _SPIKES = chosen("campaign", "spikes")
@@ -41,7 +40,7 @@ _POSITIONS = chosen("campaign", "positions")
 MOST_LONE_ROWS: int = _SPIKES.most_rows
 """Most rows of one spike or lone position in the slowest log; callers allow spikes of more rows in a faster log."""
 MOST_SHARE: float = _SPIKES.most_share
-"""Largest share of spikes among the readings: with more, good and bad ones cannot be told apart; callers refuse the log."""
+"""Largest share of spikes: with more, good and bad readings cannot be told apart, and callers refuse the log."""
 
 
 def find_spikes(
@@ -78,8 +77,8 @@ def find_spikes(
 def _find_repeatedly(find_once: Callable[[FloatArray], Mask], values: FloatArray) -> Mask:
     """Mark the bad readings among `values`, shape (..., n): search again without those found, until no more are found.
 
-    Where many readings are bad, some are found only after others have been removed. `find_once`: Returns the mask of one
-    search. The mask that is returned has shape (n,).
+    Where many readings are bad, some are found only after others have been removed. `find_once`: Returns the mask of
+    one search. The mask that is returned has shape (n,).
     """
     is_bad = marked = find_once(values)
     # rows of the readings that are left
@@ -92,7 +91,7 @@ def _find_repeatedly(find_once: Callable[[FloatArray], Mask], values: FloatArray
 
 
 def _find_spikes_once(values: FloatArray, most_rows: int, times: float, ends_in_push: bool) -> Mask:
-    """Mark groups far from the levels on both sides, and a first or last level far from all; arguments: `find_spikes`."""
+    """Mark groups far from the levels on both sides, or a first or last level far from all, as `find_spikes`."""
     nothing = np.zeros(values.size, dtype=bool)
     starts = _starts_of_levels(values[1:] != values[:-1])
     level = values[starts]
@@ -100,7 +99,7 @@ def _find_spikes_once(values: FloatArray, most_rows: int, times: float, ends_in_
         return nothing
     step = np.abs(level[1:] - level[:-1])
     far = times * _usual_steps(step)
-    # a fast way out, as most logs have no jump; half, since a spike that is far has a jump of about its size at both ends
+    # a fast way out, as most logs have no jump; half, since a spike has one of about its size at both ends
     jumps = np.flatnonzero(step > np.minimum(far[1:], far[:-1]) / 2)
     if not jumps.size:
         return nothing
@@ -131,7 +130,7 @@ def _starts_of_levels(changes: Mask) -> np.ndarray:
 
 
 def _may_come_back(level: FloatArray, jumps: np.ndarray, edges: np.ndarray, most_rows: int) -> bool:
-    """Return whether a jump is followed by one the other way within `most_rows`: a fast test, which most logs do not pass.
+    """Return whether a jump is followed by one the other way within `most_rows`: a fast test, which few logs pass.
 
     `jumps`, `edges`: As in `_candidate_groups`.
     """
@@ -254,8 +253,8 @@ def _is_peak(level: FloatArray, index: int) -> bool:
 def _is_sharp(level: FloatArray, edge: tuple[int, int], beside: float) -> bool:
     """Return whether a single jump leads from the levels beside a group into the group: else it may be a true bump.
 
-    A bump of the force begins and ends with several steps. `edge`: Index of the level outside the group, next to it, and
-    of the level inside, next to that. `beside`: Median of the levels on this side of the group.
+    A bump of the force begins and ends with several steps. `edge`: Index of the level outside the group, next to it,
+    and of the level inside, next to that. `beside`: Median of the levels on this side of the group.
     """
     outside, inside = edge
     jump = abs(float(level[inside] - level[outside]))
@@ -332,6 +331,7 @@ def find_held(values: FloatArray) -> Mask:
     if not ends_hold.any():
         return held
     ends_hold &= ~repeats[3:]
+    # the size of the change behind each
     change = values[1:] - values[:-1]
     jumps = np.abs(change[3:][ends_hold])
     if not jumps.size:
@@ -360,7 +360,7 @@ def find_held(values: FloatArray) -> Mask:
 
 
 class LastingStep(NamedTuple):
-    """A jump that stays, between the readings in `row` and the row before; `size`: signed, in the unit of the readings."""
+    """A jump that stays, between the readings in `row` and the row before; `size`: signed, in their unit."""
 
     row: int
     size: float
@@ -607,8 +607,8 @@ def find_lone_positions(*axes: FloatArray) -> Mask:
 def _find_lone_once(path: FloatArray) -> Mask:
     """Mark the positions farthest aside, in a path of shape (k, n) with k axes; equal positions in a row are one level.
 
-    A position is lone if it is farther aside than its neighbours in the path, the noise, and the usual way from level to
-    level allow. `_find_repeatedly` calls this again without those found, which put their neighbours aside, too.
+    A position is lone if it is farther aside than its neighbours in the path, the noise, and the usual way from level
+    to level allow. `_find_repeatedly` calls this again without those found, which put their neighbours aside, too.
     """
     nothing = np.zeros(path.shape[1], dtype=bool)
     moves = (path[:, 1:] != path[:, :-1]).any(axis=0)
@@ -667,8 +667,8 @@ def _find_lone_once(path: FloatArray) -> Mask:
 def _end_aside(inner: FloatArray) -> float:
     """Return how far the first position is off the line through the next two; 0 if the second one is the lone one.
 
-    `inner`: Distances aside of the second position and of those behind it. The first has no middle of two neighbours: it
-    puts the second aside by half its own distance, and the third not at all.
+    `inner`: Distances aside of the second position and of those behind it. The first has no middle of two neighbours:
+    it puts the second aside by half its own distance, and the third not at all.
     """
     second, third = inner[:2]
     return 2 * float(second) if third < _POSITIONS.most_of_neighbour * second else 0.0

@@ -1,12 +1,12 @@
 """Reads campaigns without logs: a table of stress against depth, or a finished table of alpha.
 
-Columns and units are those of `STRESS` and `ALPHA` (`rftfit.campaign.formats`): angles beta_deg and gamma_deg of a push in
-deg, depth_cm, stress_z_N_per_cm2 and stress_x_N_per_cm2, alpha_z_N_per_cm3 and alpha_x_N_per_cm3 with their standard
+Columns and units are those of `STRESS` and `ALPHA` (`rftfit.campaign.formats`): angles beta_deg and gamma_deg of a push
+in deg, depth_cm, stress_z_N_per_cm2 and stress_x_N_per_cm2, alpha_z_N_per_cm3 and alpha_x_N_per_cm3 with their standard
 errors se_z and se_x, positive upward and toward +x. The config's section `table` may say other names and units.
 
-The way: file -> `TableRows`, its rows as columns -> checks that mark rows as bad (`_CheckedRows`) -> one `TablePush` a run.
-A table of alpha may also stand in *blocks*, as Table S5 of the paper does: one block a component, its rows by beta, its
-columns by gamma.
+The way: file -> `TableRows`, its rows as columns -> checks that mark rows as bad (`_CheckedRows`) -> one `TablePush` a
+run. A table of alpha may also stand in *blocks*, as Table S5 of the paper does: one block a component, its rows by
+beta, its columns by gamma.
 """
 
 from __future__ import annotations
@@ -81,9 +81,9 @@ _NUMBERS = (
 class TablePush:
     """Rows of the table that belong to one run, in their order.
 
-    `columns`: Those of `_NUMBERS` that the table has, shape (n,). With stress also two masks: ``other_sense``, True where
-    depth changes opposite to gamma; and ``alone``, True where depth or stress is far from the rows before and after.
-    Rows marked by them are to be left out.
+    `columns`: Those of `_NUMBERS` that the table has, shape (n,). With stress also two masks: ``other_sense``, True
+    where depth changes opposite to gamma; and ``alone``, True where depth or stress is far from the rows before and
+    after. Rows marked by them are to be left out.
     """
 
     run: Run
@@ -109,9 +109,9 @@ def read_pushes(
 ) -> TableRead:
     """Read the table of a campaign: a row for each depth or direction; or, for alpha, in blocks as in Table S5.
 
-    `file`: Name of the table for messages. `table`: The section `table` of the config. `media`: Keys of the media of the
-    config; empty: those that the table names. `path_in_raw`: Path relative to the raw folder, which the runs have in place
-    of logs. `tolerance_deg`: Angles this close to 90 are 90.
+    `file`: Name of the table for messages. `table`: The section `table` of the config. `media`: Keys of the media of
+    the config; empty: those that the table names. `path_in_raw`: Path relative to the raw folder, which the runs have
+    in place of logs. `tolerance_deg`: Angles this close to 90 are 90.
     """
     schema = _schema_of(table, file)
     problems: list[Problem] = []
@@ -166,7 +166,8 @@ def pushes_in(path: Path) -> tuple[pd.DataFrame, list[Problem]]:
     rows, headers, problems = read_table_columns(path, schema, str(path))
     if _ALPHA_X in headers:
         # with alpha_x alpha_z may be missing, which the schema of a campaign does not allow
-        schema = replace(schema, columns=tuple(map(_not_needed, schema.columns)))
+        columns = [replace(c, needed=c.needed and c.name != _ALPHA_Z) for c in schema.columns]
+        schema = replace(schema, columns=tuple(columns))
         rows, headers, problems = read_table_columns(path, schema, str(path))
     checked = _CheckedRows(rows, schema, problems)
     checked.check_has_alpha()
@@ -186,13 +187,8 @@ def pushes_in(path: Path) -> tuple[pd.DataFrame, list[Problem]]:
     return pd.DataFrame(directions), problems
 
 
-def _not_needed(column: TableColumn) -> TableColumn:
-    """Return the column of alpha_z as one that may be missing, and any other column as it is."""
-    return replace(column, needed=False) if column.name == _ALPHA_Z else column
-
-
 def _schema_of(table: TableSettings, file: str) -> Schema:
-    """Return the format of a table, with names, units and values without meaning that the config states."""
+    """Return the format of a table, with names, units, and numbers that mean no data, as the config states them."""
     schema = STRESS if table.holds == "stress" else ALPHA
     names_in_file = {str(column): (name,) for column, name in table.columns.items()}
     columns = []
@@ -267,8 +263,8 @@ class _CheckedRows:
     ) -> None:
         """Mark the rows where `is_wrong`, of shape (n,), as bad, and add one problem at the first of them.
 
-        `value_found`: Text with `{}` for the value of the first row; None: no value is shown. `code` (without the area of the
-        schema), `allowed`: As in `Problem`.
+        `value_found`: Text with `{}` for the value of the first row; None: no value is shown. `code` (without the area
+        of the schema), `allowed`: As in `Problem`.
         """
         columns, wrong = self.rows.columns, np.flatnonzero(is_wrong)
         if not wrong.size:
@@ -339,7 +335,7 @@ class _CheckedRows:
             self.note(columns["n"] % 1 > 0, "n", "not-whole", "{:g}", "a whole number of runs")
 
     def number_media(self, media: tuple[str, ...]) -> None:
-        """Replace names of media by their indices in `media`, -1 for a bad one; with a single medium the name may be blank."""
+        """Replace names of media by their indices in `media`, -1 for a bad one; of a single medium it may be blank."""
         # `indices`: by the code of a name, its index in `media`
         codes, indices = self.rows.columns["medium"], []
         for name, code in self.rows.texts["medium"].items():
@@ -353,7 +349,8 @@ class _CheckedRows:
     def group_runs(self, media: tuple[str, ...], file: str) -> list[TablePush]:
         """Group the rows into runs: each row of alpha, or the rows of stress with one run_id or one direction.
 
-        Bad rows, and rows without data, are left out; a run without any row with data gets a warning in place of a push.
+        Bad rows, and rows without data, are left out; a run without any row with data gets a warning in place of a
+        push.
         `file`: Path of the table in the raw folder.
         """
         columns = self.rows.columns
@@ -423,11 +420,13 @@ def _make_push(columns_of_run: Columns, draft: DraftRow, medium: str, file: str)
     """Make a run of its rows, and add its problems.
 
     `columns_of_run`: Columns of the rows with data. `draft`: First of these rows, with its texts, to which problems are
-    added; its number is set to the row of each. `file`: Path of the table in the raw folder, which stands for both logs.
+    added; its number is set to the row of each. `file`: Path of the table in the raw folder, which stands for both
+    logs.
     """
     beta, gamma = (float(columns_of_run[f"{angle}_deg"][0]) for angle in ("beta", "gamma"))
     row, texts, depth_of_level_run = draft.row, draft.text, math.nan
     lacks_force_x = False
+    # a table of alpha has no run_id: its runs are named by their rows
     stated_name = texts.get("run_id", f"row{row:05d}")
     name = stated_name or _name_of_direction(beta, gamma)
     check_excluded(draft)
@@ -630,7 +629,7 @@ def _rows_of_blocks(
         scale = 1.0  # factor to N/cm^3
         gammas: dict[int, float] = {}  # by the index of their column; empty before its first row
         width = max((len(cells) for _, cells in rows), default=0)
-        components = _find_components(rows)
+        component_of_row = _find_components(rows)
         for row, cells in rows:
             texts = [cell.strip() for cell in cells] + [""] * (width - len(cells))
             first_cell, beta = texts[0], _finite_number(texts[0])
@@ -638,8 +637,8 @@ def _rows_of_blocks(
             has_numbers = any(number is not None for number in numbers.values())
             if (lone_medium := key_of("".join(texts))) in media:
                 medium, column, gammas = lone_medium, None, {}
-            elif row in components:
-                column, gammas = columns[f"alpha_{components[row]}_N_per_cm3"], {}
+            elif row in component_of_row:
+                column, gammas = columns[f"alpha_{component_of_row[row]}_N_per_cm3"], {}
                 unit, place = column.unit_in(first_cell), Place(schema.file, row)
                 problems += _other_unit(column.name, first_cell, unit, table, place, schema.area)
                 scale = column.units[unit or column.default]
@@ -674,7 +673,8 @@ def _rows_of_blocks(
     # a direction without either was not measured
     measured = [draft for draft in drafts.values() if both & {*draft.number} or draft.bad]
     for draft in measured:
-        for name in sorted(both - {*draft.number} - draft.bad) if both & {*draft.number} else ():
+        components = both & {*draft.number}
+        for name in both - components - draft.bad if components else ():
             beta, gamma = draft.number["beta_deg"], draft.number["gamma_deg"]
             allowed = f"a number at beta {beta:g}, gamma {gamma:g}, where the block of the other component has one"
             draft.note(name, "one-component", None, allowed)

@@ -44,7 +44,8 @@ _NUMBER_KINDS = "biuf"
 class ArrayColumn(NamedTuple):
     """Values of a column, shape (n,), and what the attributes of the file say about them.
 
-    `unit`: As the file states it; empty: not. `note`: Sentence on how the attributes were applied; empty: no need of one.
+    `unit`: As the file states it; empty: not. `note`: Sentence on how the attributes were applied; empty: no need of
+    one.
     `has_blanks`: Whether some values are NaN because the file says that the stored number stands for no value.
     `unapplied`: Scaling that the file states under a name that is no convention, and that was not applied; empty: none.
     """
@@ -161,7 +162,7 @@ class ArraysReader(base.Reader):
 
 
 def _refuse_many(path: Path, count: int) -> None:
-    """Refuse a file with more arrays than a log may have."""
+    """Raise `LogError` for a file with more arrays than a log may have."""
     if count > _BOUNDS.arrays:
         problem = f"more than {_BOUNDS.arrays} arrays, which no log of a run has"
         raise base.LogError("too_large", f"{path}: {problem}: save those of one run")
@@ -228,7 +229,7 @@ def _load_in_child(path: Path) -> list[tuple[str, ArrayColumn | str]]:
 
 
 def _load_hdf5(path: Path) -> list[tuple[str, ArrayColumn | str]]:
-    """Read the columns of an HDF5 file within limits of memory: the library allocates whatever a damaged file states."""
+    """Read the columns of an HDF5 file in limited memory: the library allocates whatever a damaged file states."""
     import h5py
 
     with base.limited_memory(_BOUNDS.names_bytes):
@@ -249,14 +250,16 @@ def _load_hdf5(path: Path) -> list[tuple[str, ArrayColumn | str]]:
 def _tables_of_hdf5(path: Path, file: Any) -> Iterator[tuple[str, Any, dict[str, Any]]]:
     """Yield name, dataset and attributes of each dataset that may be columns.
 
-    Raises `LogError` for a file too large to be read, or with values in another file, which may be any file of the user.
+    Raises `LogError` for a file too large to be read, or with values in another file, which may be any file of the
+    user.
     """
     import h5py
 
     datasets: dict[str, Any] = {}
 
     def visit(name: str, node: Any) -> bool | None:
-        # h5py follows no link to another file here, and ends at the first answer but None
+        """Collect a dataset; return True after too many, else None. h5py follows no link to another file here."""
+        # h5py ends at the first answer but None
         if isinstance(node, h5py.Dataset):
             datasets[name] = node
         return len(datasets) > _BOUNDS.arrays or None
@@ -368,8 +371,8 @@ def _columns_of_dataset(name: str, dataset: Any, attributes: dict[str, Any]) -> 
         if isinstance(content, str):
             yield column, content
         else:
-            facts = (note, has_blanks, ", ".join(scaling))
-            yield column, ArrayColumn(content.values, content.unit, *facts)
+            unapplied = ", ".join(scaling)
+            yield column, content._replace(note=note, has_blanks=has_blanks, unapplied=unapplied)
 
 
 def _unpack(
@@ -377,8 +380,8 @@ def _unpack(
 ) -> tuple[np.ndarray, list[str], bool]:
     """Return the values that stored numbers mean, phrases on how they follow, and whether some stand for no value.
 
-    Those are NaN. The conventions are those of netCDF and openPMD. `packing`: Those of the attributes `_PACKING` that are
-    applied, to their numbers.
+    Those are NaN. The conventions are those of netCDF and openPMD. `packing`: Those of the attributes `_PACKING` that
+    are applied, to their numbers.
     """
     applied = [
         f"x {packing[key]:g} ({key})" for key in ("scale_factor", "unitSI") if key in packing
@@ -477,7 +480,8 @@ _SI_UNITS = (*_DIMENSIONS.values(), "rad")
 def _unit_of_si(attributes: Any, unit: str, scale: float) -> tuple[str, bool]:
     """Return the unit of the values, and whether to multiply by `unitSI` (`scale`), which makes them SI.
 
-    `unit`: As stated; empty: not. The unit that is returned is that of `unitDimension`, else the SI unit of `unit`. Not where the stated unit has the same factor: a stored number in mm with `unitSI` 0.001 is already in mm.
+    `unit`: As stated; empty: not. The unit that is returned is that of `unitDimension`, else the SI unit of `unit`. Not
+    where the stated unit has the same factor: a stored number in mm with `unitSI` 0.001 is already in mm.
     """
     in_si = {word: (si, factor) for si in _SI_UNITS for word, factor in units_like(si).items()}
     si_unit, factor = in_si.get(unit, ("", math.nan))
@@ -619,8 +623,8 @@ def _columns_of_array(path: str, value: Any, unit: str = "") -> NamedColumns:
 def _columns_of_cells(path: str, cell_path: str, array: np.ndarray, unit: str) -> NamedColumns:
     """Yield the columns of a cell array, or of a field of a struct array.
 
-    `path`: Name of the whole, for cells of a single number each, which are one column. `cell_path`: Name of one cell, where
-    # stands for its number, for cells with columns of their own.
+    `path`: Name of the whole, for cells of a single number each, which are one column. `cell_path`: Name of one cell,
+    with # for its number, for cells with columns of their own.
     """
     if array.dtype != object or array.size == 1:
         yield from _columns_of_array(path, array if array.dtype != object else array.flat[0], unit)

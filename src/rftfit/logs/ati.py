@@ -1,7 +1,7 @@
 """ATI force transducers: through an NI DAQ card (text with a rate), and Net F/T (numbered packets, quoted csv).
 
-In both the time follows from a count over a rate, which the file or the option ``rate_Hz`` states: of rows, or of packets
-by their sequence number (RDT Sequence), so that a lost packet leaves a gap.
+In both the time follows from a count over a rate, which the file or the option ``rate_Hz`` states: of rows, or of
+packets by their sequence number (RDT Sequence), so that a lost packet leaves a gap.
 """
 
 from __future__ import annotations
@@ -59,6 +59,7 @@ class AtiDaqReader(TextReader):
         def derive(
             columns: dict[str, np.ndarray], line_numbers: np.ndarray
         ) -> dict[str, np.ndarray]:
+            """Add the time, s."""
             return {"time": line_numbers / rate, **columns}
 
         source = "the config" if self.rate else "line 3"
@@ -109,6 +110,7 @@ class AtiNetftReader(TextReader):
         def derive(
             columns: dict[str, np.ndarray], line_numbers: np.ndarray
         ) -> dict[str, np.ndarray]:
+            """Add the time, s, and make True of a status without error; rows with another one are dropped."""
             time = packets.follow(columns[SEQUENCE], line_numbers) / rate
             return {"time": time, **columns, status: columns[status] == "0x0"}
 

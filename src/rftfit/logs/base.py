@@ -1,9 +1,9 @@
 """`Log`, which every reader returns; `Reader`, the base of all readers; and helpers that several readers share.
 
-A *log* is a file in which a program recorded forces or positions of a run; its format is a *dialect*, and each dialect has
-a `Reader`. A *data line* is a line (message, packet) of the file that should be a row: each one is either a row of the
-`Log`, or counted in it with the reason why it was dropped. A long file is read in *blocks*: a `Log` of some of its rows
-each. The *head* is the first 64 kB of a file.
+A *log* is a file in which a program recorded forces or positions of a run; its format is a *dialect*, and each dialect
+has a `Reader`. A *data line* is a line (message, packet) of the file that should be a row: each one is either a row of
+the `Log`, or counted in it with the reason why it was dropped. A long file is read in *blocks*: a `Log` of some of its
+rows each. The *head* is the first 64 kB of a file.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class LogError(InputError):
         self.rows = rows
 
     def __reduce__(self) -> tuple[type[LogError], tuple[str, str, int]]:
-        # pickle, by which a child process sends its error, would call the class with the text alone
+        """Return class and arguments for pickle, which would call the class with the text alone."""
         return LogError, (self.code, str(self), self.rows)
 
 
@@ -114,6 +114,7 @@ class Log:
     clock_times: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
+        """Check that no data line is lost."""
         sizes = {values.size for values in self.columns.values()}
         if len(sizes) != 1 or sizes.pop() + sum(self.dropped.values()) != self.rows:
             raise AssertionError(f"{self.path}: rows do not add up")
@@ -125,8 +126,6 @@ class Log:
 
     def name_of(self, column: str) -> str:
         """Return the name of the third column of the file for ``column 3``; any other name comes back unchanged."""
-        if column in self.columns:
-            return column
         return by_number(column, self.names_in_file or self.columns)
 
     def take(self, keep: np.ndarray, reason: str) -> Log:
@@ -144,8 +143,8 @@ class Log:
     def without_blanks(self, blank: Mapping[str, np.ndarray], *, keeps_blanks: bool) -> Log:
         """Return the log without rows of NaN or infinite numbers, and without rows with a blank cell.
 
-        `blank`: Column to an array of shape (n,), True where the file has no value and this log has NaN; NaN elsewhere is
-        damage. `keeps_blanks`: Whether a row with a blank cell stays, with its NaN.
+        `blank`: Column to an array of shape (n,), True where the file has no value and this log has NaN; NaN elsewhere
+        is damage. `keeps_blanks`: Whether a row with a blank cell stays, with its NaN.
         """
         if blank and not keeps_blanks:
             is_whole = ~np.logical_or.reduce([*blank.values()])
@@ -306,7 +305,7 @@ _BY_NUMBER = re.compile(r"(?:column )?([1-9]\d*)")
 
 
 def by_number(column: str, names: Collection[str]) -> str:
-    """Return the third of the `names` for ``column 3`` or ``3``; one of the `names`, or too large a number, unchanged."""
+    """Return the third of the `names` for ``column 3`` or ``3``; one of them, or too large a number, unchanged."""
     number = None if column in names else _BY_NUMBER.fullmatch(column)
     if number is None or int(number[1]) > len(names):
         return column
@@ -527,13 +526,13 @@ def limited_memory(extra_bytes: int) -> Iterator[None]:
 
 
 def refuse_large_file(path: Path, most: int = BOUNDS.whole_file_bytes) -> None:
-    """Refuse a file of more than `most` bytes; the default is for files that are read as a whole."""
+    """Raise `LogError` for a file of more than `most` bytes; the default is for files that are read as a whole."""
     if path.stat().st_size > most:
         raise LogError("too_large", f"{path}: larger than {most >> 20} MB; split it")
 
 
 def check_unpacked(path: Path, size: float) -> None:
-    """Refuse a log whose content of `size` bytes is more than `MOST_UNPACKED`: a small file can unpack to any size."""
+    """Raise `LogError` for more than `MOST_UNPACKED` bytes of content (`size`): a small file can unpack to any size."""
     if size > MOST_UNPACKED:
         sizes = f"{size / 1e6:.0f} MB or more when unpacked; allowed: {MOST_UNPACKED / 1e6:.0f} MB"
         raise LogError("too_large", f"{path}: {sizes}: export only the columns of one run")
@@ -542,7 +541,8 @@ def check_unpacked(path: Path, size: float) -> None:
 class PacketCount:
     """Sequence numbers of an instrument's packets, made continuous over a wrap at 2^32.
 
-    The number of a packet gives its time even after lost packets. `reason`: Key of the missing packets in `Log.missing`.
+    The number of a packet gives its time even after lost packets. `reason`: Key of the missing packets in
+    `Log.missing`.
     `missing`: Number of packets lost so far: sequence numbers that were skipped and that no unreadable line of the file
     can have had. The state after one block of the file is kept for the next.
     """
@@ -611,7 +611,7 @@ class MixedClocksError(LogError):
 
 
 class ChannelClock(NamedTuple):
-    """When a channel was sampled: time of its first sample, and step between samples, s; NaN where the file states none."""
+    """When a channel was sampled: time of its first sample, and step between samples, s; NaN where not stated."""
 
     start: float
     step: float
@@ -634,8 +634,8 @@ def common_clock(
 ) -> ChannelClock:
     """Return the clock that all channels share over the first `samples` samples.
 
-    Raises `MixedClocksError` if there are several. `clocks`: Channel to its clock. `other_channels`: Channels whose clock
-    is not stated; a refused log names them as one more group. `rows`: Number of data lines, for the refusal.
+    Raises `MixedClocksError` if there are several. `clocks`: Channel to its clock. `other_channels`: Channels whose
+    clock is not stated; a refused log names them as one more group. `rows`: Number of data lines, for the refusal.
     """
     # the first channel of each clock, to all channels of this clock
     channels_by_first: dict[str, list[str]] = {}

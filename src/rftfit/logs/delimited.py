@@ -1,9 +1,9 @@
 """Reads any delimited text by a description in the config, and guesses this description for an unknown text.
 
-The description, *the keys of* `text`, says delimiter, decimal mark, and where names and units stand. From it and from the
-head of a file (its first 64 kB) `DelimitedReader.plan` makes a `ReadingPlan`; which columns hold numbers or times is
-judged by the first rows (`judge_columns`), also for other readers of tables. `guess_text_settings` finds the description
-of an unknown text: it tries each delimiter and decimal mark, and keeps what gives most numbers.
+The description, *the keys of* `text`, says delimiter, decimal mark, and where names and units stand. From it and from
+the head of a file (its first 64 kB) `DelimitedReader.plan` makes a `ReadingPlan`; which columns hold numbers or times
+is judged by the first rows (`judge_columns`), also for other readers of tables. `guess_text_settings` finds the
+description of an unknown text: it tries each delimiter and decimal mark, and keeps what gives most numbers.
 
 A `Line` has its `text`, the offset `stop` behind its end in the head, and `whole`: False if the head ends within it. A
 *stamp* is a date or a time as text.
@@ -62,8 +62,6 @@ _NUMBERS = {
     for point, group in (".,", ",.")
 }
 """Decimal mark, to the pattern of a number with it."""
-_DEFAULTS = {"decimal": ".", "skip_lines": 0, "names": True, "units": False}
-"""Values of the keys of `text` in the config where it does not state them."""
 
 
 class DelimitedReader(TextReader):
@@ -98,7 +96,7 @@ class DelimitedReader(TextReader):
         gef_voids = _voids_of_gef(above)
 
         def take_row(description: str) -> list[str]:
-            """Move a row of the header from `lines` to `above`, and return its cells; `description`: of the row, if it lacks."""
+            """Move a row of the header from `lines` to `above`; return its cells. `description`: for the error."""
             if not (lines and lines[0].whole):
                 raise ValueError(f"no row of {description}")
             above.append(_take_row(lines))
@@ -142,7 +140,7 @@ class DelimitedReader(TextReader):
         return replace(plan, start=above[-1].stop if above else 0)
 
     def _rows_of_source(self, rows: list[list[str]]) -> list[list[str]]:
-        """Return the rows that `where` chooses by the number of a column: others may have other cells, which would mislead.
+        """Return the rows that `where` chooses by the number of a column: others may have other cells.
 
         `rows`: Cells of the first rows. Where `where` names a column instead, its place is not known yet.
         """
@@ -281,7 +279,7 @@ _GEF_VOID = re.compile(r"#COLUMNVOID\s*=\s*\d+\s*,\s*([-+.\d]+)", re.IGNORECASE)
 
 
 def _voids_of_gef(lines: Sequence[Line]) -> tuple[float, ...]:
-    """Return the numbers that mean no data, from the header of a penetration test (GEF)."""
+    """Return the numbers that mean no data, from the header of a penetration test (GEF): ``#COLUMNVOID= 1, -9999``."""
     stated = [match[1] for line in lines if (match := _GEF_VOID.match(line.text.strip()))]
     return tuple({float(number) for number in stated if PLAIN_NUMBER.fullmatch(number)})
 
@@ -309,7 +307,8 @@ class LineMarks(NamedTuple):
     """What stands before the numbers of each line, printed by a monitor of a serial port or by the board.
 
     `arrow`: Whether each line begins with the Arduino monitor's ``12:03:36.100 -> ``. `labels`: A name for each
-    cell, as in ``force:1.2``; empty without. `rewrites`: Patterns and replacements that, in this order, leave only cells.
+    cell, as in ``force:1.2``; empty without. `rewrites`: Patterns and replacements that, in this order, leave only
+    cells.
     """
 
     arrow: bool
@@ -435,8 +434,9 @@ def judge_columns(
     """Find out which columns hold numbers, or times as text, by their cells that have a value.
 
     A column of words and numbers is one of numbers, if any cell is a number: its words are no values. The
-    `rows_below` are searched for numbers if a column has none in the first `rows`. `rows`: Cells of each row; those with
-    another number of cells than there are `names` are passed over. `dates`: As in `ColumnKinds`; empty: found here.
+    `rows_below` are searched for numbers if a column has none in the first `rows`. `rows`: Cells of each row; those
+    with another number of cells than there are `names` are passed over. `dates`: As in `ColumnKinds`; empty: found
+    here.
     """
     columns: list[Sequence[str]] = [*zip(*_rows_of_width(rows, len(names)), strict=True)]
     columns = [_without_thousands(cells, decimal) for cells in columns or [()] * len(names)]
@@ -595,8 +595,13 @@ def guess_text_settings(head: bytes) -> dict[str, Any] | None:
 
 
 def _without_defaults(text: dict[str, Any]) -> dict[str, Any]:
-    """Return the keys of `text` without those that have their default."""
-    return {key: value for key, value in text.items() if _DEFAULTS.get(key) != value}
+    """Return the keys of `text` without those that have their default; the delimiter is always stated."""
+    fields = TextFormat.model_fields
+    return {
+        key: value
+        for key, value in text.items()
+        if key == "delimiter" or fields[key].default != value
+    }
 
 
 def _score_format(

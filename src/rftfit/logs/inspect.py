@@ -1,10 +1,10 @@
 """Surveys a log that no run sheet names yet: its columns, clock and quantities, and the config lines for it.
 
-It answers `rftfit inspect FILE`: which dialect (format of a program) reads the file (`recognised`), what is in it (`survey`),
-what else is needed to measure with it (`describe_needs`), and the lines of config.yaml by which it can be read
-(`config_block`). A *quantity* is what a column means for the measurement: time, arm_moving (the sync line: whether the arm
-moves), forces F1 to F3, positions x and z, angle. Quantities are guessed from names and units, and the user is told so. A
-log is read in *blocks*, a `Log` of some of its rows each.
+It answers `rftfit inspect FILE`: which dialect (format of a program) reads the file (`recognised`), what is in it
+(`survey`), what else is needed to measure with it (`describe_needs`), and the lines of config.yaml by which it can be
+read (`config_block`). A *quantity* is what a column means for the measurement: time, arm_moving (the sync line: whether
+the arm moves), forces F1 to F3, positions x and z, angle. Quantities are guessed from names and units, and the user is
+told so. A log is read in *blocks*, a `Log` of some of its rows each.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class ColumnExtreme(NamedTuple):
         return cls(float(distinct[0]), int(times[0]), inner)
 
     def merged(self, next_extreme: ColumnExtreme, sign: int) -> ColumnExtreme:
-        """Return the extreme of a column from those of two parts of it; `sign`: -1 for the lowest value, 1 for the highest."""
+        """Return the extreme of two parts of a column together; `sign`: -1 for the lowest value, 1 for the highest."""
         # value, to how often it occurs: that is known of the extremes, and needed of no other value
         counts: Counter[float] = Counter()
         for extreme in (self, next_extreme):
@@ -160,7 +160,8 @@ class TimeColumn:
 class Survey:
     """Facts on a log from one pass over its blocks.
 
-    `units`: Column, to its unit. `clock`: None where no column is the time. `quantities`: Guessed quantity, to its column.
+    `units`: Column, to its unit. `clock`: None where no column is the time. `quantities`: Guessed quantity, to its
+    column.
     `rows`, `used`: Number of data lines, and of those that can be read. `dropped`, `missing`, `notes`, `not_finite`,
     `unread`: As in `Log`. `moving`: Number of different values of the sync line, at most two; 0 where there is no sync
     line, 1 where it shows no motion.
@@ -190,9 +191,10 @@ class Survey:
 
     @property
     def rate_of_coarse_time(self) -> float | None:
-        """Rows a second, Hz, where most rows share a stamp (time); 0 with too few stamps for a rate; None for a fine clock.
+        """Rows a second, Hz, where most rows share a time; 0 with too few times for a rate; None for a fine clock.
 
-        Such a clock, as of whole seconds, cannot align forces with positions, but the number of the row over this rate can.
+        Such a clock, as of whole seconds, cannot align forces with positions, but the number of the row over this rate
+        can.
         """
         clock = self.clock
         if clock is None or not clock.repeated * 2 >= self.used > 1:
@@ -243,7 +245,7 @@ def survey(blocks: Iterable[Log]) -> Survey:
 
 
 def survey_file(reader: Reader, path: Path) -> tuple[list[Survey], LogError | None]:
-    """Survey a file; where it has several clocks, survey each, and return the error that refuses it as one log, else None.
+    """Survey a file; where it has several clocks, survey each, and return the error by which it is no log, else None.
 
     Columns without any number are left out, and listed in `Survey.unread`.
     """
@@ -308,18 +310,17 @@ def _summarise_column(log: Log, name: str, quantity: str) -> ColumnSummary:
 
 def _merge_summaries(summary: ColumnSummary, block_summary: ColumnSummary) -> ColumnSummary:
     """Return the summary of a column so far joined with that of the next block."""
+    ends = summary.ends or block_summary.ends
+    if summary.ends and block_summary.ends:
+        pairs = zip(summary.ends, block_summary.ends, (-1, 1), strict=True)
+        ends = tuple(first.merged(second, sign) for first, second, sign in pairs)
     return replace(
         summary,
         lowest=float(np.fmin(summary.lowest, block_summary.lowest)),
         highest=float(np.fmax(summary.highest, block_summary.highest)),
         resolution=float(np.fmin(summary.resolution, block_summary.resolution)),
         values=summary.values + block_summary.values,
-        ends=tuple(
-            first.merged(second, sign)
-            for first, second, sign in zip(summary.ends, block_summary.ends, (-1, 1), strict=True)
-        )
-        if summary.ends and block_summary.ends
-        else summary.ends or block_summary.ends,
+        ends=ends,
     )
 
 
@@ -648,7 +649,8 @@ class Recognised(NamedTuple):
     """The reader of a file, and how it was found.
 
     `text`: Format of the file as keys of `text` in the config, where no dialect fits or the caller gave it; else None.
-    `options`: Options of its dialect. `other_dialects`: Sentences on the dialects that also claim the file, or were tried.
+    `options`: Options of its dialect. `other_dialects`: Sentences on the dialects that also claim the file, or were
+    tried.
     """
 
     reader: Reader

@@ -136,7 +136,7 @@ def _facts_of(survey: Survey) -> dict[str, Any]:
 
 
 def _contact_lines(survey: Survey) -> list[str]:
-    """Return lines that propose `rftfit scale --contacts`, for a file with the angle of a leg (theta) and forces; else none."""
+    """Return lines that name `rftfit scale --contacts`, for a file of a leg angle (theta) and forces; else none."""
     names = {column.name.casefold() for column in survey.columns}
     has_force = any(column.quantity.startswith("force, sensor") for column in survey.columns)
     if not has_force or not any(name.startswith("theta") for name in names):

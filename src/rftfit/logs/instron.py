@@ -54,7 +54,8 @@ class InstronReader(TextReader):
 def _find_header(lines: Sequence[Line]) -> tuple[int, str] | None:
     """Return the number of the line of names, from 0, and the delimiter; None where there is no such line.
 
-    `lines`: First lines of the file. A table of results may stand above the table of readings: the header of the longest table is returned.
+    `lines`: First lines of the file. A table of results may stand above the table of readings: the header of the
+    longest table is returned.
     """
     longest, header = -1, None
     for names_line, (upper, lower) in enumerate(pairwise(lines)):

@@ -1,8 +1,8 @@
 """Labels of rows, units that stand in the cells of a column, and a header that is repeated within a log.
 
 In a long table a column may say of each row which sensor or which unit it is of. A *label* is such a word, or a whole
-number; *readings* are the columns of forces and positions. Without a look at labels, rows of two sensors would be read as
-one.
+number; *readings* are the columns of forces and positions. Without a look at labels, rows of two sensors would be read
+as one.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class LabelledReader(Reader):
 
 
 def heed_labels(log: Log, reader: Reader) -> Log:
-    """Refuse a log whose rows are of several sources or units; give columns the unit that stands in each row.
+    """Refuse a log whose rows are of several sources or units; else give columns the unit that stands in each row.
 
     A source is a sensor or a run.
 
@@ -63,7 +63,8 @@ def heed_labels(log: Log, reader: Reader) -> Log:
 def _labels_of(log: Log, reader: Reader) -> dict[str, Sequence[str]]:
     """Return the columns that may say where a row is from: column, to the label of each row.
 
-    They hold words, or few whole numbers that are not asked for. Columns of `where` are left out: the config chose by them.
+    They hold words, or few whole numbers that are not asked for. Columns of `where` are left out: the config chose by
+    them.
     """
     labels: dict[str, Sequence[str]] = {
         name: words.tolist() for name, words in log.labels.items() if name not in reader.where

@@ -1,8 +1,8 @@
 """LabVIEW measurement files (.lvm): a file header, then segments of text, each with a header.
 
-A *channel* is a column of readings. Time is an *X column*, ``X_Value``, of which there may be one for all channels or one
-for each; or there is none, and it follows from the start X0 and the step Delta_X of the header. The way: file header
-(`_file_header`) -> blocks of the file, cut where a segment ends (`_blocks_of_segments`) -> header of a segment
+A *channel* is a column of readings. Time is an *X column*, ``X_Value``, of which there may be one for all channels or
+one for each; or there is none, and it follows from the start X0 and the step Delta_X of the header. The way: file
+header (`_file_header`) -> blocks of the file, cut where a segment ends (`_blocks_of_segments`) -> header of a segment
 (`_read_segment`) -> rows (`_log_of_rows`). A file with channels that do not share one clock is refused.
 """
 
@@ -59,6 +59,7 @@ class LvmReader(base.Reader):
             rows = 0
 
             def parse_block(segment_block: tuple[_Segment, Block]) -> tuple[_Segment, ParsedRows]:
+                """Parse a block of rows; return it with its segment."""
                 segment, block = segment_block
                 return segment, parse(segment.layout, *block, keep_blanks=self.keeps_blanks)
 
@@ -80,8 +81,8 @@ class _Segment:
     """One segment: rows below a header.
 
     `layout`: How a row is split, and which columns are read. `units`: Column, to its unit. `x_of`: Channel, to its X
-    column; "" where there are no X columns. `begins`: X column, to its start, s after the start of the file. `step`: Time
-    between rows, s. `rows`: Number of rows parsed so far. `timed`: Whether X is a time: it may be a frequency.
+    column; "" where there are no X columns. `begins`: X column, to its start, s after the start of the file. `step`:
+    Time between rows, s. `rows`: Number of rows parsed so far. `timed`: Whether X is a time: it may be a frequency.
     """
 
     layout: Layout
@@ -98,7 +99,8 @@ class _File:
     """Settings that the segments of one file have in common.
 
     `x_columns`: "no", "one" or "multi". `asked`: Columns to be read, as in `Reader`; None: all. `first`: First segment,
-    with which the others must agree. `began`: Start of the recording; None: not stated. `notes`: As in `Log`.
+    with which the others must agree. `began`: Start of its first channel, which counts as that of the file; None: not
+    stated. `notes`: As in `Log`.
     """
 
     path: Path
@@ -181,7 +183,7 @@ class _Settings(dict[str, list[str]]):
     """Settings in the header of a segment: key to a list with a cell for each channel."""
 
     def cell(self, key: str, channel: int) -> str:
-        """Return the cell of a channel, by its index; where it is blank, the cell of the first channel, which holds for all."""
+        """Return the cell of a channel, by its index; where it is blank, that of the first channel holds for all."""
         cells = self.get(key, [])
         return (cells[channel] if channel < len(cells) else "") or next(iter(cells), "")
 
@@ -223,7 +225,8 @@ def _blank_columns(file: _File, names: Sequence[str], first_rows: bytes) -> list
 def _read_segment(file: _File, header: bytes, first_rows: bytes) -> _Segment:
     """Read the header of a segment; the first segment also sets start, notes and `first` of the file.
 
-    `header`: Text of the header and the row of names. `first_rows`: Text that follows, by which blank columns are found.
+    `header`: Text of the header and the row of names. `first_rows`: Text that follows, by which blank columns are
+    found.
     """
     lines = [line.text for line in decode_first_lines(header)]
     settings = _Settings()
@@ -307,7 +310,8 @@ def _read_clocks(
 ) -> None:
     """Set the start of each X column of a segment, and the step.
 
-    Raises `LogError` for a segment whose channels have several clocks, ValueError without a step where it gives the time.
+    Raises `LogError` for a segment whose channels have several clocks, ValueError without a step where it gives the
+    time.
     `channels`: Channel to its index in the lists of the header. `x_names`: X columns; one empty name where there are none.
     """
     for x in x_names:
@@ -336,7 +340,7 @@ def _seconds_after_file(file: _File, settings: _Settings, channel: int) -> float
     """Return the start of a channel, s after the start of the file; NaN where only one of the two is known."""
     began = settings.moment(channel)
     if began is None or file.began is None:
-        return 0.0 if began is file.began else math.nan
+        return 0.0 if began is file.began else math.nan  # 0: both are None
     return (began - file.began).total_seconds()
 
 
@@ -362,7 +366,7 @@ def _log_of_rows(file: _File, segment: _Segment, rows: ParsedRows) -> base.Log:
 def _with_time(
     file: _File, segment: _Segment, rows: ParsedRows, rows_before: int
 ) -> dict[str, np.ndarray]:
-    """Return the columns with the time, s, first; raises `MixedClocksError` where X columns state different times in a row.
+    """Return the columns with the time, s, first; raises `MixedClocksError` if X columns differ within a row.
 
     `rows_before`: Number of rows of the segment in the blocks before.
     """

@@ -42,8 +42,8 @@ class NoArray(NamedTuple):
 def load_mat5(path: Path) -> dict[str, Any]:
     """Read the variables of a file: name, to array; a struct is an array of records, a cell array one of objects.
 
-    Contents without numbers are `NoArray`. Raises `LogError` for a file that unpacks to more than is allowed, and whatever
-    the library raises on a damaged one.
+    Contents without numbers are `NoArray`. Raises `LogError` for a file that unpacks to more than is allowed, and
+    whatever the library raises on a damaged one.
     """
     from scipy.io import loadmat, whosmat
 

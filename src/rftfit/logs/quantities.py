@@ -43,7 +43,7 @@ _FORCES = {*UNITS_OF["F"]} - {*UNIT_OF_WEIGHT}
 
 
 def _word_set(words: str) -> frozenset[str]:
-    """Return the words of a text."""
+    """Return the words of a text: a text is easier to read and to extend than a set of words in quotes."""
     return frozenset(words.split())
 
 
@@ -130,7 +130,8 @@ def _split_words(name: str) -> list[list[str]]:
 def _parse_vector(name: str) -> tuple[str, str, str]:
     """Return kind ("F", "T", "place"), name and axis of the vector that a column belongs to; else an empty kind.
 
-    ("F", "wrench force", "x") for ``wrench.force.x``; the axis may be a number. Name and axis may be set without a kind.
+    ("F", "wrench force", "x") for ``wrench.force.x``; the axis may be a number. Name and axis may be set without a
+    kind.
     """
     words = [word for section in _split_words(name) for word in section]
     axis_match = _AXIS_AT_END.fullmatch(words[-1]) if words else None
@@ -160,6 +161,7 @@ def _vector_quantity(kind: str, stem: str, axis: str, numbers: Collection[int]) 
     start, number_set = 0 if 0 in numbers else 1, set(numbers)  # number of the first axis
 
     def are_first(count: int) -> bool:
+        """Return whether the numbers are the first ones, `count` of them, without a gap."""
         return number_set == {*range(start, start + count)}
 
     if kind == "place":
@@ -222,7 +224,7 @@ def guess(name: str, unit: str, numbers: Collection[int] = ()) -> str:
 
 
 def guesses(log: Log) -> dict[str, str]:
-    """Guess the quantities of all columns of a log: quantity, to the first column that fits; quantities without are absent.
+    """Guess the quantities of all columns of a log: quantity, to the first column that fits, if any does.
 
     Where no name says time, a column of seconds since 1970 is the time, or a column that grows and
     has a unit of time.
@@ -312,8 +314,8 @@ def units_by_name(
     """Split the cells of a header into unique names and their units: name, to unit, in the order of the columns.
 
     `below`: Cells of a row of units below the names; used where the name has no unit. A unit of mass (kg) becomes
-    one of weight (kgf) where the name says that the column is a force. `width`: Number of columns; None: as many as cells.
-    A unit is empty where none is stated.
+    one of weight (kgf) where the name says that the column is a force. `width`: Number of columns; None: as many as
+    cells. A unit is empty where none is stated.
     """
     names: list[str] = []
     units: list[str] = []

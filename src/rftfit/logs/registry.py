@@ -1,7 +1,8 @@
 """Registry of all dialects, also those of other packages; finds the dialect of a file.
 
-A *dialect* is the format of one program, and has a `Reader`. A file is in the first dialect, in the order of `_BUILTIN`,
-whose reader detects it in its first 64 kB (the *head*). Other packages add dialects by entry points of the group `GROUP`.
+A *dialect* is the format of one program, and has a `Reader`. A file is in the first dialect, in the order of
+`_BUILTIN`, whose reader detects it in its first 64 kB (the *head*). Other packages add dialects by entry points of the
+group `GROUP`.
 """
 
 from __future__ import annotations
@@ -222,6 +223,7 @@ def _load_plugin(point: EntryPoint) -> Any:
     inner = loaded() if isinstance(loaded, type) else loaded
 
     def lacks(method: str) -> bool:
+        """Return whether the object has no such method."""
         return not callable(getattr(inner, method, None))
 
     missing = [method for method in ("describe", "detect") if lacks(method)]

@@ -58,8 +58,8 @@ _COMMON_TYPES = frozenset(
 class Topic(NamedTuple):
     """All messages of one topic.
 
-    `kind`: Type of the messages, such as ``geometry_msgs/msg/Wrench``. `definitions`: For all types in the bag, the type
-    to its constants and its fields, as the library has them: a field is its name, and its sort with details
+    `kind`: Type of the messages, such as ``geometry_msgs/msg/Wrench``. `definitions`: For all types in the bag, the
+    type to its constants and its fields, as the library has them: a field is its name, and its sort with details
     (`MessageLayout`). `recorded`: Time of recording, ns since 1970, and bytes of each message. `cdr`: Whether messages
     have the encoding of ROS 2. `cut`: Whether the bag breaks off within a message.
     """
@@ -268,7 +268,7 @@ _SIZES = (
     "SELECT max(length(data)), total(length(data)) FROM messages "
     "WHERE topic_id IN (SELECT id FROM topics WHERE name = ?)"
 )
-"""Queries for all tables but that of the messages, and for the largest message of a topic and the sum of their bytes."""
+"""Queries for all tables but that of the messages, and for the largest message of a topic and their sum, bytes."""
 
 
 def _refuse_large_values(path: Path, database: Path, topic_name: str = "") -> None:
@@ -429,8 +429,8 @@ def _with_time(
 ) -> Log:
     """Make a log with the time as its first column: the stamp in the message, else the time of recording.
 
-    `fields`: Field, to values, shape (n,); stamps are int64, ns. `received`: Times of recording, ns, shape (n,). In the log
-    all times are in s. Messages that the counter in their header shows as lost are counted.
+    `fields`: Field, to values, shape (n,); stamps are int64, ns. `received`: Times of recording, ns, shape (n,). In the
+    log all times are in s. Messages that the counter in their header shows as lost are counted.
     """
     stamps = {name: values for name, values in fields.items() if values.dtype == np.int64}
     stamp_name = next((name for name in (STAMP, "stamp") if name in stamps), "")
@@ -484,7 +484,8 @@ def recover(path: Path) -> tuple[Recovered, bool]:
 def _read_records(source: BinaryIO, size: int, recovered: Recovered, inside: bool) -> bool:
     """Add the records of a bag, or of one block of it (`inside`), to `recovered`; return whether it breaks off.
 
-    `source`, `size`: Open file or block, and its bytes. A record is a header and as many bytes of data as it states; messages stand in blocks, which are records, too.
+    `source`, `size`: Open file or block, and its bytes. A record is a header and as many bytes of data as it states;
+    messages stand in blocks, which are records, too.
     """
     from rosbags.rosbag1.reader import Header, ReaderError, normalize, read_uint32
 

@@ -1,4 +1,4 @@
-"""``rostopic echo -p``: the messages of one topic as comma-separated text; also units of the fields of ROS messages."""
+"""``rostopic echo -p``: messages of one topic as comma-separated text; units of the fields of any ROS message."""
 
 from __future__ import annotations
 

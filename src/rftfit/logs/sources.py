@@ -1,8 +1,9 @@
 """Finds rows of several sources (two sensors, say) in one log, so that they are never read as one.
 
 A *source* is a sensor, or anything else of which a label in each row tells its rows from others. A column of labels
-names sources if the readings jump where the label changes; else it may name a state, as "loading" and "unloading". Shapes:
-n rows, m changes of the label. Numbers such as ``_CHOSEN.jumps`` stand in ``chosen.toml``, in the table ``sources``.
+names sources if the readings jump where the label changes; else it may name a state, as "loading" and "unloading".
+Shapes: n rows, m changes of the label. Numbers such as ``_CHOSEN.jumps`` stand in ``chosen.toml``, in the table
+``sources``.
 """
 
 from __future__ import annotations

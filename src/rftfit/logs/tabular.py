@@ -2,8 +2,8 @@
 
 A sheet is read as rows of cells; its table is found among titles and remarks, each row becomes a line of text, and the
 lines are parsed as those of a text log. A Parquet file has fields of one type each; a field of lists or records becomes
-several columns. Rows, columns and lists are indexed from 0. *Labels* are words or few whole numbers that may say which of
-several sensors a row is from.
+several columns. Rows, columns and lists are indexed from 0. *Labels* are words or few whole numbers that may say which
+of several sensors a row is from.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ class XlsxReader(TableReader):
         yield from _with_checks(path, "workbook", self._blocks(path))
 
     def _blocks(self, path: Path) -> Iterator[Log]:
-        """Yield the blocks of a sheet, after a check of the sizes that the archive states: it may unpack to any size."""
+        """Yield the blocks of a sheet, after a check of the sizes that the archive states, which may be any."""
         if path.stat().st_size == 0:
             raise LogError("empty", f"{path}: the file is empty")
         with path.open("rb") as file:
@@ -266,7 +266,7 @@ def _without_wide(path: Path, rows: Iterator[tuple[Any, ...]]) -> Iterator[tuple
 
 
 def _refuse_many_rows(path: Path, archive: zipfile.ZipFile) -> None:
-    """Refuse a workbook with more than `MOST_ROWS` rows in a sheet, before a sheet is read."""
+    """Raise `LogError` for a workbook with more than `MOST_ROWS` rows in a sheet, before a sheet is read."""
     for part in archive.infolist():
         if not part.filename.startswith("xl/worksheets/") or part.file_size < _LEAST_TO_COUNT:
             continue
@@ -343,8 +343,8 @@ def _is_number(cell: Any) -> bool:
 def _first_row_of_table(head: Sequence[Sequence[Any]]) -> int:
     """Return the row, from 0, at which a table begins; the number of rows where there is none.
 
-    The row and the next one have numbers in the same columns, and so have at least half of the rows below. `head`: Cells
-    of the first rows of a sheet.
+    The row and the next one have numbers in the same columns, and so have at least half of the rows below. `head`:
+    Cells of the first rows of a sheet.
     """
     # the columns with a number, of each row
     numbers = [_number_columns(row) for row in head]
@@ -368,7 +368,8 @@ def _first_row_of_table(head: Sequence[Sequence[Any]]) -> int:
 def _formulas_of(path: Path, title: str, first: int, columns: Collection[int]) -> dict[int, str]:
     """Return index of each of the `columns` that has a formula from row `first` on, to the first one.
 
-    Cells that look blank may be formulas that were never calculated, which the user must be told. `title`: Of the sheet.
+    Cells that look blank may be formulas that were never calculated, which the user must be told. `title`: Of the
+    sheet.
     """
     first_of_column: dict[int, str] = {}
     with (
@@ -474,8 +475,8 @@ class ParquetReader(LabelledReader):
     def _label_fields(self, file: Any, chosen: Collection[str]) -> dict[str, str]:
         """Return the columns that may say where a row is from: field of the file, to the name of the column.
 
-        They hold words, or few whole numbers, and are not read otherwise. `file`: The open file. `chosen`: Fields that are
-        read as numbers.
+        They hold words, or few whole numbers, and are not read otherwise. `file`: The open file. `chosen`: Fields that
+        are read as numbers.
         """
         from pyarrow import types
 
@@ -496,8 +497,8 @@ class ParquetReader(LabelledReader):
 class _Field(NamedTuple):
     """A field of a Parquet file that holds numbers: one column of the log, or one for each index of a list or record.
 
-    `names`, `unit`: Names of these columns, and their unit; empty: none is stated. `read`: Function from the Arrow array
-    of the field to its numbers, shape (n,) or (n, columns), and to which rows have no value, bool of shape (n,).
+    `names`, `unit`: Names of these columns, and their unit; empty: none is stated. `read`: Function from the Arrow
+    array of the field to its numbers, shape (n,) or (n, columns), and to which rows have no value, bool of shape (n,).
     """
 
     names: list[str]
@@ -552,8 +553,8 @@ def _number_field(
 ) -> _Field | str:
     """Return how a field is read as numbers, or the reason why it is not read.
 
-    `field`: Name and type, by Arrow. `name`, `unit`: Name and unit of its column. `first_rows`: Function that returns each
-    field with its first values, by which lists and texts are judged.
+    `field`: Name and type, by Arrow. `name`, `unit`: Name and unit of its column. `first_rows`: Function that returns
+    each field with its first values, by which lists and texts are judged.
     """
     from pyarrow import types
 
@@ -622,7 +623,7 @@ def _list_width(head: Mapping[str, Any], name: str) -> int:
     return most_frequent(widths)
 
 
-# --- Functions `read` of fields: each takes the Arrow array of some rows, and returns numbers, and which rows have no value
+# --- Functions `read` of fields: each takes an Arrow array, and returns numbers, and which rows have no value
 
 
 def _read_lists(width: int, array: Any) -> tuple[np.ndarray, np.ndarray]:

@@ -50,7 +50,8 @@ class TdmsReader(base.Reader):
     def _log(self, path: Path, content: Any) -> base.Log:
         """Make a log of a group; rows at the end that the file announces but lacks are dropped and counted.
 
-        `content`: The file as the library has read it. Raises `LogError` where channels of a whole file differ in length.
+        `content`: The file as the library has read it. Raises `LogError` where channels of a whole file differ in
+        length.
         """
         channels = _channels_of_group(path, content, self.options.get("group", ""))
         names_in_file = tuple(channel.name for channel in channels)
@@ -153,7 +154,7 @@ def _unit(channel: Any) -> str:
 
 
 def _waveform_clock(channel: Any) -> base.ChannelClock:
-    """Return start (since 1970 where it states a date) and step of a waveform, s; the step is NaN where it states none."""
+    """Return start (since 1970 if it states a date) and step of a waveform, s; the step is NaN where it states none."""
     start = float(channel.properties.get("wf_start_offset", 0.0))
     stamp = channel.properties.get("wf_start_time")
     if stamp is not None:
@@ -167,8 +168,8 @@ def _find_time(
 ) -> tuple[FloatArray | None, str]:
     """Return the time of each row, s, shape (size,), or None, and a note on where it is from.
 
-    Refuses waveforms of several clocks. A channel of times goes before the step of the waveforms. `size`, `rows`: Number of
-    complete rows, and of all.
+    Refuses waveforms of several clocks. A channel of times goes before the step of the waveforms. `size`, `rows`:
+    Number of complete rows, and of all.
     """
     clocks = {c.name: _waveform_clock(c) for c in channels if not _is_time(c)}
     stated = {name: clock for name, clock in clocks.items() if clock.step > 0}

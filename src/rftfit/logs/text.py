@@ -1,8 +1,9 @@
 """Reads text logs: a file as blocks of whole lines, blocks to columns of numbers, and the base of all such readers.
 
-The way of a file: `TextFile` gives its head (first 64 kB) and blocks of whole lines -> a reader makes a `ReadingPlan` of
-the head (`TextReader.plan`): the `Layout` says how a line is split and what each column holds -> columns that nobody asked
-for are left out (`narrow`) -> each block is parsed to rows and becomes a `Log` (`logs_of`). Columns have indices from 0.
+The way of a file: `TextFile` gives its head (first 64 kB) and blocks of whole lines -> a reader makes a `ReadingPlan`
+of the head (`TextReader.plan`): the `Layout` says how a line is split and what each column holds -> columns that nobody
+asked for are left out (`narrow`) -> each block is parsed to rows and becomes a `Log` (`logs_of`). Columns have indices
+from 0.
 """
 
 from __future__ import annotations
@@ -151,7 +152,7 @@ _TWO_COMMAS = re.compile(rb",\d{3},\d{3}")
 
 
 def regrouped_columns(path: Path, layout: Layout, start: int) -> frozenset[int]:
-    """Return the indices of columns to be read that have two decimal commas in one number, behind the first `start` bytes.
+    """Return the indices of columns to be read with two decimal commas in one number, behind the first `start` bytes.
 
     A spreadsheet that writes 1,000,292 for 100,0292 also writes 10,114 for 1,0114, which is a valid number and wrong.
     So a single cell with two commas makes its whole column doubtful.
@@ -238,6 +239,7 @@ class TableReader(LabelledReader):
         has_rows, rows_before = False, 0
 
         def parse_block(block: Block) -> ParsedRows:
+            """Parse a block, in a thread of its own."""
             return parse(plan.layout, *block, keep_blanks=self.keeps_blanks)
 
         for rows in base.parallel_map(parse_block, blocks):
@@ -287,7 +289,7 @@ class TextReader(TableReader, ABC):
 def _refuse_changed_header(
     path: Path, plan: ReadingPlan, rows: ParsedRows, rows_before: int
 ) -> None:
-    """Raise `LogError` if a repeated header gives a column to be read another name or unit: as in two files joined to one.
+    """Raise `LogError` if a repeated header gives a column to be read another name or unit, as in joined files.
 
     `rows`, `rows_before`: Parsed rows of a block, and the number of data lines of the file above it.
     """
@@ -311,6 +313,7 @@ def _narrowed(layout: Layout, names_to_read: frozenset[str], labels: frozenset[s
     """
 
     def kind_of(name: str, kind: Kind) -> Kind:
+        """Return the kind of a column in the new layout: a column of words may be a label, but is no reading."""
         if name in names_to_read and not (kind == "skip" and name in labels):
             return kind
         return "label" if name in labels else "skip"
