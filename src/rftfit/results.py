@@ -545,6 +545,7 @@ class Medium(KnownMedium):
         """
         campaign = self.results.campaign
         plates = campaign.config.intruders
+        # of the plate of each run, cm
         widths = {
             run.run_id: width_of_plate(plates[run.intruder])
             for run in campaign.runs
