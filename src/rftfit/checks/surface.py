@@ -183,6 +183,7 @@ def _judge_surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, C
         # the surface cannot be checked, so the law is judged alone
         law = crust or judge_law_alone(pushes, run_cm, session_cm, tolerance_deg)
         return Check.skip("surface", "few-pushes" if is_laboratory else "natural-sand"), law
+    # first whether stress is a line, then the error of the surface and the lag of all runs together
     line = crust or judge_linearity(pushes, session_cm, tolerance_deg)
     starts = Starts.of(steep_fits, is_push, run_cm)
     (offset_cm, lag_cm), covariance = _fit_surface_and_lag(starts, steep_fits, session_cm, speed)
@@ -213,6 +214,7 @@ def _judge_surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, C
         starts = replace(starts, terms=np.column_stack([starts.terms, deep - deep.mean()]))
     # consecutive runs with patches in their beds may look like a step, so the error includes patches
     starts = replace(starts, error=np.hypot(starts.error, _error_of_start(steep_fits)))
+    # then whether a part of the runs has another surface or lag, which is the more exact cause
     runs = [measured.sheet[run] for run in steep_fits["run_id"]]
     other_level = _find_two_levels(starts, runs, speed) or _find_other_path(
         starts, pushes, measured
