@@ -280,6 +280,8 @@ def _error_of_start(fits: pd.DataFrame) -> FloatArray:
     )
     # mean and standard deviation of the depths in the window
     middle, spread = (top + end) / 2, (end - top) / math.sqrt(12)
+    # with n samples of scatter s, the slope through zero has the error s / sqrt(n (middle^2 + spread^2)), and the depth
+    # at which a free line is 0 the error s / alpha sqrt(1 / n + middle^2 / (n spread^2))
     of_noise = se / np.abs(alpha) * (middle**2 + spread**2) / spread
     windows = zip(top.round(1).tolist(), end.round(1).tolist(), strict=True)
     of_patches = [PATCHES / exponent_lever(*window) for window in windows]
