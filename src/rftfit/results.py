@@ -719,7 +719,7 @@ class Medium(KnownMedium):
     def _estimate_map(self, contacts: Sequence[Contact]) -> Map:
         """Estimate the map of this medium from its alpha table and from forces on bodies; takes seconds.
 
-        An InputError names the medium where no push has a usable alpha.
+        `contacts`: These forces. An InputError names the medium where no push has a usable alpha.
         """
         table, config = self.alpha, self.results.config
         try:

@@ -378,7 +378,7 @@ def _describe_start(depth_cm: float) -> Remark:
 def _describe_start_of_pulls(start_cm: FloatArray, confidence: float) -> Remark:
     """Describe the depth at which stress begins in pulls: their median, and its interval for three runs or more.
 
-    The result of the fit is not used, as pushes and the order of the runs influence it.
+    The result of the fit is not used, as pushes and the order of the runs influence it. `start_cm`: starts of the pulls.
     """
     middle, se = median_of_runs(start_cm)
     if math.isnan(middle):
