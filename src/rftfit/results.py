@@ -553,6 +553,7 @@ class Medium(KnownMedium):
         """
         campaign = self.results.campaign
         plates = campaign.config.intruders
+        # of the plate of each run, cm
         widths = {
             run.run_id: width_of_plate(plates[run.intruder])
             for run in campaign.runs
@@ -726,7 +727,7 @@ class Medium(KnownMedium):
     def _estimate_map(self, contacts: Sequence[Contact]) -> Map:
         """Estimate the map of this medium from its alpha table and from forces on bodies; takes seconds.
 
-        An InputError names the medium where no push has a usable alpha.
+        `contacts`: These forces. An InputError names the medium where no push has a usable alpha.
         """
         table, config = self.alpha, self.results.config
         try:

@@ -168,7 +168,7 @@ def _find_clipping_ends(
 def find_exchanged_channels(transducer: Transducer, logs: Logs) -> list[Cause]:
     """Find exchanged channels x and y: the force across the plane of motion (y) is larger than that in it (x).
 
-    Returns one cause, without flags as it concerns all runs, or none.
+    `logs`: of `causes_in_readings`. Returns one cause, without flags as it concerns all runs, or none.
     """
     if (ratio := _exchange_ratio(transducer, logs)) is None:
         return []

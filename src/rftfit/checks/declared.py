@@ -166,7 +166,8 @@ class Check:
     ) -> Check:
         """Make the outcome of a medium that passes or fails.
 
-        `code`: Default: the name of the check, the code of its ordinary outcome. `values`: Those of its sentences.
+        `flags`: Of single runs. `code`: Default: the name of the check, the code of its ordinary outcome. `values`: Those
+        of its sentences.
         """
         return cls(check, PASSED if passed else FAILED, code or check, values, tuple(flags))
 

@@ -206,7 +206,8 @@ def _select_zeros(
 ) -> tuple[pd.DataFrame, FloatArray, FloatArray]:
     """Select the k runs with a force, and with the ``change`` or the ``trend`` of their zero.
 
-    Returns their rows, this quantity of z and x, N, shape (2, k), and the rms of their force, N, (k,).
+    `table`: Table of runs, with ``force_rms_N``, the rms of the force. Returns their rows, this quantity of z and x, N,
+    shape (2, k), and the rms of their force, N, (k,).
     """
     zeros = table[[f"zero_{quantity}_{c}_N" for c in "zx"]].to_numpy(float).T
     force = table["force_rms_N"].to_numpy(float)
@@ -217,8 +218,7 @@ def _select_zeros(
 def _judge_change_of_zero(table: pd.DataFrame) -> Check | None:
     """Judge the change of the zero over the strokes; None where too few runs rest in air at both ends.
 
-    The component with the larger median change is judged. `table`: Table of runs, with ``force_rms_N``, the rms of the
-    force.
+    The component with the larger median change is judged. `table`: As in `_select_zeros`.
     """
     table, change, force = _select_zeros(table, "change")
     if len(table) < FEW_RUNS:
@@ -242,7 +242,7 @@ def _judge_trend_at_rest(measured: MediumMeasurements, table: pd.DataFrame) -> C
     """Judge the trend of the zero at rest before the strokes, for runs that rest in air at one end only.
 
     A trend is the force that it would add until the middle of the stroke, N. A trend that all runs have in common is a
-    fault of all; else a run is at fault that drifts clearly more than the others. `table`: As in `_judge_change_of_zero`.
+    fault of all; else a run is at fault that drifts clearly more than the others. `table`: As in `_select_zeros`.
     """
     table, trend, force = _select_zeros(table, "trend")
     if len(table) < FEW_RUNS:

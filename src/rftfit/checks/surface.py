@@ -177,6 +177,7 @@ def _judge_surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, C
         # the surface cannot be checked, so the law is judged alone
         law = crust or judge_law_alone(pushes, run_cm, session_cm, tolerance_deg)
         return Check.skip("surface", "few-pushes" if is_laboratory else "natural-sand"), law
+    # first whether stress is a line, then the error of the surface and the lag of all runs together
     line = crust or judge_linearity(pushes, session_cm, tolerance_deg)
     starts = Starts.of(steep_fits, is_push, run_cm)
     (offset_cm, lag_cm), covariance = _fit_surface_and_lag(starts, steep_fits, session_cm, speed)
@@ -207,6 +208,7 @@ def _judge_surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, C
         starts = replace(starts, terms=np.column_stack([starts.terms, deep - deep.mean()]))
     # consecutive runs with patches in their beds may look like a step, so the error includes patches
     starts = replace(starts, error=np.hypot(starts.error, _error_of_start(steep_fits)))
+    # then whether a part of the runs has another surface or lag, which is the more exact cause
     runs = [measured.sheet[run] for run in steep_fits["run_id"]]
     other_level = _find_two_levels(starts, runs, speed) or _find_other_path(
         starts, pushes, measured
@@ -272,6 +274,8 @@ def _error_of_start(fits: pd.DataFrame) -> FloatArray:
     )
     # mean and standard deviation of the depths in the window
     middle, spread = (top + end) / 2, (end - top) / math.sqrt(12)
+    # with n samples of scatter s, the slope through zero has the error s / sqrt(n (middle^2 + spread^2)), and the depth
+    # at which a free line is 0 the error s / alpha sqrt(1 / n + middle^2 / (n spread^2))
     of_noise = se / np.abs(alpha) * (middle**2 + spread**2) / spread
     windows = zip(top.round(1).tolist(), end.round(1).tolist(), strict=True)
     of_patches = [PATCHES / exponent_lever(*window) for window in windows]
@@ -368,7 +372,7 @@ def _describe_start(depth_cm: float) -> Remark:
 def _describe_start_of_pulls(start_cm: FloatArray, confidence: float) -> Remark:
     """Describe the depth at which stress begins in pulls: their median, and its interval for three runs or more.
 
-    The result of the fit is not used, as pushes and the order of the runs influence it.
+    The result of the fit is not used, as pushes and the order of the runs influence it. `start_cm`: starts of the pulls.
     """
     middle, se = median_of_runs(start_cm)
     if math.isnan(middle):

@@ -111,8 +111,8 @@ def _log_evidence(
 ) -> list[float]:
     """Return the logarithm of the likelihood of each alpha at n directions, summed over size and share of the rough shape.
 
-    `alphas`: alpha by each set of axes, of shape (2 n,). `error`: the standard error of each, (2 n,), which includes
-    what a medium has of its own.
+    `beta_deg`, `gamma_deg`: (n,). `alphas`: alpha by each set of axes, of shape (2 n,). `error`: the standard error of
+    each, (2 n,), which includes what a medium has of its own.
     """
     by_share = []
     for rough_share in _CHOSEN.rough_shares:

@@ -531,6 +531,7 @@ def _average_runs(
     alpha = np.nan_to_num([_numbers(runs, column(c)) for c in "zx"])
     mean = alpha @ weight
     mean[1] *= has_x
+    # standard errors of alpha of each run, by their cause
     se, startup, tare, curvature, rod = (
         _error(runs, name) for name in ("se", "startup", "tare", "curvature", "rod")
     )

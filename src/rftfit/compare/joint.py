@@ -381,7 +381,8 @@ class JointModel:
         """Return the negative logarithm of likelihood times prior of `theta`, up to a constant; what `fit` minimises.
 
         Infinite where no covariance can be inverted. The prior of the factor on the departure is inverse gamma, as that
-        of a variance; the logarithms of both scatters are normal about usual ones.
+        of a variance, with its mode at 1; the logarithms of both scatters are normal about usual ones; any size of the
+        medium is as likely.
         """
         residual = self._residual(theta)
         try:

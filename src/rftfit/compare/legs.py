@@ -350,6 +350,7 @@ def measured_peak(theta_deg: FloatArray, force_N: FloatArray, component: str) ->
     """Fit a parabola around the highest reading and take its highest point: the reading is too high by its noise.
 
     Readings are in order, one a degree, shape (n,). Where fewer than 6 lie around the highest one, this is the peak.
+    `component`: decides which reading is the highest (`extreme`).
     """
     highest = extreme(force_N, component)
     window = _CHOSEN.smooth

@@ -96,7 +96,7 @@ def _explain_stretch(log_ratio: FloatArray, direction_of_run: npt.NDArray[np.int
     """Find the evidence that a stretch of the sheet has a mistake: all of it, from a row on, or between two rows.
 
     Repeats share how their direction departs from the known shape, and together count as one run. `log_ratio`: from
-    `_log_ratios`, (n,), in the order of the sheet.
+    `_log_ratios`, (n,), in the order of the sheet. `direction_of_run`: from `number_directions`.
     """
     # runs of each direction that the mistake changes
     changed_of_direction = np.bincount(direction_of_run, log_ratio != 0)
@@ -117,7 +117,8 @@ def _log_ratios(
 ) -> dict[tuple[str, int], FloatArray]:
     """Calculate the log likelihood ratio of each run, shape (n,), with each mistake against the sheet as it is.
 
-    By name and number of rows of the mistake. The ratio is 0 where a mistake changes nothing.
+    By name and number of rows of the mistake. The ratio is 0 where a mistake changes nothing. Parameters: those of
+    `find_misplaced`.
     """
     as_stated = runs.beta_deg, runs.gamma_deg
     angles_deg = _angles_of_rows(runs, run_ids, sheet)
@@ -167,7 +168,8 @@ def _angles_of_rows(
 ) -> dict[tuple[str, int], tuple[FloatArray, FloatArray]]:
     """Return beta and gamma of each run, deg, shape (n,), by each mistake: those of the next row, or beta of it alone.
 
-    Only rows of plates count. A run keeps its stated angles where there is no such row.
+    Only rows of plates count. A run keeps its stated angles where there is no such row. Parameters: those of
+    `find_misplaced`.
     """
     plates = sorted((run for run in sheet.values() if run.kind == "plate"), key=lambda run: run.row)
     row_of_run = {run.run_id: row for row, run in enumerate(plates)}

@@ -77,6 +77,7 @@ def compare_runs(
     compared = _compare_with_repeats(alpha, groups, compared_alpha)
     # runs of the direction of each run
     run_count = np.bincount(groups)[groups]
+    # fewer than three runs: by the map first, then the runs of a pair by each other
     is_by_map = run_count < 3
     if is_by_map.any():
         compared = _choose(is_by_map, _compare_with_map(runs, alpha), compared)

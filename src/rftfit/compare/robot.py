@@ -61,7 +61,7 @@ _NEAR_ONE = 0.8
 def robot_claims(errors: pd.DataFrame, optimum: pd.DataFrame, speed: pd.DataFrame) -> list[Item]:
     """Compare the paper's statements on the robot with this campaign, as far as its runs allow.
 
-    `optimum`: table of `optima`.
+    `errors`, `speed`: see the module. `optimum`: table of `optima`.
     """
     items: list[Item] = []
     for profile, errors_of_profile in errors.groupby("profile", sort=False):

@@ -570,6 +570,7 @@ def _parse_fast(layout: Layout, body: bytes) -> ParsedRows | None:
         return None  # Arrow would skip the mark at the start of any block, not only of the file
     width = len(layout.names)
     if layout.optional:
+        # the first line decides how many cells all have; Arrow refuses the block if another differs
         line = body.partition(b"\n")[0]
         width = min(width, line.count(layout.delimiter.encode()) + 1)
         if width < len(layout.names) - layout.optional:

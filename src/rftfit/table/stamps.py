@@ -187,12 +187,14 @@ def seconds_of_column(cells: Any, order: str) -> FloatArray | None:
     try:
         cells = pc.utf8_trim(cells, " \t")
         first = cells[0].as_py()
+        # each step rewrites all cells if the first has the form, and `first` follows
         if _CLOCK.fullmatch(first):
             if _COLON_BEFORE_FRACTION.fullmatch(first):
                 cells = pc.replace_substring_regex(
                     cells, f"^{_COLON_BEFORE_FRACTION.pattern}$", r"\1.\2"
                 )
                 first = cells[0].as_py()
+            # a time of the first day of 1970
             hours = "" if first.count(":") == 2 else "00:"
             cells = pc.binary_join_element_wise(f"1970-01-01T{hours}", cells, "")
             first, order = cells[0].as_py(), "ymd"
@@ -207,6 +209,7 @@ def seconds_of_column(cells: Any, order: str) -> FloatArray | None:
         if not _ISO.fullmatch(first):
             cells, half_days = _as_iso(cells, order)
         cells = pc.replace_substring(cells, ",", ".")
+        # Arrow refuses a column in which some cells have a zone and some have none
         zoned = bool((date := _DATE.fullmatch(first)) and date["zone"])
         stamps = cells.cast(pa.timestamp("ns", "UTC" if zoned else None))
     except (pa.ArrowInvalid, pa.ArrowNotImplementedError, UnicodeDecodeError, ValueError):
