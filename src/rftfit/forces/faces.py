@@ -215,7 +215,7 @@ class LoadedFaces(NamedTuple):
 
 
 def moving_faces(mesh: Mesh, frame: FloatArray, rolling: FloatArray = NO_WHEEL) -> LoadedFaces:
-    """Return the faces that bear a load in a pose: below the surface, in motion, and not behind another part of the body.
+    """Return the faces that bear a load in a pose: below the surface, in motion, and of a solid body those that lead.
 
     `frame`: a row of `Motion3D.frames`, (18,): position (cm), velocity (cm/s) and rate of turning (rad/s) of the
     reference point, and rotation matrix. `rolling`: a row of `rftfit.forces.rolling.rolling_rows`, (4,), by which some
