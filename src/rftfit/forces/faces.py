@@ -25,6 +25,7 @@ from rftfit.forces.rolling import NO_WHEEL, leading_speed, lies_in_track
 from rftfit.model import rft3d
 from rftfit.model.packs import NEGLIGIBLE
 from rftfit.model.profiles import Profile, TableProfile
+from rftfit.model.rft3d import dot
 
 LAWS = ("measured", "3d-rft")
 """Laws of the stress on a face: by the whole measured map, or by 3D-RFT from alpha_z(0, 90 deg) alone."""
@@ -84,20 +85,20 @@ def _measured_stress(profile: Profile, normal: FloatArray, velocity: FloatArray)
     speed, r = _split_horizontal(velocity)
     e_turned, r_turned = (np.stack([-h[..., 1], h[..., 0]], axis=-1) for h in (e, r))
     beta = wrap_beta(np.arctan2(tilt, normal[..., 2]))
-    down, along_e = -velocity[..., 2], _dot(velocity[..., :2], e)
+    down, along_e = -velocity[..., 2], dot(velocity[..., :2], e)
 
     # read in the plane of e: what moves across that plane slides along a level plate
     alpha_z, alpha_x = profile.alpha(beta, np.arctan2(down, -along_e))
     in_plane = np.hypot(along_e, down)
     alpha_x_sliding = profile.alpha(0 * beta, 0 * beta)[1]
-    across = _dot(velocity[..., :2], e_turned)
+    across = dot(velocity[..., :2], e_turned)
     level = _times(in_plane * alpha_x, e) - _times(alpha_x_sliding * across, e_turned)
     by_normal = _join_vertical(level, in_plane * alpha_z)
 
     # read in the plane of r: the mean of beta and -beta, and half their difference turned from r to e
     gamma = np.arctan2(down, -speed)
     (z_plus, x_plus), (z_minus, x_minus) = profile.alpha(beta, gamma), profile.alpha(-beta, gamma)
-    cos_r_e, sin_r_e = _dot(e, r), _dot(e, r_turned)
+    cos_r_e, sin_r_e = dot(e, r), dot(e, r_turned)
     ahead = (x_plus + x_minus) / 2 + (x_plus - x_minus) / 2 * cos_r_e
     sideways = (x_plus - x_minus) / 2 * sin_r_e
     up = (z_plus + z_minus) / 2 + (z_plus - z_minus) / 2 * cos_r_e
@@ -120,10 +121,10 @@ def share_read_near_pushes(
     """
     tilt, e = _split_horizontal(_unit(normal))
     speed, r = _split_horizontal(_unit(velocity))
-    down, along_e = -_unit(velocity)[:, 2], _dot(_unit(velocity)[:, :2], e)
+    down, along_e = -_unit(velocity)[:, 2], dot(_unit(velocity)[:, :2], e)
     beta = np.arctan2(tilt, _unit(normal)[:, 2])
     gamma_of_motion = np.arctan2(down, -speed)
-    same_way = (1 + _dot(e, r)) / 2
+    same_way = (1 + dot(e, r)) / 2
     upright, in_plane = tilt**2, along_e**2 + down**2
     # beta, gamma and weight of each reading; the weights of a face sum to 1
     readings = [
@@ -172,11 +173,6 @@ def _times(size: FloatArray, direction: FloatArray) -> FloatArray:
     return size[..., None] * direction
 
 
-def _dot(vectors: FloatArray, others: FloatArray) -> FloatArray:
-    """Return the scalar products of vectors (..., k)."""
-    return np.asarray((vectors * others).sum(axis=-1))
-
-
 def submerged_parts(triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the share of the area of triangles below the surface z = 0, shape (...), and the centroid of that part (..., 3).
 
@@ -219,7 +215,7 @@ class LoadedFaces(NamedTuple):
 
 
 def moving_faces(mesh: Mesh, frame: FloatArray, rolling: FloatArray = NO_WHEEL) -> LoadedFaces:
-    """Return the faces that bear a load in a pose: below the surface, in motion, and not behind another part of the body.
+    """Return the faces that bear a load in a pose: below the surface, in motion, and of a solid body those that lead.
 
     `frame`: a row of `Motion3D.frames`, (18,): position (cm), velocity (cm/s) and rate of turning (rad/s) of the
     reference point, and rotation matrix. `rolling`: a row of `rftfit.forces.rolling.rolling_rows`, (4,), by which some

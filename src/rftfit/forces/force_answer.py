@@ -511,11 +511,10 @@ class ForceAnswer:
         # poses in which some force has a number, but an end of its interval of alpha has none
         lacks_interval = np.zeros(poses, dtype=bool)
         for name in self.quantities:
-            for end in end_names(name):
-                if end in self.forces:
-                    lacks_interval |= (
-                        self.forces[end].isna() & self.forces[name].notna()
-                    ).to_numpy()
+            ends = list(end_names(name))
+            if ends[0] in self.forces:
+                lacks_end = self.forces[ends].isna().any(axis=1)
+                lacks_interval |= (lacks_end & self.forces[name].notna()).to_numpy()
         # where a table stands beside nine terms, the head of the file says why intervals are empty
         if self.beside is None and (without := int(lacks_interval.sum())):
             doubts.append(

@@ -595,6 +595,7 @@ def _winding(point: FloatArray, triangles: FloatArray) -> float:
     volume = (a * np.cross(b, c)).sum(axis=1)
     across = length_a * length_b * length_c + (a * b).sum(axis=1) * length_c
     across += (b * c).sum(axis=1) * length_a + (c * a).sum(axis=1) * length_b
+    # halves of the solid angles add up to 2 pi inside
     return abs(float(np.arctan2(volume, across).sum())) / (2 * np.pi)
 
 

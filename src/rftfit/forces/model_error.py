@@ -397,7 +397,7 @@ def directed_errors(
     """
     # R is a function of S, so that both have the same axes (eigenvectors, in columns), along which R is diagonal
     loads, axes = np.linalg.eigh(by_direction)
-    # H^2 is G^2 and the square of the floor: 0.2 of the largest G
+    # the floor is 0.2 of the largest G; the largest H, which the load holds, is hypot(1, 0.2) of it
     largest = np.nanmax(load.size, axis=-1, keepdims=True, initial=0.0)
     floor = LEAST_LOAD / math.hypot(1.0, LEAST_LOAD) * largest * load.loaded
     sizes = np.hypot(loads, floor[..., None])

@@ -148,6 +148,7 @@ def arc(
     max_length_cm : float, optional
         2R, from axle to tip.
     width_cm : float, optional
+        Width across the plane.
     elements : int, optional
         Number of elements, which are equally long.
     name : str, optional
@@ -253,6 +254,7 @@ def polyline(
     points : array_like, shape (m, 2)
         x, z, cm. Points of a file are checked by `rftfit.forces.outlines.read_outline`.
     width_cm : float
+        Width across the plane.
     elements : int, optional
         About how many elements; every straight piece has at least one.
     name : str, optional

@@ -156,7 +156,7 @@ class OutlineInMotion(BodyInMotion):
         return BestForces(forces.by_name(), forces.reason)
 
     def best_with_load(self, profile: Profile) -> DrawnForces:
-        """Integrate the forces by one profile, with their load: in the form of a single draw."""
+        """Integrate the forces by one profile, with their load: in the form of a single draw, shape (1, p)."""
         forces = {name: values[None] for name, values in self.best(profile).forces.items()}
         load = outline_load(profile, self.outline, self.poses)
         return DrawnForces(0, forces, load.interpolate(0, len(self.poses)))

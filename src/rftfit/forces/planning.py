@@ -112,6 +112,7 @@ def prior_map(shapes: Shapes | None = None, nodes: Nodes | None = None) -> Map:
     """
     shapes, nodes = shapes or published_shapes(), nodes or map_nodes()
     mean, covariance = shapes.moments(nodes.beta, nodes.gamma)
+    # the first row lets the size vary by 100 %, the others the shape
     rows = np.vstack([mean, root(covariance)])
     normals = np.random.default_rng(SEED_OF_MAPS).standard_normal((DRAWS, len(rows)))
     # normal numbers with a mean of exactly 0 and a covariance of exactly 1, so that a plan does not depend on chance

@@ -195,7 +195,7 @@ class MeshInMotion(BodyInMotion):
         return BestForces(forces, "" if has_forces(forces).all() else why, sums[:, 6])
 
     def best_with_load(self, profile: Profile) -> DrawnForces:
-        """Integrate the forces by one profile, with their load: in the form of a single draw."""
+        """Integrate the forces by one profile, with their load: in the form of a single draw, shape (1, p)."""
         return self._with_load(self._sum_faces(profile)[None])
 
     def draw(self, stack: Profile, *, with_load: bool) -> Iterator[DrawnForces]:

@@ -164,6 +164,7 @@ class WheelAnswer:
         -------
         str
         """
+        # times False leaves a name out
         held = ["alpha"] * self.has_alpha_error
         held += ["slip sinkage"] * (self.slip_sinkage is not None)
         return " and ".join(held)

@@ -139,7 +139,10 @@ def measured_profile(
 
 
 def errors_known(table: pd.DataFrame) -> bool:
-    """Return True if every alpha of a table has an interval; a table of another lab may lack some."""
+    """Return True if every alpha of a table has an interval: without them draws would know an alpha exactly.
+
+    A table of another lab may lack some.
+    """
     return all(
         bool((table[column(c, "_hi")].notna() | table[column(c)].isna()).all()) for c in COMPONENTS
     )

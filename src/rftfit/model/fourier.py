@@ -29,7 +29,10 @@ METHODS = ("lsq", "dft-index")
 
 
 def basis(beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Return the functions of `TERMS_Z`, shape (5, ...), and of `TERMS_X`, shape (4, ...), at angles in rad."""
+    """Return the functions that the coefficients multiply at angles (...) in rad.
+
+    Those of `TERMS_Z`, shape (5, ...), and those of `TERMS_X`, shape (4, ...).
+    """
     b, g = np.broadcast_arrays(2 * np.asarray(beta, dtype=float), np.asarray(gamma, dtype=float))
     terms_z = np.stack([np.ones_like(b), np.cos(b), np.sin(b + g), np.sin(g), np.sin(g - b)])
     terms_x = np.stack([np.cos(b + g), np.cos(g), np.cos(g - b), np.sin(b)])

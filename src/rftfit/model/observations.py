@@ -110,6 +110,7 @@ class ObservedSystem:
         """
         mean_z, mean_x = mean.reshape(2, -1)
         mean_profile = TableProfile(mean_z, mean_x, *nodes)
+        # one body is one object: another one of the same shape may have been made differently
         by_body: dict[int, list[Observation]] = {}
         for observation in observations:
             by_body.setdefault(id(observation.body), []).append(observation)

@@ -171,6 +171,7 @@ def symmetric_correlation(
 
     def kernel_to(angles: Angles) -> FloatArray:
         """Return the kernel between the n directions and others (m,), shape (n, m)."""
+        # chords of circles of radius 1: twice the sine of half the angle, of 2 beta and of gamma
         return kernel(
             2 * np.sin(beta[:, None] - angles[0]), 2 * np.sin((gamma[:, None] - angles[1]) / 2)
         )

@@ -238,7 +238,7 @@ def with_scatter_of_repeats(pushes: Pushes, confidence: float) -> Pushes:
         ]
     )
     for rows, alpha in repeats:
-        # no push of these has a stated error
+        # no push of these has a stated error: then the error of their mean is that of a campaign's repeats
         if (variance[rows] == usual_variance[rows]).all():
             component, first = divmod(int(rows[0]), pushes.beta.size)
             mean_alpha = pushes.alpha[:, first].copy()
@@ -268,6 +268,7 @@ def bed_spread_of_repeats(pushes: Pushes, confidence: float) -> float:
     for _, alpha in _repeats_of(pushes):
         mean = abs(float(alpha.mean()))
         usual = ErrorTerm(USUAL_BED_SPREAD * mean)
+        # the error of one more push in another bed
         next_error = bed_of_next(alpha, usual, confidence, scatter=True)
         squares += (alpha.size - 1) * _normal_error(next_error, confidence) ** 2
         weights += (alpha.size - 1) * mean**2

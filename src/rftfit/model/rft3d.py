@@ -32,8 +32,8 @@ def law(normal: FloatArray, velocity: FloatArray) -> FloatArray:
     `normal`: outward, `velocity`: unit vectors, shape (..., d).
     """
     # turned down; the normal of a vertical face is turned to where the face moves
-    m = normal * _sign(-normal[..., -1], _dot(normal, velocity))[..., None]
-    products = np.stack([-velocity[..., -1], -m[..., -1], _dot(m, velocity)])  # v.g, m.g, m.v
+    m = normal * _sign(-normal[..., -1], dot(normal, velocity))[..., None]
+    products = np.stack([-velocity[..., -1], -m[..., -1], dot(m, velocity)])  # v.g, m.g, m.v
     # each of the 20 terms is a product of up to three of these
     terms = np.stack([products[[*factors]].prod(axis=0) for factors in _TERMS["factors"]])
     along_m, along_v, down = np.tensordot(COEFFICIENTS, terms, axes=1)[..., None]
@@ -59,7 +59,7 @@ def alpha_3drft(
     beta, gamma = np.broadcast_arrays(np.asarray(beta, float), np.asarray(gamma, float))
     velocity = -np.stack([np.cos(gamma), np.sin(gamma)], axis=-1)
     normal = np.stack([np.sin(beta), np.cos(beta)], axis=-1)
-    normal = normal * _sign(_dot(normal, velocity), -normal[..., -1])[..., None]
+    normal = normal * _sign(dot(normal, velocity), -normal[..., -1])[..., None]
     alpha = turn_and_cap(law(normal, velocity), normal, velocity, friction)
     down = np.array([0.0, -1.0])
     x, z = np.moveaxis(alpha / law(down, down)[1], -1, 0)
@@ -75,12 +75,12 @@ def turn_and_cap(
     tangential part is at most `friction` times that of the normal part. `stress`, `normal` (outward unit), `velocity`:
     shape (..., d).
     """
-    normal_part = _dot(stress, normal)
+    normal_part = dot(stress, normal)
     tangential = stress - normal_part[..., None] * normal
-    tangential_size = np.maximum(np.sqrt(_dot(tangential, tangential)), _NEGLIGIBLE)
+    tangential_size = np.maximum(np.sqrt(dot(tangential, tangential)), _NEGLIGIBLE)
     factor = np.minimum(1, friction * np.abs(normal_part) / tangential_size)
     # a tangential part along the motion would drive the face
-    drives = _dot(tangential, velocity) > _NEGLIGIBLE
+    drives = dot(tangential, velocity) > _NEGLIGIBLE
     factor = np.where(drives, -factor, factor)
     return factor[..., None] * tangential - np.abs(normal_part)[..., None] * normal
 
@@ -137,8 +137,8 @@ def rft3d_profile(alpha: float, friction: float, step_deg: float = 1.0) -> Table
     return profile
 
 
-def _dot(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Return the scalar products of vectors along the last axis."""
+def dot(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Return the scalar products of vectors (..., d) with others, shape (...)."""
     return np.asarray((first * second).sum(axis=-1))
 
 

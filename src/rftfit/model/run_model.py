@@ -162,7 +162,7 @@ class RunGaussian:
 
     @property
     def log_det(self) -> float:
-        """Logarithm of the determinant of V."""
+        """Logarithm of the determinant of V, for likelihoods: log det D + log det(I + P Z' D^-1 Z)."""
         return float(np.log(np.linalg.det(self.scatter)).sum() + np.linalg.slogdet(self._inner)[1])
 
     def score(
