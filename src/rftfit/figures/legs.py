@@ -406,25 +406,15 @@ def plot_forces_over_zeta(results: Results) -> Figure:
     predicted = matching_rows(predicted, profile="generic")
     names = leg_panels.leg_order((predicted, measured))
     page, panels = style.panels((5.3, 5.3), len(names))
-    has_interval = False
     for leg, column in zip(names, panels.T, strict=True):
         column[0].set_title(leg_panels.leg_title(leg), weight="bold")
         for component, axes in zip("zx", column, strict=True):
             leg_panels.theta_axes(axes, is_last_row=component == "x")
             generic = _generic_curve(matching_rows(predicted, leg=leg), component, zetas)
             _draw_scaled(axes, results, generic, matching_rows(measured, leg=leg), component, zetas)
-            has_interval |= bool(generic and np.isfinite(generic[2]).any())
     for component, axes in zip("zx", panels[:, 0], strict=True):
         axes.set_ylabel(rf"$F_{component}$ / $\zeta$ (N)")
-    entries = {}
-    for medium, line_look in _choose_line_looks(zetas).items():
-        zeta = style.format_number(zetas[medium])
-        title = rf"{style.medium_label(results, medium)} ($\zeta$ = {zeta})"
-        entries[title] = style.line(**line_look)
-    entries["generic prediction"] = style.line("black", linewidth=1.6)
-    if has_interval:
-        entries[f"{style.level(results)} interval of it"] = style.patch(facecolor="#bdbdbd")
-    style.legend(page, entries, handlelength=2.6)
+    style.legend(page, style.list_labelled(page), handlelength=2.6)
     return page
 
 
@@ -467,24 +457,30 @@ def _draw_scaled(
 ) -> None:
     """Draw one component of measured force over zeta of each medium on one leg, and the generic curve with its band.
 
-    `generic`: As `_generic_curve` returns it. `measured`: Forces on this leg. `zetas`: zeta by medium, NaN for none.
+    `generic`: As `_generic_curve` returns it. `measured`: Forces on this leg. `zetas`: zeta by medium, NaN for none. What is
+    drawn gets its label for the legend.
     """
     drawn_forces: list[FloatArray] = []
     unmeasured = []
-    if generic:
-        theta, force, low, high = generic
-        axes.fill_between(theta, low, high, color="#bdbdbd", linewidth=0)
-        axes.plot(theta, force, color="black", linewidth=1.6)
-        drawn_forces += [force, low, high]
     for medium, line_look in _choose_line_looks(zetas).items():
-        zeta = zetas[medium]
+        zeta, title = zetas[medium], style.medium_label(results, medium)
         rows = matching_rows(measured, medium=medium)
         if np.isfinite(zeta) and leg_panels.has_force(rows, component):
             theta, force = leg_panels.with_gaps(rows, f"force_{component}_N")
-            axes.plot(theta, force / zeta, linewidth=0.9, **line_look)
+            label = rf"{title} ($\zeta$ = {style.format_number(zeta)})"
+            axes.plot(theta, force / zeta, linewidth=0.9, label=label, **line_look)
             drawn_forces.append(force / zeta)
         else:
-            unmeasured.append(style.medium_label(results, medium))
+            unmeasured.append(title)
+    if generic:
+        theta, force, low, high = generic
+        # below the curves of the media, and behind them in the legend
+        black: style.Look = {"color": "black", "linewidth": 1.6, "zorder": 1.9}
+        axes.plot(theta, force, label="generic prediction", **black)
+        if np.isfinite(low).any():
+            label = f"{style.level(results)} interval of it"
+            axes.fill_between(theta, low, high, color="#bdbdbd", linewidth=0, label=label)
+        drawn_forces += [force, low, high]
     notes = [] if generic else ["no generic prediction"]
     if len(unmeasured) == len(zetas):
         notes.append("not measured in any medium")

@@ -457,27 +457,18 @@ def draw_clocks(pushes: Sequence[tuple[Ingested, Alignment]]) -> Figure:
     trace, alignment = pushes[worst]
     page, panels = style.panels((4.6, 4.9), 3 if trace.surface else 2, 6.1)
     # a single panel takes the place of the first row
-    grid = panels[0, 0].get_gridspec()
-    for axes in panels[0]:
+    offset_axes = panels[0, 0]
+    offset_axes.set_subplotspec(offset_axes.get_gridspec()[0, :])
+    for axes in panels[0, 1:]:
         axes.remove()
-    _draw_offsets(page.add_subplot(grid[0, :]), differences, half_widths, worst)
+    _draw_offsets(offset_axes, differences, half_widths, worst)
     _draw_lags(panels[1, 0], alignment, -differences[worst])
     panels[1, 0].set_title(style.plain(trace.run.run_id), loc="left", fontweight="bold")
     panels[1, 1].set_title(_format_offset(alignment.clock), loc="left")
     _draw_lift(panels[1, 1], alignment)
     if trace.surface:
         _draw_contact(panels[1, 2], trace.surface)
-    entries = {
-        "push; below: reading": style.dots(_BLUE, 3),
-        "push that differs most": style.dots(_RED, 4, marker="D"),
-        "session": style.line("black", linestyle=":"),
-        "variance that no curve over depth explains": style.line(_BLUE),
-        "offsets tried to the end": style.dots(_RED, 3),
-        "fitted": style.line(_RED),
-    }
-    if trace.surface:
-        entries["95 % interval of the surface"] = style.band(colour=_RED)
-    style.legend(page, entries)
+    style.legend(page, style.list_labelled(page))
     return page
 
 
@@ -500,9 +491,10 @@ def _draw_offsets(axes: Axes, differences: FloatArray, half_widths: FloatArray, 
     axes.axhline(0, color="black", linewidth=0.8, linestyle=":")
     low, high = differences - half_widths, differences + half_widths
     axes.vlines(numbers, low, high, color=_BLUE, linewidth=0.8)
-    axes.plot(numbers, differences, "o", color=_BLUE, markersize=3)
+    axes.plot(numbers, differences, "o", color=_BLUE, markersize=3, label="push; below: reading")
     axes.vlines(numbers[worst], low[worst], high[worst], color=_RED, linewidth=1.2)
-    axes.plot(numbers[worst], differences[worst], "D", color=_RED, markersize=4)
+    look: style.Look = {"color": _RED, "markersize": 4, "label": "push that differs most"}
+    axes.plot(numbers[worst], differences[worst], "D", **look)
     axes.set_xlim(0.5, len(differences) + 0.5)
     style.ticks(axes.xaxis, 12, integer=True)
     axes.set(xlabel="push straight down (number)", ylabel="offset from session (s)")
@@ -531,12 +523,14 @@ def _draw_lags(axes: Axes, alignment: Alignment, session_s: float) -> None:
     lag = alignment.profile.lag - alignment.clock.offset_s
     is_near = np.abs(lag) <= limit_s
     percent = 100 * np.maximum(alignment.profile.unexplained, 1e-6)
-    axes.semilogy(lag[is_near], percent[is_near], color=_BLUE, linewidth=0.9)
+    axes.axvline(session_s, color="black", linewidth=0.8, linestyle=":", label="session")
+    label = "variance that no curve over depth explains"
+    axes.semilogy(lag[is_near], percent[is_near], color=_BLUE, linewidth=0.9, label=label)
     offsets, shares = alignment.candidates
     near_offset = np.abs(offsets - alignment.clock.offset_s) <= limit_s
     fitted_s = (offsets - alignment.clock.offset_s)[near_offset]
-    axes.plot(fitted_s, 100 * shares[near_offset], "o", color=_RED, markersize=3)
-    axes.axvline(session_s, color="black", linewidth=0.8, linestyle=":")
+    dots: style.Look = {"color": _RED, "markersize": 3, "label": "offsets tried to the end"}
+    axes.plot(fitted_s, 100 * shares[near_offset], "o", **dots)
     axes.set(xlabel="lag from the estimate (s)", ylabel="unexplained variance (%)")
     axes.set_xlim(-limit_s, limit_s)
     axes.minorticks_off()
@@ -559,7 +553,7 @@ def _draw_lift_and_model(
     """Draw lift over depth as dots, and the function fitted to it as a line."""
     order = np.argsort(depth)
     axes.plot(depth, lift, "o", color=_BLUE, markersize=1, markeredgewidth=0)
-    axes.plot(depth[order], fitted[order], color=_RED, linewidth=0.8)
+    axes.plot(depth[order], fitted[order], color=_RED, linewidth=0.8, label="fitted")
 
 
 def _draw_contact(axes: Axes, surface: Surface) -> None:
@@ -572,7 +566,8 @@ def _draw_contact(axes: Axes, surface: Surface) -> None:
     _draw_lift_and_model(axes, depth[is_near], force, fitted)
     lo, hi = surface.interval()
     ends = np.clip([lo - surface.depth_cm, hi - surface.depth_cm], -limit_cm, limit_cm)
-    axes.axvspan(*ends, color=_RED, alpha=style.INTERVAL_OPACITY, linewidth=0)
+    look: style.Look = {"color": _RED, "alpha": style.INTERVAL_OPACITY, "linewidth": 0}
+    axes.axvspan(*ends, label="95 % interval of the surface", **look)
     axes.set_xlim(-limit_cm, limit_cm)
     half_width_mm = 10 * (hi - lo) / 2
     axes.set_title(f"surface \N{PLUS-MINUS SIGN} {half_width_mm:.2f} mm (95 %)", loc="left")
