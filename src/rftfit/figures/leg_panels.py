@@ -104,7 +104,10 @@ def leg_line(leg: Leg, theta_deg: float) -> FloatArray:
 
 
 def add_sketch(axes: Axes, leg: Leg) -> None:
-    """Draw a leg in the sand at some angles, to scale, with a bar of 2 cm."""
+    """Draw a leg in the sand at some angles, to scale, with a bar of 2 cm: shows what theta, leg and axle mean.
+
+    `leg`: Of the config. The hanging leg is black, the others grey.
+    """
     axes.set_axis_off()
     reach, hip = leg.max_length_cm, leg.hip_height_cm
     left, right, bottom, top = -1.6 * reach, 1.6 * reach, hip - 1.35 * reach, hip + 0.38 * reach

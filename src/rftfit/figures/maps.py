@@ -92,7 +92,7 @@ def plot_alpha_maps(results: Results) -> Figure:
     ),
 )
 def plot_alpha_maps_of_one(results: Results, medium: str) -> Figure:
-    """Draw maps of the measured alpha of one medium."""
+    """Draw maps of the measured alpha of one medium, with small plates and, as circles, the runs of the stress figure."""
     shown_runs = _shown_runs(results, medium)
     # entries of the legend for the marks that are added below
     plate = style.line("black", linewidth=1.5), style.line("black", marker=">", linestyle="")
@@ -160,7 +160,7 @@ def _media_with_estimated_map(results: Results) -> list[str]:
     lacking=_without_map,
 )
 def plot_estimated_maps(results: Results) -> Figure:
-    """Draw maps of the estimated alpha of media with few pushes."""
+    """Draw maps of the estimated alpha of media with few pushes, one row a medium, their pushes as circles."""
     media = _media_with_estimated_map(results)
     tables = results.joined("maps/{medium}.csv", tuple(media))
     page = _draw_maps(

@@ -79,7 +79,7 @@ def stress_runs(campaign: Campaign) -> list[str]:
         return []
 
     def rank(angles: tuple[float, float]) -> tuple[int, float]:
-        # a pair of push and pull before a single run, then the distance from `PUSH`
+        """Rank a pair of angles: push and pull before a single run, then by the distance from `PUSH`; least is best."""
         return -len(runs_by_angles[angles]), math.dist(angles, PUSH)
 
     nearest = runs_by_angles[min(runs_by_angles, key=rank)]
@@ -185,7 +185,11 @@ _STRESS_LABELS = {"z": "vertical stress\n$\\sigma_z$", "x": "horizontal stress\n
     ),
 )
 def plot_linearity(results: Results) -> Figure:
-    """Draw stress against depth, one column per direction of `nearest_cells` and one colour per medium."""
+    """Draw stress against depth, one column per direction of `nearest_cells` and one colour per medium.
+
+    Rows of panels: a sketch of the plate, vertical stress, horizontal stress. Each panel has the samples of the runs behind
+    the cell, and alpha of the cell as a line; a medium without such a run is named in the panel.
+    """
     media = results.laboratory
     alpha = results.joined("alpha/{medium}.csv", media)
     cells = nearest_cells(alpha)
@@ -266,7 +270,10 @@ def _rows_by_medium(
 
 
 def _draw_sketch(axes: Axes, beta_deg: float, gamma_deg: float, frame: bool) -> None:
-    """Draw a plate and its direction of motion below the free surface, from the side; `frame`: draw the axes of the lab, too."""
+    """Draw a plate and its direction of motion below the free surface, from the side, as a sketch of both angles.
+
+    The plate is 1 long; its tangent is (cos beta, -sin beta). `frame`: Draw the axes of the lab, too.
+    """
     beta, gamma = np.radians([beta_deg, gamma_deg])
     half_plate = 0.5 * np.array([np.cos(beta), -np.sin(beta)])
     velocity = 0.85 * np.stack(conventions.direction(gamma))

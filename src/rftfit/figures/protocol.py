@@ -169,7 +169,10 @@ def _read_recording(samples: pd.DataFrame) -> tuple[Trace, dict[str, tuple[float
 
 
 def _describe_run(run: Run) -> str:
-    """Describe the body and the motion of a run, for the heading."""
+    """Describe the body and the motion of a run, for the heading: leg, or angles of a plate.
+
+    An extraction has also the angles under which it stands in tables and maps.
+    """
     if run.kind == "leg":
         return f"{leg_panels.leg_title(run.intruder)}, swept through the medium"
     beta = rf"$\beta$ = {style.degrees(run.beta_deg)}"
@@ -200,7 +203,11 @@ def _describe_run(run: Run) -> str:
     ),
 )
 def plot_protocol(results: Results, medium: str) -> Figure:
-    """Draw runs of several kinds from recording to result, one column each."""
+    """Draw runs of several kinds from recording to result, one column each (`columns_of`).
+
+    Panels from top to bottom: position and force against time, as recorded, with the tare beside; then stress against depth
+    with its fit, or the force on a leg against its angle.
+    """
     columns = columns_of(results, medium)
     if not columns:
         message = "no run of which recording and result could be drawn"
@@ -252,7 +259,7 @@ def _shade_phases(axes: Axes, column: PanelColumn) -> None:
 
 
 def _draw_position(axes: Axes, column: PanelColumn) -> None:
-    """Draw the angle of a leg, or height (minus depth) and distance of a plate, against time."""
+    """Draw the angle of a leg, or height (minus depth) and distance x of a plate, against time since the stroke began."""
     _shade_phases(axes, column)
     run, time = column.run, column.run["time_s"]
     if column.kind == "rotation":
@@ -301,7 +308,10 @@ def _draw_plate(axes: Axes, column: PanelColumn) -> str:
 
 
 def _draw_leg(axes: Axes, column: PanelColumn) -> str:
-    """Draw the force on a leg against its angle. Returns the peaks in words, for the heading."""
+    """Draw the force on a leg, its tare taken off, against its angle. Returns the peaks in words, for the heading.
+
+    A component without any number is named instead of its peak.
+    """
     style.zero_line(axes)
     notes = []
     theta = column.result["theta_deg"]
@@ -357,7 +367,10 @@ def _without_tare(results: Results, medium: str) -> Sequence[str]:
     lacking=_without_tare,
 )
 def plot_tare(results: Results, medium: str) -> Figure:
-    """Draw the tare of the medium's deepest slanted plate run against depth, its valid range shaded."""
+    """Draw the tare of the medium's deepest slanted plate run against depth, its valid range shaded.
+
+    The tare is the force on rod and mount alone at the same depth; it is known only as deep as the rod was pushed alone.
+    """
     samples = results.table(f"tared/{medium}.parquet")
     runs_with_tare = _runs_with_tare(results, medium)
     deepest = runs_with_tare.sort_values(["valid_to", "run_id"], ascending=[False, True]).iloc[0]

@@ -235,7 +235,10 @@ def runs_on_pages(fits: pd.DataFrame, depth_cm: pd.Series[float]) -> list[SheetL
 
 
 def _place_in_turn(runs: list[str]) -> list[SheetLayout]:
-    """Place runs in scattered directions one after the other, on sheets without labels of rows and columns."""
+    """Place runs in scattered directions one after the other, on sheets without labels of rows and columns.
+
+    `runs`: Their ids, in the order of placing. An empty place means nothing there.
+    """
     pages = []
     most_runs = MAX_ROWS * MAX_COLUMNS
     for start in range(0, len(runs), most_runs):
@@ -346,7 +349,11 @@ class Sheet:
         self._write_text(left, top, trace, fit, problem)
 
     def _add_curves(self, left: float, top: float, trace: Trace, fit: Row) -> None:
-        """Collect stress, tare, fit and window of a run; the panel begins at `left` and `top`, cm."""
+        """Collect stress, tare, fit and window of a run as lines on the paper; the panel begins at `left` and `top`, cm.
+
+        Across the panel runs depth, of a horizontal run path, with the same scale in all panels; up runs stress, with a
+        range of its own.
+        """
         is_horizontal = fit["direction"] == "horizontal"
         inner, tall = self.width - _GAP, self.height - _GAP - _HEAD
         lowest, highest = panel_limits(trace)
@@ -372,6 +379,7 @@ class Sheet:
         if not np.isfinite(x).any():
             return
         ends = np.array([0.0 if is_horizontal else np.nanmin(along), np.nanmax(along)])
+        # the line of a fit is alpha times depth: level for a horizontal run, which stays at one depth
         depths = np.full(2, np.nanmedian(trace["depth_cm"])) if is_horizontal else ends
         for c in "zx":
             y = zero + scale * float(fit[f"alpha_{c}_N_per_cm3"]) * depths
@@ -539,7 +547,11 @@ def _read_comparisons(results: Results) -> dict[str, pd.DataFrame]:
     ),
 )
 def plot_runs_side_by_side(results: Results) -> Figure:
-    """Draw alpha of each run minus that of the others of its medium, a row a medium, a column a component."""
+    """Draw alpha of each run minus that of the others of its medium, a row a medium, a column a component.
+
+    The others are the repeats of the run or, where it has none, the map by all other runs. Outliers are red and numbered;
+    above the panels stand their names.
+    """
     tables = _read_comparisons(results)
     compared_with = set().union(*(table["beside"] for table in tables.values()))
     comparisons = {
@@ -631,7 +643,11 @@ def _draw_differences(axes: Axes, table: pd.DataFrame, runs_apart: pd.DataFrame,
 
 
 def _describe_differences(table: pd.DataFrame) -> str:
-    """Say how many runs were compared, how many are apart (outliers), and how far runs differ."""
+    """Say how many runs were compared, how many are apart (outliers), and how far runs differ; two lines.
+
+    `table`: Of compared runs. ``times_spread`` is the difference of a run in units of the usual spread; NaN where too few
+    runs show this spread.
+    """
     times = table["times_spread"]
     if times.isna().all():
         return f"{count(len(table), 'run')}: too few to estimate how much runs differ"

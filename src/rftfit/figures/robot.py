@@ -166,7 +166,7 @@ def _read_on_measured_table(results: Results, sweep: str, *names: str) -> list[p
     lacking=lambda results, sweep: () if len(results.table(f"{sweep}/speed.csv")) else _NO_SPEED,
 )
 def plot_profiles(results: Results, sweep: str) -> Figure:
-    """Draw speed against stride frequency (left) and against curvature (right), one row a profile."""
+    """Draw speed against stride frequency (left) and against curvature (right), one row a profile, all with one range."""
     speed, errors = (results.table(f"{sweep}/{name}.csv") for name in ("speed", "errors"))
     names = list(dict.fromkeys(speed["profile"]))
     looks, limits = _choose_looks(speed, errors), _speed_range(speed, errors)
@@ -396,7 +396,10 @@ def _describe_origin_of_points(results: Results) -> str:
 def _make_speed_entries(
     looks: Mapping[float, tuple[str, str]], speeds: pd.DataFrame, errors: pd.DataFrame
 ) -> dict[str, Any]:
-    """Make the entries of the legend for the colours, lines and points that are drawn by `_draw_frequency_panel`."""
+    """Make the entries of the legend for the colours, lines and points that are drawn by `_draw_frequency_panel`.
+
+    `looks`: Colour and marker by curvature. Each mark has an entry only if it is drawn.
+    """
     entries: dict[str, Any] = {}
     for curvature, (colour, marker) in looks.items():
         # shown with the marker where there is one
@@ -470,7 +473,11 @@ def _without_steady_run(results: Results, sweep: str) -> Sequence[str]:
     lacking=_without_steady_run,
 )
 def plot_curvature(results: Results, sweep: str) -> Figure:
-    """Draw speed against curvature (left); as a map over curvature and frequency, with the fastest curvature (right)."""
+    """Draw speed against curvature (left); as a map over curvature and frequency, with the fastest curvature (right).
+
+    On the profile of the measured table. Bars at the fastest curvature: the range within which starting phases, and reading
+    a top off so many points, leave it.
+    """
     speed_rows, best, error_rows = _read_on_measured_table(
         results, sweep, "speed", "optimum", "errors"
     )

@@ -57,7 +57,7 @@ _FITS: dict[str, tuple[str, Any]] = {
     ),
 )
 def plot_penetration(results: Results) -> Figure:
-    """Draw the stress on a plate pushed straight down into each sand against depth."""
+    """Draw the stress on a plate pushed straight down into each sand against depth, with its fits; one panel a sand."""
     table, media = results.table("sands.csv"), results.sands
     most_in_row = 3
     page, panels = style.panels_in_rows(len(media), most_in_row, 7.3, 6.1)

@@ -51,7 +51,10 @@ class PageFinding(NamedTuple):
 
 
 def findings(results: Results) -> list[PageFinding]:
-    """List the findings, most important first: the measurement, the predictions and their errors, then the rest."""
+    """List the findings, most important first: the measurement, the predictions and their errors, then the rest.
+
+    The first `ON_FIRST_SCREEN` stand on the first screen of the page, the others in their sections.
+    """
     finders = (
         _find_verdicts,
         _find_media_of_another_kind,
@@ -243,7 +246,10 @@ def _find_errors_on_legs(results: Results) -> Iterable[PageFinding]:
 
 
 def _find_explanation(results: Results) -> Iterable[PageFinding]:
-    """Say which errors explain the largest error of a peak lift; nothing where that is within `WITHIN_PERCENT`."""
+    """Say which errors explain the largest error of a peak lift; nothing where that is within `WITHIN_PERCENT`.
+
+    An interval explains the error if it includes zero (`labels.explanation_of`).
+    """
     profile, lift = _select_lifts_of_legs(results)
     if lift.empty or abs((worst := _find_worst(lift))["peak_error_percent"]) <= WITHIN_PERCENT:
         return

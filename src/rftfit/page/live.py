@@ -184,7 +184,12 @@ def scaling_references(results: Results) -> list[scaling.Reference]:
 
 
 def live_data(results: Results) -> dict[str, Any]:
-    """Collect the numbers that the scripts of the page use; NaN becomes None. Most entries are by medium."""
+    """Collect the numbers that the scripts of the page use; NaN becomes None.
+
+    Most entries are by medium: ``profiles`` (parameters, by name), ``alpha`` and ``maps`` (cells of measured and estimated
+    maps), ``measured`` (forces by leg), ``predicted`` (ends of intervals by leg and profile), ``zeta`` (value and ends),
+    ``down`` (alpha_z straight down). ``push`` and ``references`` are for the field calculator; ``rate``: of a leg, rad/s.
+    """
     config = results.config
     predicted = results.table("predicted.csv")
     runs_without_x = {

@@ -81,7 +81,10 @@ doi:10.1073/pnas.2214017120
 
 
 def paragraphs(results: Results, outcome: Outcome) -> list[str]:
-    """Write the methods section from the configuration and the numbers of this campaign."""
+    """Write the methods section from the configuration and the numbers of this campaign: three paragraphs.
+
+    `outcome`: Runs with and without a result. The third paragraph is on forces on legs, the map, the robot and software.
+    """
     robot = _describe_robot(results)
     predictions = (
         _describe_forces_on_legs(results),
@@ -181,7 +184,7 @@ def _describe_directions(results: Results) -> str:
         cells = medium.alpha.dropna(subset="alpha_z_N_per_cm3")
         is_down = is_straight_down(cells["beta_deg"], cells["gamma_deg"], tolerance_deg)
         counts.add(len(cells))
-        # level runs at several depths are one line through zero, not repeats
+        # level runs at several depths are one line through zero, not repeats; runs of each depth may have a fraction
         runs_of_depth = cells["n_runs"] / cells["n_depths"].fillna(1).clip(lower=1)
         repeats |= {*np.floor(runs_of_depth).astype(int), *np.ceil(runs_of_depth).astype(int)}
         level_depths |= {*cells.loc[cells["n_depths"] > 1, "n_depths"].astype(int)}
@@ -218,7 +221,7 @@ def _name_origin(results: Results) -> str:
 
 
 def _describe_plates(results: Results) -> str:
-    """Write the sizes of the plates that were pushed."""
+    """Write the sizes of the plates that were pushed, by the form of each: plate, disc, or flat outline."""
     used_plates = {run.intruder for run in results.campaign.runs if run.kind == "plate"}
     sizes = []
     for name, intruder in results.config.intruders.items():

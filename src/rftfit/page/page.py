@@ -123,7 +123,11 @@ def page(results: Results) -> str:
 
 
 def context(results: Results) -> dict[str, Any]:
-    """Collect the values that the template prints, by their names there; a name that is missing is an error."""
+    """Collect the values that the template prints, by their names there; a name that is missing is an error.
+
+    Tables are `PageTable`, facts True or False, all else texts; lists of (medium or title, text) are small print. An empty
+    table or text leaves its paragraph out.
+    """
     config = results.config
     outcome = outcome_of_runs(results)
     scaling, other_scaling = tables.tabulate_scaling(results)

@@ -114,7 +114,10 @@ def _tabulate_best(optimum: pd.DataFrame) -> PageTable:
 
 
 def _tabulate_conditions(errors: pd.DataFrame) -> PageTable:
-    """Tabulate the measured speed of every condition beside the speeds simulated on each profile, a column a profile."""
+    """Tabulate the measured speed of every condition beside the speeds simulated on each profile, a column a profile.
+
+    In small print the intervals of the simulated speed, its error, and why a number is missing.
+    """
     simulated = {(row["condition"], row["profile"]): row for row in records(errors)}
     ordered = errors.sort_values(["curvature_times_R", "frequency_Hz"], kind="stable")
 

@@ -119,7 +119,7 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
         return Cell(results.campaign.titles[row["medium"]], (", ".join(facts),))
 
     def data_verdict(row: Row) -> Cell:
-        """Make the cell with the verdict on the data, its reason, and a link to it."""
+        """Make the cell with the verdict on the data, its reason, and a link to where the page explains it."""
         word, reason = results[row["medium"]].verdict
         flag_count = most_serious_flag(results, row["medium"])[1]
         is_faultless = word in (SOUND, NOT_CHECKED)
@@ -516,7 +516,10 @@ _RMS_OVER_PEAK = numbers(
 
 
 def tabulate_leg_errors(results: Results) -> PageTable:
-    """Tabulate errors of peak and of shape for every leg, medium, profile and component, in this order."""
+    """Tabulate errors of peak and of shape for every leg, medium, profile and component.
+
+    Rows of ``results/leg_errors.csv``, sorted by medium, leg, profile and component as the config and the page order them.
+    """
     order: dict[str, Sequence[str]] = {
         "medium": list(results.config.media),
         "leg": list(results.config.intruders),
@@ -589,7 +592,10 @@ def tabulate_contacts(results: Results) -> PageTable:
 
 
 def tabulate_sands(results: Results) -> PageTable:
-    """Tabulate the penetration tests of the natural sands, over the stated and over the detected linear regime."""
+    """Tabulate the penetration tests of the natural sands, over the stated and over the detected linear regime.
+
+    A test is a push of a flat plate straight down; the regime is the range of depth in which stress is straight.
+    """
     alpha = "alpha_z_N_per_cm3", 4, "alpha_z_{}_N_per_cm3"
     columns = [
         _medium_column(results, "Sand"),
@@ -626,7 +632,11 @@ def _without_repeated_reasons(results: Results, name: str) -> list[dict[str, Any
 
 
 def tabulate_corrections(results: Results) -> PageTable:
-    """Tabulate corrections of predicted forces in natural sands: their factors, and whether they help on a leg left out."""
+    """Tabulate corrections of predicted forces in natural sands: their factors, and whether they help on a leg left out.
+
+    A correction multiplies predicted forces by factors fitted to the legs. It earns its place if it makes the error on legs
+    left out of the fit smaller by the share `WORTH`.
+    """
 
     def earns_its_place(row: Row) -> str:
         """Say whether a correction gains enough; empty for the model without correction."""

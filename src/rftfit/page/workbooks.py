@@ -221,7 +221,7 @@ def _write_alpha_block(
 def _write_alpha_list(
     book: Book, sheet: Worksheet, row: int, title: str, table: pd.DataFrame, column: str
 ) -> int:
-    """Write one column of an alpha table of scattered directions as a list. Returns the next free row."""
+    """Write one column of an alpha table of scattered directions as a list, a row a direction. Returns the next free row."""
     for j, head in enumerate(("beta (degrees)", "gamma (degrees)", title)):
         book.put_text(sheet, row, j, head, "head")
     rows = zip(table["beta_deg"], table["gamma_deg"], table[column], table["reason"], strict=True)
@@ -233,7 +233,10 @@ def _write_alpha_list(
 
 
 def coefficient_workbook(results: Results) -> bytes:
-    """Make the workbook of coefficients, one sheet per method: coefficients and zeta, their intervals, published numbers."""
+    """Make the workbook of coefficients, one sheet per method: coefficients and zeta, their intervals, published numbers.
+
+    A method is a way of fitting nine terms; the sheet "About" says what each is.
+    """
     coefficients = results.table("coefficients.csv")
     lines = [
         "Coefficients of the nine-term Fourier fit of alpha_z and alpha_x, one sheet per method.",
