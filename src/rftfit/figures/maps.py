@@ -370,6 +370,10 @@ def kept_coefficients(results: Results, medium: str) -> FloatArray:
     return values.reindex(list(TERMS)).to_numpy(float)
 
 
+_FINE = np.arange(-89.5, 90, 1.0)
+"""Angles of `middles`, degrees."""
+
+
 def middles() -> tuple[FloatArray, FloatArray]:
     """Return beta and gamma, rad, at the middles of all cells of 1 degree; each of shape (180, 180), rows by beta."""
     beta, gamma = np.meshgrid(np.radians(_FINE), np.radians(_FINE), indexing="ij")
@@ -471,6 +475,10 @@ def edges(centres: npt.ArrayLike) -> FloatArray:
     return borders.clip(-LIMIT_DEG, LIMIT_DEG)
 
 
+_FINE_DEG = 2.5
+"""Widest step of a grid on which the zero contour is drawn, degrees."""
+
+
 def _refine_angles(centres: FloatArray) -> FloatArray:
     """Return the measured angles with further ones between them, at most `_FINE_DEG` apart."""
     counts = np.ceil(np.diff(centres) / _FINE_DEG).astype(int)
@@ -507,13 +515,6 @@ def along_motion(component: str, gamma_deg: FloatArray, alpha: FloatArray) -> Fl
 
 
 # One map: cells or a continuous surface, zero contour, shading, colour bar
-
-
-_FINE_DEG = 2.5
-"""Widest step of a grid on which the zero contour is drawn, degrees."""
-
-_FINE = np.arange(-89.5, 90, 1.0)
-"""Angles of `middles`, degrees."""
 
 
 def angle_axes(axes: Axes, name_beta: bool = True, name_gamma: bool = True) -> None:

@@ -166,6 +166,8 @@ def figure(
     """
 
     def declare(draw: Callable[..., Any]) -> Callable[..., Any]:
+        """Declare a function; returns the function that draws in its place, which the declaration holds, too."""
+
         @styled()
         @wraps(draw)
         def draw_in_style(results: Results, *medium: str) -> Any:

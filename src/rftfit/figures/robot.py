@@ -104,18 +104,6 @@ def beside_points(caption: str, good: str) -> Callable[[Results, str], str]:
 # Speed against stride frequency and against curvature
 
 
-_MARKERS = "osD^vP*X<>"
-"""Markers of curvatures, in ascending order."""
-
-_BACK, _FLAT, _AHEAD = ("#0B3C6F", "#9CC9EA"), "#444444", ("#F2B27A", "#9E2A00")
-"""Colours of reversed legs, from the strongest curvature to the weakest, of flat legs, and of c-legs, from the weakest."""
-
-READ_HZ = (1.0, 2.0, 3.0, 4.0, 5.0)
-"""Frequencies at which speed is drawn against curvature."""
-
-_HZ_MARKERS = "osD^v"
-"""Markers of `READ_HZ`."""
-
 _NO_SPEED = ("there is no simulated speed to draw",)
 """What is lacking, as `DeclaredFigure.lacking` returns it."""
 
@@ -187,6 +175,13 @@ def plot_profiles(results: Results, sweep: str) -> Figure:
     return page
 
 
+_MARKERS = "osD^vP*X<>"
+"""Markers of curvatures, in ascending order."""
+
+_BACK, _FLAT, _AHEAD = ("#0B3C6F", "#9CC9EA"), "#444444", ("#F2B27A", "#9E2A00")
+"""Colours of reversed legs, from the strongest curvature to the weakest, of flat legs, and of c-legs, from the weakest."""
+
+
 def curvature_looks(curvatures: Sequence[float]) -> dict[float, tuple[str, str]]:
     """Choose colour and marker of each curvature: blue for reversed legs, red for c-legs, darker for stronger curvature."""
     from matplotlib.colors import LinearSegmentedColormap, to_hex
@@ -217,6 +212,16 @@ def _speed_range(speed: pd.DataFrame, errors: pd.DataFrame) -> tuple[float, floa
     # where no run was steady, zero stands in for the speeds
     lowest, *highest = np.nan_to_num([simulated.min(), simulated.max(), measured.max()])
     return float(min(-1.0, lowest * 1.05)), float(max(highest) * 1.06) or 1.0
+
+
+_OPEN_ENDS = ["simulated_from_alpha_lo_cm_per_s", "simulated_from_alpha_hi_cm_per_s"]
+_OPEN_COLOUR = "black"
+_OPEN: dict[str, Any] = {"linewidth": 1.4}
+"""Columns and look of the bar beside a point: the range of the simulated speed that the errors of alpha leave open."""
+
+_RING: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 7.5}
+_RING |= {"markerfacecolor": "none", "markeredgewidth": 0.9}
+"""Look of the ring around a point whose motion over time has a figure of its own."""
 
 
 def _draw_frequency_panel(
@@ -267,16 +272,6 @@ def _dashes_of(curvature: float) -> Any:
     if curvature == 0:
         return style.DASHES["dash-dotted"]
     return style.DASHES["dashed" if curvature < 0 else "solid"]
-
-
-_OPEN_ENDS = ["simulated_from_alpha_lo_cm_per_s", "simulated_from_alpha_hi_cm_per_s"]
-_OPEN_COLOUR = "black"
-_OPEN: dict[str, Any] = {"linewidth": 1.4}
-"""Look of the bar beside a point: the range of the simulated speed that the errors of alpha leave open."""
-
-_RING: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 7.5}
-_RING |= {"markerfacecolor": "none", "markeredgewidth": 0.9}
-"""Look of the ring around a point whose motion over time has a figure of its own."""
 
 
 def _average_speeds(table: pd.DataFrame, column: str) -> dict[float, FloatArray]:
@@ -336,6 +331,13 @@ def _interpolate_speeds(curves: Mapping[float, FloatArray], at_Hz: float) -> Flo
         for curvature, rows in curves.items()
     ]
     return np.array([row for row in speed_rows if row[1] is not None], dtype=float).reshape(-1, 2)
+
+
+READ_HZ = (1.0, 2.0, 3.0, 4.0, 5.0)
+"""Frequencies at which speed is drawn against curvature."""
+
+_HZ_MARKERS = "osD^v"
+"""Markers of `READ_HZ`."""
 
 
 def _draw_curvature_panel(axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame) -> None:
@@ -523,6 +525,10 @@ def plot_curvature(results: Results, sweep: str) -> Figure:
 # The robot in mid-stance, the force on every element of the standing tripod
 
 
+_STANCE = {"body": "#444444", "other tripod": "#9a9a9a", "standing tripod": style.OKABE_ITO["blue"]}
+"""Colours of the robot's parts in mid-stance."""
+
+
 def _split_by_run(table: pd.DataFrame) -> list[tuple[tuple[float, float], pd.DataFrame]]:
     """Split a table of samples or elements by run: (curvature, frequency) of each, c-leg first, with its rows."""
     runs = table.groupby(["curvature_times_R", "frequency_Hz"])
@@ -612,10 +618,6 @@ def plot_robot_stance(results: Results) -> Figure:
     arrow_entry = (style.line(arrow_colour), style.dots(arrow_colour, 3, marker=">"))
     style.legend(page, entries | {longest: arrow_entry})
     return page
-
-
-_STANCE = {"body": "#444444", "other tripod": "#9a9a9a", "standing tripod": style.OKABE_ITO["blue"]}
-"""Colours of the robot's parts in mid-stance."""
 
 
 # Motion and forces over two strides

@@ -123,9 +123,11 @@ def most_serious_flag(results: Results, medium: str) -> tuple[str, int]:
         attach_run(run_id, [flag for flag in flags.of_run(run_id) if flag not in shared])
         for run_id in medium_results.runs["run_id"]
     ]
+    # flags that no run of the cell has, each as a list of its own
     flags_of_cells = [
         [flag] for cell in alpha.to_dict("records") for flag in flags.of_cell_alone(cell)
     ]
+    # one list of flags for each run or cell that has any
     doubts = [*filter(None, flags_of_runs), *flags_of_cells]
     empty_cells = int(alpha["alpha_z_N_per_cm3"].isna().sum())
     if empty_cells and medium_results.settings.role == "laboratory":

@@ -55,20 +55,6 @@ from rftfit.results import Results
 from rftfit.store.environment import versions
 from rftfit.store.text import count
 
-SCRIPTS = (
-    "kernel.js",
-    "scaling.js",
-    "drawing.js",
-    "tables.js",
-    "maps.js",
-    "curves.js",
-    "viewer.js",
-    "calculator.js",
-    "robot.js",
-    "page.js",
-)
-"""Files of the script, in the order in which they are joined."""
-
 NAVIGATION = {
     "summary": "Summary",
     "believed": "Checks",
@@ -145,6 +131,8 @@ def context(results: Results) -> dict[str, Any]:
         "reproduction": bool(reproduction.rows),
     }
     names = {key: name for key, name in NAVIGATION.items() if shown_sections.get(key, True)}
+    # of each medium its most serious flag, empty for none, and the number of flags
+    flags = [(medium, *most_serious_flag(results, medium.name)) for medium in results]
     coefficients = of_method(results, "coefficients.csv")
     chi_by_method = {name: published(name).chi for name in METHODS}
     return {
@@ -179,9 +167,8 @@ def context(results: Results) -> dict[str, Any]:
             if (facts := _list_facts(medium))
         ],
         "flags": [
-            (medium.name, medium.title, f"{flag} ({count(flags, 'flag')} in all)")
-            for medium in results
-            for flag, flags in [most_serious_flag(results, medium.name)]
+            (medium.name, medium.title, f"{flag} ({count(number, 'flag')} in all)")
+            for medium, flag, number in flags
             if flag
         ],
         "doubts": [
@@ -435,10 +422,10 @@ class Picture:
 
 def drawn_figures(results: Results) -> list[Picture]:
     """List every figure of a usual run that was drawn, in the order in which figures are shown."""
+    usual_figures = [declared for declared in figures() if not declared.on_demand]
     return [
         _make_picture(results, declared, medium)
-        for declared in figures()
-        if not declared.on_demand
+        for declared in usual_figures
         for medium in declared.media(results.campaign)
         if results.has(f"{declared.file(medium)}.webp")
     ]
@@ -486,6 +473,21 @@ def quantities(text: str) -> Markup:
     escaped = str(escape(greek(text).replace(" %", "\N{NO-BREAK SPACE}%")))
     # safe, since the text is escaped before the tags are added
     return Markup(_SYMBOL_WITH_INDEX.sub(r"\1\3<sub>\2\4</sub>", escaped))  # noqa: S704
+
+
+SCRIPTS = (
+    "kernel.js",
+    "scaling.js",
+    "drawing.js",
+    "tables.js",
+    "maps.js",
+    "curves.js",
+    "viewer.js",
+    "calculator.js",
+    "robot.js",
+    "page.js",
+)
+"""Files of the script, in the order in which they are joined."""
 
 
 def _join_scripts() -> str:

@@ -678,19 +678,23 @@ def tabulate_reproduction(results: Results) -> tuple[dict[str, str], PageTable, 
         return _MEDIA_CODES.sub(lambda code: titles.get(code[0], code[0]), str(text))
 
     def item(row: Row) -> Cell:
+        """Make the cell with the name of the item, and where the paper has it."""
         return Cell(with_titles(row["item"]), (row["where"],))
 
     def paper(row: Row) -> Cell:
+        """Make the cell with the paper's number, its tolerance, and the reason for that."""
         within, reason = _format_significant(row["tolerance"]), in_brackets(row["tolerance_reason"])
         note = f"\N{PLUS-MINUS SIGN} {within}{reason}" if within else ""
         return Cell(with_titles(_format_significant(row["paper"])), (note,))
 
     def ours(row: Row) -> Cell:
+        """Make the cell with our number and its interval."""
         ends = _format_significant(row["lo"]), _format_significant(row["hi"])
         interval = " to ".join(ends) if all(ends) else ""
         return Cell(with_titles(_format_significant(row["ours"])), (interval,))
 
     def verdict(row: Row) -> Cell:
+        """Make the cell with the verdict, the evidence behind it, and the reason."""
         css_classes = "verdict " + row["verdict"].replace(" ", "-")
         return Cell(row["verdict"], (row["evidence"], with_titles(row["why"])), css_classes)
 
