@@ -2,6 +2,9 @@
 
 Each is one small panel. Functions with the name of a caption or of what is lacking serve the declaration above a figure
 (`rftfit.figures.registry`): they get `Results` and a name of a medium, which is empty here.
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run), ``flags`` (doubts on runs).
 """
 
 from __future__ import annotations

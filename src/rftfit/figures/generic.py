@@ -2,6 +2,8 @@
 
 Zeta of a medium is its fitted alpha_z straight down on a flat plate, N/cm^3. The generic profile M0 is the mean over media
 of their nine coefficients over zeta, so it has no unit. In tables of coefficients it stands as the medium `GENERIC`.
+
+`Results` is a campaign with its tables; `results[medium]` has those of one medium, such as ``alpha`` (a row a direction).
 """
 
 from __future__ import annotations

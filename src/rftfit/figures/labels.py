@@ -3,6 +3,10 @@
 Two intervals of alpha stand in the tables: ``_lo``, ``_hi`` for the mean of many beds prepared alike, and ``_lo_next``,
 ``_hi_next`` for one further bed. Where the config states that beds do not scatter, the first does not hold this scatter. A
 cell is a row of the table of alpha, one direction (beta, gamma) of a medium.
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium: ``alpha`` (a row a direction). `column("z", "_lo")` is the name
+``alpha_z_lo_N_per_cm3``.
 """
 
 from __future__ import annotations

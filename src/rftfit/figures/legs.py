@@ -4,6 +4,9 @@ Tables of forces are those of `rftfit.figures.leg_panels`: a row for each angle 
 measured. A profile is what alpha a prediction used: ``table`` (measured), ``map``, ``fourier`` (nine terms), ``generic``
 (scaled by zeta), ``depth_only``. `c` or `component`: ``z`` (vertical, lift) or ``x`` (horizontal, thrust). Each predicted
 force has an interval by the errors of alpha, axle and arc; a wider one adds the error of the force model itself.
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium.
 """
 
 from __future__ import annotations

@@ -6,6 +6,8 @@ with ``beta_deg``, ``gamma_deg`` and ``alpha_z_N_per_cm3``, ``alpha_x_N_per_cm3`
 directions lie on a grid, each row is a cell of the map, else a dot. `component`, or `c`: ``z`` or ``x``.
 
 Three parts: the figures; tables as grids; and what is drawn in one map. Arrays over a map have shape (beta, gamma).
+
+`Results` is a campaign with its tables; `results[medium]` has those of one medium, such as ``alpha`` (a row a direction).
 """
 
 from __future__ import annotations

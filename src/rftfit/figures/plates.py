@@ -3,6 +3,9 @@
 Stress is tared force over the area of one face, N/cm^2; alpha its slope over depth through zero, N/cm^3. `c`: Component,
 ``z`` (vertical) or ``x`` (horizontal). A cell is a direction (beta, gamma) of a medium with its row of the table of alpha,
 the mean of its runs.
+
+`Results` is a campaign with its tables; `results[medium]` has those of one medium, such as ``alpha`` (a row a direction),
+``fits`` (a row a plate run).
 """
 
 from __future__ import annotations

@@ -3,6 +3,10 @@
 Three figures: `plot_protocol` shows how force becomes stress and slope; `plot_tare` the force on rod and mount alone, which
 is subtracted; `plot_clocks` how the clocks of force and motion log were set against each other, by pushes straight down.
 The stroke of a run is its motion through the medium, from which stress is taken; the pause is a rest at the surface.
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run), ``flags``, ``legs`` (measured
+forces).
 """
 
 from __future__ import annotations

@@ -5,6 +5,9 @@ Two figures. `plot_quality`: sheets with a panel for each plate run, in rows of 
 `plot_runs_side_by_side`: alpha of each run minus that of comparable runs. A run is marked if it has flags, or no alpha; flags
 that all runs of a medium share mark none and stand in the heading instead. A fit is a row of the table of fits, one for
 each run, with its direction, angles, alpha and window.
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run), ``flags`` (doubts on runs).
 """
 
 from __future__ import annotations

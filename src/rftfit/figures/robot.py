@@ -10,6 +10,8 @@ A run has a stride frequency (Hz) and a leg curvature R'/r (1: c-leg, 0: flat, -
 
 Groups of elements are the plates of the body by name and the legs of each phase, ``tripod_1``, ``tripod_2``. `looks` gives
 colour and marker by curvature, or colour and dashes by group.
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``.
 """
 
 from __future__ import annotations

@@ -3,6 +3,9 @@
 A penetration test is a run of a flat plate straight down. Stress is in proportion to depth only to some depth, the linear
 regime. Its line through zero is fitted twice, over a window of depth that is ``stated`` in the config, and over one whose
 end was ``detected``; each fit is a row of ``results/sands.csv``.
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium.
 """
 
 from __future__ import annotations

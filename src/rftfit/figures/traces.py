@@ -3,6 +3,9 @@
 Stress is tared force on the plate over the area of one face, N/cm^2. A run may be filed in the tables as its mirror image,
 with beta, gamma and the sign of its horizontal stress turned (`rftfit.conventions.file_extraction`). The window of a run is
 the range of depth (of path, for a horizontal run) whose samples were fitted.
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run).
 """
 
 from __future__ import annotations

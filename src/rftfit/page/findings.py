@@ -5,6 +5,10 @@ Errors of peaks are in percent of the measured peak, rows of ``results/leg_error
 (which alpha was used: ``table``, ``map``, ``generic`` ...) and component (z: lift). Intervals are by the errors of alpha, axle
 and arc; after the word "model" with the force model's own error too. A medium is usable if it fails no check that forbids
 its use.
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run), ``legs`` (measured forces).
+`column("z", "_lo")` is the name ``alpha_z_lo_N_per_cm3``.
 """
 
 from __future__ import annotations

@@ -3,6 +3,10 @@
 `live_data` collects them; NaN becomes None, and numbers are rounded to what can be seen. The scripts calculate forces on
 legs themselves, by profiles; only intervals are written along curves. Zeta of a medium is its fitted alpha_z straight down;
 chi is measured over fitted. A reference is a set of media by which the calculator scales a new one (`scaling.Reference`).
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run), ``flags``, ``legs`` (measured
+forces). `column("z", "_lo")` is the name ``alpha_z_lo_N_per_cm3``.
 """
 
 from __future__ import annotations

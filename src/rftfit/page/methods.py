@@ -3,6 +3,9 @@
 `paragraphs` writes three paragraphs: measurement, model, predictions. Each function ``_describe_...`` writes one or several
 sentences from config and tables, or nothing where the campaign has nothing to say; "ref. N" cites an entry of
 `cited_references`. An outcome counts runs with and without a result (`rftfit.page.outcome`).
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run), ``flags`` (doubts on runs).
 """
 
 from __future__ import annotations

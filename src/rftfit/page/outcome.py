@@ -3,6 +3,9 @@
 The ledger counts the rows of every log by run and fate (used, or dropped for a reason). A flag is a doubt about a run or
 a cell of the table of alpha that is used all the same. A verdict is one word on a medium, made of its checks; other
 verdicts judge the force model on legs (`VERDICT_WORDS`).
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run), ``flags`` (doubts on runs).
 """
 
 from __future__ import annotations

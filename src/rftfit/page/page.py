@@ -2,6 +2,10 @@
 
 `page` fills the template ``page.html`` with the values of `context`: texts, tables (`rftfit.page.tables`), findings, pictures
 and facts by which the template chooses its sentences. Style, script and the numbers that the script draws stand in the page.
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run). `column("z", "_lo")` is
+the name ``alpha_z_lo_N_per_cm3``.
 """
 
 from __future__ import annotations

@@ -3,6 +3,8 @@
 `errors`: Rows of ``results/robot/errors.csv``, one for each measured condition (leg curvature R'/r and stride frequency, Hz)
 on each profile, the alpha with which the robot was simulated: measured and simulated speed, cm/s, the latter with its
 intervals, and ``calibrated``, "yes" where unknown lengths of the robot were fitted to this condition.
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``.
 """
 
 from __future__ import annotations

@@ -3,6 +3,10 @@
 Each function ``tabulate_...`` makes one table of the page (`PageTable`: columns, and rows as dicts) from tables of results. A
 medium is named by its key in the config. Zeta is its fitted alpha_z straight down on a flat plate, chi measured over fitted;
 both exist by several methods of fitting nine terms, of which the config names one. ``_lo``, ``_hi`` are ends of intervals.
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run). `column("z", "_lo")` is
+the name ``alpha_z_lo_N_per_cm3``.
 """
 
 from __future__ import annotations

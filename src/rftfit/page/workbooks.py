@@ -2,6 +2,9 @@
 
 `Book` wraps the library that writes xlsx files; rows and columns of a sheet count from 0. Functions that write a block of
 a sheet take the row where it begins, and return the next free row.
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium, such as ``alpha`` (a row a direction).
 """
 
 from __future__ import annotations
