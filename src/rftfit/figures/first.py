@@ -42,9 +42,9 @@ def _new_panel(title: str) -> tuple[Figure, Axes]:
 def best_measured_medium(results: Results) -> tuple[str, pd.DataFrame, str]:
     """Choose the medium whose map is shown: the one pushed in most directions, among usable media if there are any.
 
-    With four directions or more on a grid its measured alpha is shown, else the estimated map of the first medium, in this
-    order, that has one. Returns its name; the table of alpha or of the map, empty where there is neither; and ``measured``
-    or ``estimated``.
+    With four directions or more on a grid its measured alpha is shown, else the estimated map of the first medium, in
+    this order, that has one. Returns its name; the table of alpha or of the map, empty where there is neither; and
+    ``measured`` or ``estimated``.
     """
     media = usable_media(results, results.media) or results.media
     direction_counts = {
@@ -153,7 +153,8 @@ def plot_first_peaks(results: Results) -> Figure:
     """Draw the predicted peak of lift and of thrust on each leg in each medium against the measured one.
 
     Both axes are logarithmic and have the same range, so that points on the diagonal agree; the shade is what the paper
-    states. A point is a leg in a medium: filled for lift, hollow for thrust, with the interval of the prediction as a bar.
+    states. A point is a leg in a medium: filled for lift, hollow for thrust, with the interval of the prediction as a
+    bar.
     """
     rows = _select_peaks(results)
     page, axes = _new_panel("peak force on a leg")
@@ -205,7 +206,8 @@ def plot_first_peaks(results: Results) -> Figure:
 def _lines_caption(results: Results, _: str) -> str:
     """Write the caption of the residuals; where no check judges linearity, name a run with a bend.
 
-    A run whose stress is no straight line has the flag ``not-linear``; with few runs the check on all of them is not made.
+    A run whose stress is no straight line has the flag ``not-linear``; with few runs the check on all of them is not
+    made.
     """
     medium = _medium_with_line(results)
     caption = greek(

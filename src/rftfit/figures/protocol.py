@@ -1,8 +1,9 @@
 """Figures of single runs from recording to result: one run of each kind, a tare, the clocks and the surface.
 
-Three figures: `plot_protocol` shows how force becomes stress and slope; `plot_tare` the force on rod and mount alone, which
-is subtracted; `plot_clocks` how the clocks of force and motion log were set against each other, by pushes straight down.
-The stroke of a run is its motion through the medium, from which stress is taken; the pause is a rest at the surface.
+Three figures: `plot_protocol` shows how force becomes stress and slope; `plot_tare` the force on rod and mount alone,
+which is subtracted; `plot_clocks` how the clocks of force and motion log were set against each other, by pushes
+straight down. The stroke of a run is its motion through the medium, from which stress is taken; the pause is a rest at
+the surface.
 
 `Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
 those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run), ``flags``, ``legs`` (measured
@@ -209,8 +210,8 @@ def _describe_run(run: Run) -> str:
 def plot_protocol(results: Results, medium: str) -> Figure:
     """Draw runs of several kinds from recording to result, one column each (`columns_of`).
 
-    Panels from top to bottom: position and force against time, as recorded, with the tare beside; then stress against depth
-    with its fit, or the force on a leg against its angle.
+    Panels from top to bottom: position and force against time, as recorded, with the tare beside; then stress against
+    depth with its fit, or the force on a leg against its angle.
     """
     columns = columns_of(results, medium)
     if not columns:
@@ -373,7 +374,8 @@ def _without_tare(results: Results, medium: str) -> Sequence[str]:
 def plot_tare(results: Results, medium: str) -> Figure:
     """Draw the tare of the medium's deepest slanted plate run against depth, its valid range shaded.
 
-    The tare is the force on rod and mount alone at the same depth; it is known only as deep as the rod was pushed alone.
+    The tare is the force on rod and mount alone at the same depth; it is known only as deep as the rod was pushed
+    alone.
     """
     samples = results.table(f"tared/{medium}.parquet")
     runs_with_tare = _runs_with_tare(results, medium)
@@ -460,13 +462,14 @@ def plot_clocks(results: Results, medium: str) -> Figure:
 def draw_clocks(pushes: Sequence[tuple[Ingested, Alignment]]) -> Figure:
     """Draw the clock offset of each push relative to its session, and below the alignment of the push that differs most.
 
-    The offset is time of the motion log minus time of the force log, s. A session is a series of runs on the same clocks,
-    whose offset is estimated from all its pushes. `pushes`: Trace and alignment of each; the one whose difference is
-    largest relative to its interval is drawn below.
+    The offset is time of the motion log minus time of the force log, s. A session is a series of runs on the same
+    clocks, whose offset is estimated from all its pushes. `pushes`: Trace and alignment of each; the one whose
+    difference is largest relative to its interval is drawn below.
 
-    First panel below: the share of the force's variance that no smooth function of depth explains, against the lag that was
-    tried; dots are the offsets that were fitted, a line is the offset of the session. Second: force over depth at the
-    estimated offset, and the smooth function. Third, where a surface was estimated: force beside the surface, and its model.
+    First panel below: the share of the force's variance that no smooth function of depth explains, against the lag that
+    was tried; dots are the offsets that were fitted, a line is the offset of the session. Second: force over depth at
+    the estimated offset, and the smooth function. Third, where a surface was estimated: force beside the surface, and
+    its model.
     """
     differences = np.array([_difference_s(trace, alignment) for trace, alignment in pushes])
     half_widths = np.array([NORMAL_95 * (alignment.clock.se_s or 0.0) for _, alignment in pushes])
@@ -533,8 +536,9 @@ def _format_offset(clock: ClockFit) -> str:
 def _draw_lags(axes: Axes, alignment: Alignment, session_s: float) -> None:
     """Draw the variance of the force that no curve over depth explains, against the lag from the estimate.
 
-    At the true offset force is a smooth function of depth, so the variance that is left has its minimum there. Dots are the
-    ``candidates``, at which fits from several starts ended. `session_s`: Offset of the session minus that of the push, s.
+    At the true offset force is a smooth function of depth, so the variance that is left has its minimum there. Dots are
+    the ``candidates``, at which fits from several starts ended. `session_s`: Offset of the session minus that of the
+    push, s.
     """
     limit_s = max(10.0, 1.2 * abs(session_s))
     lag = alignment.profile.lag - alignment.clock.offset_s

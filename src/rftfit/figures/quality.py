@@ -2,9 +2,9 @@
 
 Two figures. `plot_quality`: sheets with a panel for each plate run, in rows of beta (attack angle) and columns of gamma
 (direction), whose pages are made of `SheetLayout` (where each run stands) and `Sheet` (what is drawn). And
-`plot_runs_side_by_side`: alpha of each run minus that of comparable runs. A run is marked if it has flags, or no alpha; flags
-that all runs of a medium share mark none and stand in the heading instead. A fit is a row of the table of fits, one for
-each run, with its direction, angles, alpha and window.
+`plot_runs_side_by_side`: alpha of each run minus that of comparable runs. A run is marked if it has flags, or no alpha;
+flags that all runs of a medium share mark none and stand in the heading instead. A fit is a row of the table of fits,
+one for each run, with its direction, angles, alpha and window.
 
 `Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
 those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run), ``flags`` (doubts on runs).
@@ -190,9 +190,9 @@ def _format_column_label(gamma_deg: float, direction: str, level_cm: float) -> s
 def runs_on_pages(fits: pd.DataFrame, depth_cm: pd.Series[float]) -> list[SheetLayout]:
     """Place the runs of one medium on sheets; the k-th repeats of all directions have sheets of their own.
 
-    A column is one gamma, direction (extraction, horizontal, intrusion) and, for horizontal runs, level of depth; a row is
-    one beta. A grid that is larger than a sheet is cut into several; one that would be mostly empty is given up, and its
-    runs stand in turn. `depth_cm`: Depth of horizontal runs by run_id.
+    A column is one gamma, direction (extraction, horizontal, intrusion) and, for horizontal runs, level of depth; a row
+    is one beta. A grid that is larger than a sheet is cut into several; one that would be mostly empty is given up, and
+    its runs stand in turn. `depth_cm`: Depth of horizontal runs by run_id.
     """
     runs = fits[["run_id", "direction"]].copy()
     for name in ("beta_deg", "gamma_deg"):
@@ -295,9 +295,9 @@ _WINDOW = "#e4e4e4"
 class Sheet:
     """Collects the lines of all panels of a page by pen, then draws all lines of a pen at once, which is fast.
 
-    All panels are drawn in a single matplotlib Axes, since a hundred of them would take minutes. Coordinates are in cm from
-    the upper left corner of the paper, up is positive. Call `add_panel` for each run, then `mark_empty_places`, then
-    `finish`.
+    All panels are drawn in a single matplotlib Axes, since a hundred of them would take minutes. Coordinates are in cm
+    from the upper left corner of the paper, up is positive. Call `add_panel` for each run, then `mark_empty_places`,
+    then `finish`.
 
     `layout`: Where each run stands. `reach`: Depth and, for horizontal runs, path that the width of a panel spans, cm.
     `flags`: Flags of the runs. `shared`: Flags that all runs have.
@@ -428,7 +428,7 @@ class Sheet:
             write(left + margin, y, "\n".join(lines), 5.2, color=style.MARK)
 
     def mark_empty_places(self) -> None:
-        """Write "not measured" into each empty place of a sheet of first runs; on other sheets an empty place means nothing."""
+        """Write "not measured" into each empty place of a sheet of first runs; on others it means nothing."""
         if not self.layout.is_first:
             return
         rows, columns = range(len(self.layout.row_labels)), range(len(self.layout.column_labels))
@@ -518,15 +518,16 @@ _COMPARED_WITH = {
     PAIR: ("map", "the map by all other runs; judged by the other of two", "s", False),
     MAP: ("map", "the map by all other runs", "o", False),
 }
-"""For each content of column ``beside`` of ``results/peers``, which says what a run was compared with: short and full name
-of that, marker, and whether the marker is filled."""
+"""For each content of column ``beside`` of ``results/peers``, which says what a run was compared with: short and full
+name of that, marker, and whether the marker is filled."""
 
 
 def _read_comparisons(results: Results) -> dict[str, pd.DataFrame]:
     """Read the table of compared runs of each medium that has two or more, by medium.
 
-    A row is a run: its alpha, that of the others (``others_z_N_per_cm3``, ...), what these are (``beside``), by how many
-    times the usual spread it differs (``times_spread``), and whether that is so far that it is an outlier (``apart``).
+    A row is a run: its alpha, that of the others (``others_z_N_per_cm3``, ...), what these are (``beside``), by how
+    many times the usual spread it differs (``times_spread``), and whether that is so far that it is an outlier
+    (``apart``).
     """
     table_by_medium = {
         medium: results.table(f"peers/{medium}.csv") for medium in results.laboratory
@@ -552,8 +553,8 @@ def _read_comparisons(results: Results) -> dict[str, pd.DataFrame]:
 def plot_runs_side_by_side(results: Results) -> Figure:
     """Draw alpha of each run minus that of the others of its medium, a row a medium, a column a component.
 
-    The others are the repeats of the run or, where it has none, the map by all other runs. Outliers are red and numbered;
-    above the panels stand their names.
+    The others are the repeats of the run or, where it has none, the map by all other runs. Outliers are red and
+    numbered; above the panels stand their names.
     """
     tables = _read_comparisons(results)
     compared_with = set().union(*(table["beside"] for table in tables.values()))
@@ -604,8 +605,8 @@ def _comparison_look(colour: str, marker: str, is_filled: bool) -> style.Look:
 def _draw_differences(axes: Axes, table: pd.DataFrame, runs_apart: pd.DataFrame, c: str) -> None:
     """Draw one component of alpha of the runs of a medium minus that of the others, against that of the others.
 
-    Both components have the same range, so that they can be compared. `runs_apart`: Rows of outliers, the worst first; each
-    has its number in this order, in the panel of the component in which it differs most. `c`: The component drawn.
+    Both components have the same range, so that they can be compared. `runs_apart`: Rows of outliers, the worst first;
+    each has its number in this order, in the panel of the component in which it differs most. `c`: The component drawn.
     """
     style.zero_line(axes)
     differences = {
@@ -648,8 +649,8 @@ def _draw_differences(axes: Axes, table: pd.DataFrame, runs_apart: pd.DataFrame,
 def _describe_differences(table: pd.DataFrame) -> str:
     """Say how many runs were compared, how many are apart (outliers), and how far runs differ; two lines.
 
-    `table`: Of compared runs. ``times_spread`` is the difference of a run in units of the usual spread; NaN where too few
-    runs show this spread.
+    `table`: Of compared runs. ``times_spread`` is the difference of a run in units of the usual spread; NaN where too
+    few runs show this spread.
     """
     times = table["times_spread"]
     if times.isna().all():

@@ -1,6 +1,7 @@
 """The robot: speed against stride frequency and curvature, forces in mid-stance, and its motion in a stride.
 
-A run has a stride frequency (Hz) and a leg curvature R'/r (1: c-leg, 0: flat, -1: reversed). Tables of a sweep, by name:
+A run has a stride frequency (Hz) and a leg curvature R'/r (1: c-leg, 0: flat, -1: reversed). Tables of a sweep, by
+name:
 
 - ``speed``: a row for each simulated run, with its profile, starting phase, ``speed_cm_per_s`` (NaN if not steady) and
   ``outcome``;
@@ -8,8 +9,8 @@ A run has a stride frequency (Hz) and a leg curvature R'/r (1: c-leg, 0: flat, -
   unknown lengths were calibrated on it;
 - ``optimum``: for each frequency on a profile the curvature of the fastest legs.
 
-Groups of elements are the plates of the body by name and the legs of each phase, ``tripod_1``, ``tripod_2``. `looks` gives
-colour and marker by curvature, or colour and dashes by group.
+Groups of elements are the plates of the body by name and the legs of each phase, ``tripod_1``, ``tripod_2``. `looks`
+gives colour and marker by curvature, or colour and dashes by group.
 
 `Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``.
 """
@@ -231,8 +232,8 @@ def _draw_frequency_panel(
 ) -> None:
     """Draw speed against stride frequency, a curve a curvature, with measured points and their errors.
 
-    `speed`, `errors`: Rows of one profile. Beside each measured point a bar shows what the errors of alpha and of the legs'
-    arc leave open of the simulated speed; hollow points are those on which the robot was calibrated.
+    `speed`, `errors`: Rows of one profile. Beside each measured point a bar shows what the errors of alpha and of the
+    legs' arc leave open of the simulated speed; hollow points are those on which the robot was calibrated.
     """
     for curvature, (colour, marker) in looks.items():
         rows = speed[np.isclose(speed["curvature_times_R"], curvature)]
@@ -479,8 +480,8 @@ def _without_steady_run(results: Results, sweep: str) -> Sequence[str]:
 def plot_curvature(results: Results, sweep: str) -> Figure:
     """Draw speed against curvature (left); as a map over curvature and frequency, with the fastest curvature (right).
 
-    On the profile of the measured table. Bars at the fastest curvature: the range within which starting phases, and reading
-    a top off so many points, leave it.
+    On the profile of the measured table. Bars at the fastest curvature: the range within which starting phases, and
+    reading a top off so many points, leave it.
     """
     speed_rows, best, error_rows = _read_on_measured_table(
         results, sweep, "speed", "optimum", "errors"
@@ -695,8 +696,8 @@ def plot_robot_reaction(results: Results) -> Figure:
 def draw_motion(motion: pd.DataFrame, measured: pd.DataFrame | None = None) -> Figure:
     """Draw motion and forces over two strides, one column a run.
 
-    `motion`: Table of motion of one run or more. `measured`: Mean strides of tracks, speed against the share ``stride`` of
-    a stride, drawn beside the simulated speed; None: none.
+    `motion`: Table of motion of one run or more. `measured`: Mean strides of tracks, speed against the share ``stride``
+    of a stride, drawn beside the simulated speed; None: none.
     """
     page, columns = _new_panels(motion, len(_KINEMATICS) + 2)
     looks = dict(zip(group_names(motion), _GROUPS, strict=False))
@@ -732,8 +733,9 @@ def _align_strides(
 ) -> list[FloatArray]:
     """Interpolate the measured speed of each track at the simulated moments, in the phase that fits the simulated speed best.
 
-    A track does not say at which angle of the legs it begins. `frequency`: Stride frequency, Hz. `strides`: Mean stride of
-    each track: speed against the share ``stride`` of its period. Returns speeds, cm/s, of the length of `motion_of_run`.
+    A track does not say at which angle of the legs it begins. `frequency`: Stride frequency, Hz. `strides`: Mean stride
+    of each track: speed against the share ``stride`` of its period. Returns speeds, cm/s, of the length of
+    `motion_of_run`.
     """
     phase = motion_of_run["time_s"].to_numpy(float) * frequency
     simulated, best_curves = motion_of_run["velocity_x_cm_per_s"].to_numpy(float), []

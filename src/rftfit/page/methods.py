@@ -1,7 +1,7 @@
 """The methods section of the page, ready to paste, with its references, the constants and the digest of the settings.
 
-`paragraphs` writes three paragraphs: measurement, model, predictions. Each function ``_describe_...`` writes one or several
-sentences from config and tables, or nothing where the campaign has nothing to say; "ref. N" cites an entry of
+`paragraphs` writes three paragraphs: measurement, model, predictions. Each function ``_describe_...`` writes one or
+several sentences from config and tables, or nothing where the campaign has nothing to say; "ref. N" cites an entry of
 `cited_references`. An outcome counts runs with and without a result (`rftfit.page.outcome`).
 
 `Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
@@ -86,7 +86,8 @@ doi:10.1073/pnas.2214017120
 def paragraphs(results: Results, outcome: Outcome) -> list[str]:
     """Write the methods section from the configuration and the numbers of this campaign: three paragraphs.
 
-    `outcome`: Runs with and without a result. The third paragraph is on forces on legs, the map, the robot and software.
+    `outcome`: Runs with and without a result. The third paragraph is on forces on legs, the map, the robot and
+    software.
     """
     robot = _describe_robot(results)
     predictions = (
@@ -105,8 +106,8 @@ def paragraphs(results: Results, outcome: Outcome) -> list[str]:
 def _describe_measurement(results: Results, outcome: Outcome) -> str:
     """Write the first paragraph of the methods: media, runs, tare, slopes and intervals of alpha.
 
-    A campaign may have logs, a table of stress against depth, or a table of alpha: the last two have no plates to describe,
-    and a table of alpha no slopes.
+    A campaign may have logs, a table of stress against depth, or a table of alpha: the last two have no plates to
+    describe, and a table of alpha no slopes.
     """
     config, fits = results.config, results.joined("fits/{medium}.csv")
     fitted_runs = fits[fits["reason"] == ""] if "reason" in fits else fits
@@ -294,8 +295,8 @@ _LAWS = {
 def _describe_curved_stress(results: Results) -> str:
     """Say in which media stress is not proportional to depth, and how far it departs from the line through zero.
 
-    Forces are predicted by alpha times depth all the same, so they are off by this departure. With a space before; empty
-    where there is no such medium.
+    Forces are predicted by alpha times depth all the same, so they are off by this departure. With a space before;
+    empty where there is no such medium.
     """
     curved = []
     for medium in results:
@@ -394,8 +395,8 @@ _ERROR_PHRASES = {
 def _describe_named_errors(cells_with_error: pd.DataFrame, tolerance_deg: float) -> str:
     """Write the errors of alpha that no single log shows, each by its largest share of alpha_z(0, 90 deg) in any direction.
 
-    `cells_with_error`: Rows of the tables of alpha of all media. `tolerance_deg`: By how much a push may be off straight
-    down. Errors without a column, or too small to be written, are left out.
+    `cells_with_error`: Rows of the tables of alpha of all media. `tolerance_deg`: By how much a push may be off
+    straight down. Errors without a column, or too small to be written, are left out.
     """
     is_down = is_straight_down(
         cells_with_error["beta_deg"], cells_with_error["gamma_deg"], tolerance_deg
@@ -422,8 +423,8 @@ def _choose_tare_sentence(
 ) -> str:
     """Say whether tares were subtracted from the runs of a table that gave a number.
 
-    `kind`: ``plate`` or ``leg``. `table`: A row a run, or a row a reading of a run. `subtracted`, `nothing`: Sentences for
-    runs with and without a tare, without full stop.
+    `kind`: ``plate`` or ``leg``. `table`: A row a run, or a row a reading of a run. `subtracted`, `nothing`: Sentences
+    for runs with and without a tare, without full stop.
     """
     if "reason" in table:
         table = table[table["reason"] == ""]
@@ -545,7 +546,7 @@ def _name_alpha(results: Results, profile: str) -> str:
 
 
 def _describe_forces_on_legs(results: Results) -> str:
-    """Describe how forces on legs were measured and predicted, and what their intervals hold; empty where they were neither."""
+    """Describe how forces on legs were measured and predicted, and what intervals hold; empty where they were neither."""
     config, measured = results.config, results.joined("legs/{medium}.csv")
     predicted = results.table("predicted.csv")
     used_legs = {*measured["leg"], *predicted["leg"]}

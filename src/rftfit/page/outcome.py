@@ -1,7 +1,7 @@
 """The fate of runs and of the rows of their logs, and doubts about the runs in use, the media and the checks.
 
-The ledger counts the rows of every log by run and fate (used, or dropped for a reason). A flag is a doubt about a run or
-a cell of the table of alpha that is used all the same. A verdict is one word on a medium, made of its checks; other
+The ledger counts the rows of every log by run and fate (used, or dropped for a reason). A flag is a doubt about a run
+or a cell of the table of alpha that is used all the same. A verdict is one word on a medium, made of its checks; other
 verdicts judge the force model on legs (`VERDICT_WORDS`).
 
 `Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
@@ -66,7 +66,7 @@ class Outcome:
 
 
 def outcome_of_runs(results: Results) -> Outcome:
-    """Divide the runs into those that gave a result (slope, leg curve, tare or speed), and those that gave none, with reasons.
+    """Divide the runs into those with a result (slope, leg curve, tare or speed) and those without, with reasons.
 
     By the ledger: a run has a result if any of its rows went into one.
     """
@@ -99,8 +99,8 @@ def outcome_of_runs(results: Results) -> Outcome:
 def rows_by_reason(results: Results) -> list[dict[str, Any]]:
     """Add up the rows of all logs by fate and reason; reasons that concern a whole run become one.
 
-    Returns dicts of ``fate, reason, runs, rows`` (numbers of both), in each fate the largest number of rows first. For the
-    page: every row of every log is in one of these sums.
+    Returns dicts of ``fate, reason, runs, rows`` (numbers of both), in each fate the largest number of rows first. For
+    the page: every row of every log is in one of these sums.
     """
     ledger = results.table("ledger.csv")
     is_of_run = (ledger["fate"] == DROPPED) & ~ledger["reason_code"].isin(_ROW_CODES)
@@ -116,8 +116,8 @@ def rows_by_reason(results: Results) -> list[dict[str, Any]]:
 def most_serious_flag(results: Results, medium: str) -> tuple[str, int]:
     """Find the most serious flag of the used runs and cells of one medium, and the number of runs and cells with a flag.
 
-    Returns it in words, empty without a flag, and the number. Flags that all runs share are left out, as the page names them
-    once. In a laboratory medium cells without alpha are the most serious.
+    Returns it in words, empty without a flag, and the number. Flags that all runs share are left out, as the page names
+    them once. In a laboratory medium cells without alpha are the most serious.
     """
     medium_results = results[medium]
     flags, alpha = medium_results.flags, medium_results.alpha
@@ -168,8 +168,8 @@ def describe_other_kind(results: Results, medium: str) -> str:
 def verdicts_on_legs(results: Results, medium: str) -> list[tuple[str, str, str]]:
     """Judge the model on the legs of a medium, for each profile that a user would choose.
 
-    Returns tuples of profile, verdict (a key of `VERDICT_WORDS`), and the worst peak in words; one tuple without profile
-    where no leg can be judged, with the reason instead of a peak.
+    Returns tuples of profile, verdict (a key of `VERDICT_WORDS`), and the worst peak in words; one tuple without
+    profile where no leg can be judged, with the reason instead of a peak.
     """
     if results[medium].verdict.word == UNUSABLE:
         return [("", NOT_TESTED, "the data are unusable")]
@@ -221,8 +221,8 @@ def summary_of_checks(results: Results) -> dict[str, Any]:
     """Sum up the checks for the page.
 
     Returns ``failed``: (medium, title, effect, sentence) of each failed check, and of each doubt that no check reports;
-    ``passed``: clauses on what is good in all media; ``passed_partly``, ``unchecked``: sentences; ``untold``: mistakes that no
-    check can tell; ``no_scale``: True if the scale of forces could not be checked in a medium.
+    ``passed``: clauses on what is good in all media; ``passed_partly``, ``unchecked``: sentences; ``untold``: mistakes
+    that no check can tell; ``no_scale``: True if the scale of forces could not be checked in a medium.
     """
     table, titles = results.checks, results.campaign.titles
     failed = table[table["verdict"].isin([FAILED, ACCEPTED])]

@@ -1,7 +1,8 @@
 """Make ``results/report.html``: everything of a campaign on one page that needs no network.
 
-`page` fills the template ``page.html`` with the values of `context`: texts, tables (`rftfit.page.tables`), findings, pictures
-and facts by which the template chooses its sentences. Style, script and the numbers that the script draws stand in the page.
+`page` fills the template ``page.html`` with the values of `context`: texts, tables (`rftfit.page.tables`), findings,
+pictures and facts by which the template chooses its sentences. Style, script and the numbers that the script draws
+stand in the page.
 
 `Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
 those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run). `column("z", "_lo")` is
@@ -90,8 +91,8 @@ def report(results: Results) -> tuple[str, pd.DataFrame]:
 def page(results: Results) -> str:
     """Make the page: one html document with its style, its script and its numbers inside.
 
-    Texts of the user are escaped. A content security policy, which names script and style by their digests, forbids every
-    other script, and fetching anything: the page is safe to open wherever it comes from.
+    Texts of the user are escaped. A content security policy, which names script and style by their digests, forbids
+    every other script, and fetching anything: the page is safe to open wherever it comes from.
     """
     from jinja2 import Environment, StrictUndefined
 
@@ -115,8 +116,8 @@ def page(results: Results) -> str:
 def context(results: Results) -> dict[str, Any]:
     """Collect the values that the template prints, by their names there; a name that is missing is an error.
 
-    Tables are `PageTable`, facts True or False, all else texts; lists of (medium or title, text) are small print. An empty
-    table or text leaves its paragraph out.
+    Tables are `PageTable`, facts True or False, all else texts; lists of (medium or title, text) are small print. An
+    empty table or text leaves its paragraph out.
     """
     config = results.config
     outcome = outcome_of_runs(results)
@@ -274,8 +275,8 @@ def _describe_origin_of_logs(results: Results) -> str:
 def _describe_windows_of_sands(results: Results) -> str:
     """Say which alpha of a natural sand to quote, how much it depends on the window, and how deep the legs reach below it.
 
-    The window is the range of depth of a push over which its slope was fitted: ``stated`` in the config, and ``detected``
-    from the push. Returns sentences; of sands without alpha they only say so.
+    The window is the range of depth of a push over which its slope was fitted: ``stated`` in the config, and
+    ``detected`` from the push. Returns sentences; of sands without alpha they only say so.
     """
     table = results.table("sands.csv").dropna(subset=["alpha_z_N_per_cm3"])
     # a row a push, a column a window
@@ -329,8 +330,8 @@ def _describe_windows_of_sands(results: Results) -> str:
 def _describe_stress_below(results: Results, medium: str, deepest_cm: float) -> str:
     """Write stress over depth of the pushes behind alpha of a sand where legs reach deepest, or where the pushes end.
 
-    Its ratio to alpha follows, which is 1 where stress is in proportion to depth. `deepest_cm`: Depth that the legs reach.
-    Empty where the sand has no alpha, or its pushes no samples.
+    Its ratio to alpha follows, which is 1 where stress is in proportion to depth. `deepest_cm`: Depth that the legs
+    reach. Empty where the sand has no alpha, or its pushes no samples.
     """
     cell = labels.cell_straight_down(results, medium)
     name = f"tared/{medium}.parquet"
@@ -379,7 +380,8 @@ def _model_error_facts(results: Results) -> dict[str, str]:
     """Collect the numbers about the model's own error for the template, as texts; empty where no interval holds it.
 
     The error is relative to the load. ``used``: The error in the intervals. ``of_legs``: The error on the legs of this
-    campaign, empty without such. ``same_legs``: Not empty where the error was chosen on these legs. ``usual``: The default.
+    campaign, empty without such. ``same_legs``: Not empty where the error was chosen on these legs. ``usual``: The
+    default.
     """
     if not results.table("predicted.csv")["force_z_model_lo_N"].notna().any():
         return {}
@@ -409,8 +411,9 @@ def _describe_runs(results: Results, outcome: Outcome) -> str:
 class Picture:
     """One figure on the page: a small preview inside the page, which leads to its png beside the page.
 
-    `name`: Of its file. `section`: Of the page. `data`: Its preview, as a data address. `width`, `height`: Size of the preview, pixels. `png`: Path of its png from the
-    page. `lacking`: Why there is nothing to see; printed instead of the picture.
+    `name`: Of its file. `section`: Of the page. `data`: Its preview, as a data address. `width`, `height`: Size of the
+    preview, pixels. `png`: Path of its png from the page. `lacking`: Why there is nothing to see; printed instead of
+    the picture.
     """
 
     name: str

@@ -1,8 +1,9 @@
 """The tables of the page: for each its columns, from which results they are, and how they are printed.
 
-Each function ``tabulate_...`` makes one table of the page (`PageTable`: columns, and rows as dicts) from tables of results. A
-medium is named by its key in the config. Zeta is its fitted alpha_z straight down on a flat plate, chi measured over fitted;
-both exist by several methods of fitting nine terms, of which the config names one. ``_lo``, ``_hi`` are ends of intervals.
+Each function ``tabulate_...`` makes one table of the page (`PageTable`: columns, and rows as dicts) from tables of
+results. A medium is named by its key in the config. Zeta is its fitted alpha_z straight down on a flat plate, chi
+measured over fitted; both exist by several methods of fitting nine terms, of which the config names one. ``_lo``,
+``_hi`` are ends of intervals.
 
 `Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
 those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run). `column("z", "_lo")` is
@@ -316,8 +317,8 @@ def _format_zeta_of_map(map_table: pd.DataFrame) -> str:
 def _describe_other_window(results: Results, cell: Row) -> str:
     """Write alpha over the detected window, where it lies outside the interval over the stated one; else empty.
 
-    The window is the range of depth over which a slope was fitted; the choice of it is no error in the interval. `cell`: Row
-    of the table of alpha for the push straight down, over the stated window.
+    The window is the range of depth over which a slope was fitted; the choice of it is no error in the interval.
+    `cell`: Row of the table of alpha for the push straight down, over the stated window.
     """
     table = results.table("sands.csv")
     is_in_cell = table["run_id"].isin(str(cell.get("run_ids", "")).split())
@@ -337,8 +338,8 @@ def _describe_scale_of_pushes(
 ) -> dict[str, str]:
     """Say from which directions zeta and chi were computed, for a medium in which some directions were not pushed.
 
-    `directions`: Number of pushed ones. `notes`: Further notes, ``zeta_note`` and ``chi_note``, which are written behind.
-    Returns both notes.
+    `directions`: Number of pushed ones. `notes`: Further notes, ``zeta_note`` and ``chi_note``, which are written
+    behind. Returns both notes.
     """
     notes_on_pushes = {}
     for name, (value, *_) in fitted_scale(results, medium).items():
@@ -354,7 +355,8 @@ def _describe_scale_of_pushes(
 def _describe_numbers_of_paper(results: Results, medium: Medium) -> dict[str, str]:
     """Write the paper's zeta and chi of a medium, and those of our data by `AS_PRINTED`; empty for other media.
 
-    `AS_PRINTED` is the method that reproduces the printed coefficients of the paper. Returns ``zeta_note``, ``chi_note``.
+    `AS_PRINTED` is the method that reproduces the printed coefficients of the paper. Returns ``zeta_note``,
+    ``chi_note``.
     """
     published_as = medium.settings.published_as
     if published_as not in MEDIA:
@@ -438,9 +440,9 @@ def tabulate_coefficients(results: Results, method: str) -> PageTable:
 def _scatter_of_shapes(
     results: Results, fit_rows: Mapping[tuple[str, str], Row], method: str
 ) -> dict[str, float]:
-    """Compute the standard deviation of each term over zeta between the media behind the generic profile; empty for one medium.
+    """Compute the standard deviation of each term over zeta between the media behind the generic profile.
 
-    `fit_rows`: Rows of the table of coefficients by one method, by medium and term.
+    Empty for one medium. `fit_rows`: Rows of the table of coefficients by one method, by medium and term.
     """
     penetration = results.table("penetration.csv")
     zeta_of_medium = (
@@ -522,7 +524,8 @@ _RMS_OVER_PEAK = numbers(
 def tabulate_leg_errors(results: Results) -> PageTable:
     """Tabulate errors of peak and of shape for every leg, medium, profile and component.
 
-    Rows of ``results/leg_errors.csv``, sorted by medium, leg, profile and component as the config and the page order them.
+    Rows of ``results/leg_errors.csv``, sorted by medium, leg, profile and component as the config and the page order
+    them.
     """
     order: dict[str, Sequence[str]] = {
         "medium": list(results.config.media),
@@ -621,8 +624,8 @@ def tabulate_sands(results: Results) -> PageTable:
 def _without_repeated_reasons(results: Results, name: str) -> list[dict[str, Any]]:
     """Read the rows of a table, without reasons that the page gives once for all rows.
 
-    `name`: Of the file of the table, which has ``medium``, ``reason`` and ``reason_code``. Given once are flags that all runs
-    of the medium share, and that published media were used.
+    `name`: Of the file of the table, which has ``medium``, ``reason`` and ``reason_code``. Given once are flags that
+    all runs of the medium share, and that published media were used.
     """
     shared_codes = {
         medium.name: codes_of(medium.flags.shared(medium.fits)).split() for medium in results
@@ -638,8 +641,8 @@ def _without_repeated_reasons(results: Results, name: str) -> list[dict[str, Any
 def tabulate_corrections(results: Results) -> PageTable:
     """Tabulate corrections of predicted forces in natural sands: their factors, and whether they help on a leg left out.
 
-    A correction multiplies predicted forces by factors fitted to the legs. It earns its place if it makes the error on legs
-    left out of the fit smaller by the share `WORTH`.
+    A correction multiplies predicted forces by factors fitted to the legs. It earns its place if it makes the error on
+    legs left out of the fit smaller by the share `WORTH`.
     """
 
     def earns_its_place(row: Row) -> str:
@@ -668,9 +671,9 @@ _MEDIA_CODES = re.compile(rf"\b(?:{'|'.join(map(re.escape, MEDIA))})\b")
 def tabulate_reproduction(results: Results) -> tuple[dict[str, str], PageTable, PageTable]:
     """Tabulate our numbers beside those of the paper.
 
-    Returns counts of verdicts, in words, by their evidence (`EVIDENCE`: measured, calibrated, by construction, or the text
-    alone); the items that are not the same; all items. Items that were not measured are left out. All are left out where
-    most items that data could meet were not measured.
+    Returns counts of verdicts, in words, by their evidence (`EVIDENCE`: measured, calibrated, by construction, or the
+    text alone); the items that are not the same; all items. Items that were not measured are left out. All are left out
+    where most items that data could meet were not measured.
     """
     titles = {
         medium.settings.published_as or medium.name: medium.title.replace(",", "")

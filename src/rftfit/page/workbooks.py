@@ -1,7 +1,7 @@
 """Workbooks in the layouts of the paper's Tables S5 (alpha) and S2 (coefficients); equal results give equal bytes.
 
-`Book` wraps the library that writes xlsx files; rows and columns of a sheet count from 0. Functions that write a block of
-a sheet take the row where it begins, and return the next free row.
+`Book` wraps the library that writes xlsx files; rows and columns of a sheet count from 0. Functions that write a block
+of a sheet take the row where it begins, and return the next free row.
 
 `Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
 those of one medium, such as ``alpha`` (a row a direction).
@@ -200,8 +200,8 @@ def _write_alpha_block(
 ) -> int:
     """Write one column of an alpha table, as a grid or a list, from a row of the sheet on. Returns the next free row.
 
-    `table`: A row a direction (beta, gamma) of the medium; a list where its directions lie on no grid. `title`: Head of the
-    block. A cell without a number gets the reason of its row.
+    `table`: A row a direction (beta, gamma) of the medium; a list where its directions lie on no grid. `title`: Head of
+    the block. A cell without a number gets the reason of its row.
     """
     if not lies_on_grid(table):
         return _write_alpha_list(book, sheet, row, title, table, column)
@@ -262,7 +262,8 @@ def coefficient_workbook(results: Results) -> bytes:
 def _write_coefficient_sheet(book: Book, results: Results, method: str, rows: pd.DataFrame) -> None:
     """Write the sheet of one method: a column a medium, with ends of intervals below, and the printed numbers last.
 
-    `rows`: Its rows of the table of coefficients, one for each medium and term. A dropped term is grey: it counts as zero.
+    `rows`: Its rows of the table of coefficients, one for each medium and term. A dropped term is grey: it counts as
+    zero.
     """
     titles = results.titles | {GENERIC: GENERIC}
     # the generic profile comes last

@@ -165,8 +165,8 @@ def read_robot(path: Path, name: str = "") -> Robot:
 def _hips_outside(data: Any) -> dict[int, str]:
     """Return a message for each hip outside the box around the ends of all plates, by its index from 0.
 
-    `data`: content of the file as nested dicts and lists. It may be invalid: a hip that cannot be read gives no message,
-    nor does any hip if the plates cannot be read, since the schema reports these faults.
+    `data`: content of the file as nested dicts and lists. It may be invalid: a hip that cannot be read gives no
+    message, nor does any hip if the plates cannot be read, since the schema reports these faults.
     """
     try:
         plates = data["body"]["plates"].values()
