@@ -1,4 +1,4 @@
-"""Two media compared: alpha of both in each common direction, and the ratio of the two by direction."""
+"""Figure of two media compared: alpha of both in each common direction, and the ratio of the two by direction."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The generic profile, scaled by zeta, beside the profiles of all media: coefficients, maps, and alpha over zeta.
+"""Figure of the generic profile beside the media over zeta: coefficients, maps, and alpha over zeta.
 
 Zeta of a medium is its fitted alpha_z straight down on a flat plate, N/cm^3. The generic profile M0 is the mean over
 media of their nine coefficients over zeta, so it has no unit. In tables of coefficients it stands as the medium

@@ -1,4 +1,4 @@
-"""How captions and page write numbers, names and intervals of results: plain text, empty where there is none.
+"""How captions and page write percentages, intervals, and names of profiles, legs and errors, as plain text.
 
 Two intervals of alpha stand in the tables: ``_lo``, ``_hi`` for the mean of many beds prepared alike, and ``_lo_next``,
 ``_hi_next`` for one further bed. Where the config states that beds do not scatter, the first does not hold this

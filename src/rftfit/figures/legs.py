@@ -1,4 +1,4 @@
-"""Forces on legs: in one medium, in all media, divided by zeta, and errors of their peaks.
+"""Figures of forces on legs: in one medium, in all media, divided by zeta, and errors of their peaks.
 
 Tables of forces are those of `rftfit.figures.leg_panels`: a row for each angle theta of a leg in a medium, predicted or
 measured. A profile is what alpha a prediction used: ``table`` (measured), ``map``, ``fourier`` (nine terms),

@@ -1,4 +1,4 @@
-"""Maps of alpha over the angles: measured, estimated, by the nine-term fit, by the depth-only model.
+"""Maps of alpha over beta and gamma (figures, colours, colour bars): measured, estimated, nine-term fit, depth-only.
 
 A map is a panel with gamma (direction of motion) across and beta (attack angle) up, both from -90 to 90 degrees, and
 alpha_z or alpha_x (N/cm^3), or a number made of it, as colour. An alpha table has a row for each measured direction of

@@ -1,4 +1,4 @@
-"""A plan of pushes: how each push narrows the interval, and the directions of the pushes."""
+"""Figure of a plan of pushes: how each push narrows the interval, and the directions of the pushes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stress on plates against depth: in single runs, and in all media at a few angles.
+"""Figures of stress on plates against depth: in single runs, and in all media at a few angles; which runs are shown.
 
 Stress is tared force over the area of one face, N/cm^2; alpha its slope over depth through zero, N/cm^3. `c`:
 Component, ``z`` (vertical) or ``x`` (horizontal). A cell is a direction (beta, gamma) of a medium with its row of the

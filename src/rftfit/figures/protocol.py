@@ -8,6 +8,9 @@ the surface.
 `Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
 those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run), ``flags``, ``legs`` (measured
 forces).
+
+`c`: Component, ``z`` (vertical, lift) or ``x`` (horizontal). `Ingested` is one run with its time series in the lab
+frame, `Alignment` the estimate of its clock offset with the curves behind it.
 """
 
 from __future__ import annotations

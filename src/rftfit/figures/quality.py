@@ -1,4 +1,4 @@
-"""Quality sheets: every plate run of a medium as a small panel, up to A3; each run against others of its medium.
+"""Figures of all plate runs: quality sheets, a small panel a run, up to A3; each run against others of its medium.
 
 Two figures. `plot_quality`: sheets with a panel for each plate run, in rows of beta (attack angle) and columns of gamma
 (direction), whose pages are made of `SheetLayout` (where each run stands) and `Sheet` (what is drawn). And

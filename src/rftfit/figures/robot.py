@@ -1,4 +1,4 @@
-"""The robot: speed against stride frequency and curvature, forces in mid-stance, and its motion in a stride.
+"""Figures of the robot: speed over stride frequency and curvature, forces in mid-stance, motion over two strides.
 
 A run has a stride frequency (Hz) and a leg curvature R'/r (1: c-leg, 0: flat, -1: reversed). Tables of a sweep, by
 name:

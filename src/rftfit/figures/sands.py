@@ -1,4 +1,4 @@
-"""Penetration of the natural sands: stress against depth and the fit of its linear part.
+"""Figure of the penetration of natural sands: stress against depth and the fit of its linear part.
 
 A penetration test is a run of a flat plate straight down. Stress is in proportion to depth only to some depth, the
 linear regime. Its line through zero is fitted twice, over a window of depth that is ``stated`` in the config, and over

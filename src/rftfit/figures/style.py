@@ -1,4 +1,4 @@
-"""The look shared by all figures: sizes, colours, labels, legends, and files.
+"""The look shared by all figures: sizes, colours, markers, dashes, labels, legends, marks and stamps, and files.
 
 Five parts: constants of the look; `styled`, which sets it; how numbers and names are written; pages, axes and legends
 (positions in cm from the upper left corner of a page); and the files of a figure (`save_pages`). A page is a matplotlib

@@ -6,6 +6,9 @@ of a run is the range of depth (of path, for a horizontal run) whose samples wer
 
 `Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
 those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run).
+
+A `Remark` is a flag (a doubt about a run that is used all the same) or a reason why a number is missing: a code with
+numbers, which becomes a sentence. `c` or `component`: ``z`` (vertical) or ``x`` (horizontal).
 """
 
 from __future__ import annotations

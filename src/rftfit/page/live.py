@@ -8,6 +8,8 @@ straight down; chi is measured over fitted. A reference is a set of media by whi
 `Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
 those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run), ``flags``, ``legs`` (measured
 forces). `column("z", "_lo")` is the name ``alpha_z_lo_N_per_cm3``.
+
+Flags and reasons are `Remark`: a code with numbers, which becomes a sentence.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The fate of runs and of the rows of their logs, and doubts about the runs in use, the media and the checks.
+"""Used and dropped runs and rows, in numbers and reasons; flags, verdicts on legs and the sum of the checks in words.
 
 The ledger counts the rows of every log by run and fate (used, or dropped for a reason). A flag is a doubt about a run
 or a cell of the table of alpha that is used all the same. A verdict is one word on a medium, made of its checks; other
@@ -6,6 +6,8 @@ verdicts judge the force model on legs (`VERDICT_WORDS`).
 
 `Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
 those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run), ``flags`` (doubts on runs).
+
+Flags and reasons are `Remark`: a code with numbers, which becomes a sentence.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Make ``results/report.html``: everything of a campaign on one page that needs no network.
+"""Make ``results/report.html``: facts and texts of its template, pictures, navigation, script; it needs no network.
 
 `page` fills the template ``page.html`` with the values of `context`: texts, tables (`rftfit.page.tables`), findings,
 pictures and facts by which the template chooses its sentences. Style, script and the numbers that the script draws

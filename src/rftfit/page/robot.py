@@ -1,4 +1,4 @@
-"""The robot on the page: its tables, and the curves and pictures that the script draws.
+"""The robot on the page: its tables of speeds, and the curves and moving pictures that the script draws.
 
 `errors`: Rows of ``results/robot/errors.csv``, one for each measured condition (leg curvature R'/r and stride
 frequency, Hz) on each profile, the alpha with which the robot was simulated: measured and simulated speed, cm/s, the

@@ -1,4 +1,4 @@
-"""The tables of the page: for each its columns, from which results they are, and how they are printed.
+"""The tables of the page: for each its columns, headings and digits, and from which results its rows are.
 
 Each function ``tabulate_...`` makes one table of the page (`PageTable`: columns, and rows as dicts) from tables of
 results. A medium is named by its key in the config. Zeta is its fitted alpha_z straight down on a flat plate, chi

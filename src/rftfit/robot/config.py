@@ -1,4 +1,4 @@
-"""Any robot in the plane: the model behind ``config/robot.yaml``, its reader and its checks.
+"""The file of any robot, ``config/robot.yaml``: mass, plates, legs, hips, time step; its model, reader and checks.
 
 `Robot` is the whole file; the classes before it are its sections. Points are x (forward), z (up) in cm from the centre
 of mass. `read_robot` reads a file and reports all its problems at once; `paper_robot` is the robot of the paper.

@@ -4,6 +4,10 @@ A speed is nearly linear in alpha and depends on dozens of its cells, so its err
 a few draws of alpha give its width, with Student's t for as many degrees of freedom. Speeds on the
 draws are compared with the speed on the profile at the same, longer time step, so that the error of this step
 cancels. A run on a draw starts in the last state of the run on the profile: it has no transient from rest.
+
+A profile gives alpha (stress per depth, N/cm^3) of a medium in every direction; a draw is a profile whose alpha is
+changed at random within its errors. A condition is a leg curvature R'/r and a stride frequency. A `Remark` is a
+reason as a code, which becomes a sentence; in tables it has two cells, words and code (`reason_cells`).
 """
 
 from __future__ import annotations

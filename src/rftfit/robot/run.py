@@ -1,4 +1,4 @@
-"""One run of the robot at one stride frequency, leg curvature and starting phase: when it has settled, and its speed.
+"""One run of the robot at a stride frequency, leg curvature and starting phase: when it has settled, and its speed.
 
 A stride is one turn of the legs. The run goes on stride by stride until one of these holds (`simulate`):
 
@@ -9,6 +9,9 @@ A stride is one turn of the legs. The run goes on stride by stride until one of 
 
 A state is an array (6,): x, z of the centre of mass (cm, z = 0 at the surface), pitch (rad, from z toward x: nose
 down), and their rates (cm/s, rad/s). Results turn the sign of pitch: `Series` has it positive with the nose up.
+
+A `Remark` is a reason or a doubt: a code with numbers, which becomes a sentence (`rftfit.measure.flags`). A profile
+gives alpha (stress per depth, N/cm^3) of a medium in every direction.
 """
 
 from __future__ import annotations

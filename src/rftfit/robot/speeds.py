@@ -4,6 +4,9 @@ A trial is one run of the real robot, filmed: its marker track gives a speed (`t
 curvature R'/r and nominal stride frequency are a condition (`measured_speeds`; the paper's by `published_speeds`). The
 robot is simulated at each condition, and both speeds are set beside each other (`speed_errors`). Unknown lengths of the
 paper's robot were fitted to a few conditions: these are marked as ``calibrated``, since agreement there proves nothing.
+
+A `Remark` is a reason or a doubt: a code with numbers, which becomes a sentence. In tables it has two columns,
+``reason`` (words) and ``reason_code``: `reason_cells` and `reason_columns` write them, `reason_of` reads them.
 """
 
 from __future__ import annotations

@@ -3,6 +3,9 @@
 A condition is a curvature R'/r of the legs (-1 reversed c-leg, 0 flat, 1 c-leg), a stride frequency (Hz) and a starting
 phase (turns). The way of a sweep: `conditions_of`, `run_all`, `speed_table` (a row for each run), `mean_speed` (a row
 for each curvature and frequency). The best curvature at 5 Hz has runs of its own, `runs_about_best` and `best_of_runs`.
+
+A run that is not steady has no speed, but remarks (`Remark`: a code that becomes a sentence), which stand in the
+columns ``reason`` and ``reason_code``.
 """
 
 from __future__ import annotations

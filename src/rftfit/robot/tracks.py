@@ -3,6 +3,9 @@
 A trial is one run of the real robot. Its marker track is a table of time (s) and of x and z (cm) of a point of the
 body, read off a film. Four parts: the sheet (`read_trials`), the tracks (`read_track`), the speed of a trial
 (`mean_stride_speed`), and the check of all these files before any result is calculated (`check_robot`).
+
+A `Remark` is a reason or a doubt: a code with numbers, which becomes a sentence. Problems of a sheet or file have a
+place, and are collected, so that a user sees all at once.
 """
 
 from __future__ import annotations
