@@ -67,8 +67,8 @@ def animation_frames(
 ) -> list[Picture]:
     """Draw a picture of each sample of a run; the picture moves along with the robot.
 
-    `elements`: Ends of the elements and forces on them, arrays (samples, members, elements), by name of the group: a plate
-    of the body, or ``tripod_1``, ... `x_cm`, `time_s`: Position of the robot along x, and time, shape (samples,).
+    `elements`: Ends of the elements and forces on them, arrays (samples, members, elements), by name of the group: a
+    plate of the body, or ``tripod_1``, ... `x_cm`, `time_s`: Position of the robot along x, and time, shape (samples,).
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.collections import LineCollection

@@ -1,4 +1,4 @@
-"""Two media compared: alpha of both in each common direction, and the ratio of the two by direction."""
+"""Figure of two media compared: alpha of both in each common direction, and the ratio of the two by direction."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ _COLOURS = {"a": style.OKABE_ITO["blue"], "b": style.OKABE_ITO["vermillion"]}
 def draw_comparison(comparison: Comparison) -> Figure:
     """Draw alpha_z and alpha_x of both media with their intervals, and the ratio of B to A along the force, by direction.
 
-    `comparison`: Its table ``directions`` has a row for each common direction: alpha of both with interval, ``ratio`` with
-    ``ratio_lo`` and ``ratio_hi``; its own ``ratio`` is that of all directions together. Without a common direction the
-    figure says why.
+    `comparison`: Its table ``directions`` has a row for each common direction: alpha of both with interval, ``ratio``
+    with ``ratio_lo`` and ``ratio_hi``; its own ``ratio`` is that of all directions together. Without a common direction
+    the figure says why.
     """
     if comparison.directions.empty:
         return style.missing(comparison.sentence, comparison.notes)

@@ -2,6 +2,9 @@
 
 Each is one small panel. Functions with the name of a caption or of what is lacking serve the declaration above a figure
 (`rftfit.figures.registry`): they get `Results` and a name of a medium, which is empty here.
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run), ``flags`` (doubts on runs).
 """
 
 from __future__ import annotations
@@ -39,9 +42,9 @@ def _new_panel(title: str) -> tuple[Figure, Axes]:
 def best_measured_medium(results: Results) -> tuple[str, pd.DataFrame, str]:
     """Choose the medium whose map is shown: the one pushed in most directions, among usable media if there are any.
 
-    With four directions or more on a grid its measured alpha is shown, else the estimated map of the first medium, in this
-    order, that has one. Returns its name; the table of alpha or of the map, empty where there is neither; and ``measured``
-    or ``estimated``.
+    With four directions or more on a grid its measured alpha is shown, else the estimated map of the first medium, in
+    this order, that has one. Returns its name; the table of alpha or of the map, empty where there is neither; and
+    ``measured`` or ``estimated``.
     """
     media = usable_media(results, results.media) or results.media
     direction_counts = {
@@ -60,7 +63,10 @@ def best_measured_medium(results: Results) -> tuple[str, pd.DataFrame, str]:
 
 
 def _map_caption(results: Results, _: str) -> str:
-    """Write the caption of the map: signs of the colours, and what good data look like."""
+    """Write the caption of the map: signs of the colours, and what good data look like.
+
+    Of an estimated map there is no good or bad, but its pushes are marked.
+    """
     signs = (
         "Red: the medium pushes the plate up; blue: it pulls it down. "
         "Hatched: the force does not oppose the vertical motion."
@@ -85,7 +91,10 @@ def _map_caption(results: Results, _: str) -> str:
     ),
 )
 def plot_first_map(results: Results) -> Figure:
-    """Draw alpha_z of the medium that was pushed in most directions, or its estimate."""
+    """Draw alpha_z of the medium that was pushed in most directions, or its estimate, with the pushes marked.
+
+    With the zero contour, and hatched where the force does not oppose the motion.
+    """
     medium, table, origin = best_measured_medium(results)
     page, axes = _new_panel(
         f"{style.medium_label(results, medium)}: {origin} {style.alpha_label('z')}"
@@ -141,7 +150,12 @@ def _peaks_caption(results: Results, _: str) -> str:
     ),
 )
 def plot_first_peaks(results: Results) -> Figure:
-    """Draw the predicted peak of lift and of thrust on each leg in each medium against the measured one."""
+    """Draw the predicted peak of lift and of thrust on each leg in each medium against the measured one.
+
+    Both axes are logarithmic and have the same range, so that points on the diagonal agree; the shade is what the paper
+    states. A point is a leg in a medium: filled for lift, hollow for thrust, with the interval of the prediction as a
+    bar.
+    """
     rows = _select_peaks(results)
     page, axes = _new_panel("peak force on a leg")
     # measured, predicted, and the ends of the interval of the predicted one
@@ -190,7 +204,11 @@ def plot_first_peaks(results: Results) -> Figure:
 
 
 def _lines_caption(results: Results, _: str) -> str:
-    """Write the caption of the residuals; where no check judges linearity, name a run with a bend."""
+    """Write the caption of the residuals; where no check judges linearity, name a run with a bend.
+
+    A run whose stress is no straight line has the flag ``not-linear``; with few runs the check on all of them is not
+    made.
+    """
     medium = _medium_with_line(results)
     caption = greek(
         "Stress minus alpha times depth, of every run. Good: noise about zero, without a bend."
@@ -223,7 +241,10 @@ def _lines_caption(results: Results, _: str) -> str:
     ),
 )
 def plot_first_lines(results: Results) -> Figure:
-    """Draw the stress of single runs minus alpha times depth, over the depths that were fitted."""
+    """Draw the stress of single runs minus alpha times depth, over the depths that were fitted: residuals of their lines.
+
+    In percent of the largest stress of the medium; a bend shows that stress is not in proportion to depth.
+    """
     medium = _medium_with_line(results)
     page, axes = _new_panel(
         f"residual of the vertical stress, {style.medium_label(results, medium)}"

@@ -1,7 +1,11 @@
-"""The generic profile, scaled by zeta, beside the profiles of all media: coefficients, maps, and alpha over zeta.
+"""Figure of the generic profile beside the media over zeta: coefficients, maps, and alpha over zeta.
 
-Zeta of a medium is its fitted alpha_z straight down on a flat plate, N/cm^3. The generic profile M0 is the mean over media
-of their nine coefficients over zeta, so it has no unit. In tables of coefficients it stands as the medium `GENERIC`.
+Zeta of a medium is its fitted alpha_z straight down on a flat plate, N/cm^3. The generic profile M0 is the mean over
+media of their nine coefficients over zeta, so it has no unit. In tables of coefficients it stands as the medium
+`GENERIC`.
+
+`Results` is a campaign with its tables; `results[medium]` has those of one medium, such as ``alpha`` (a row a
+direction).
 """
 
 from __future__ import annotations
@@ -119,8 +123,8 @@ def _draw_coefficients(
 ) -> None:
     """Draw the coefficients of each medium over its zeta, and those of the generic profile, a column a term; adds a legend.
 
-    `coefficients`: Of all media and `GENERIC`, a row a term; ``kept`` is False for a term that the fit dropped. `zetas`:
-    Zeta by medium, N/cm^3.
+    `coefficients`: Of all media and `GENERIC`, a row a term; ``kept`` is False for a term that the fit dropped.
+    `zetas`: Zeta by medium, N/cm^3.
     """
     looks = style.medium_looks(zetas)
     terms = [term for term in TERM_LABELS if term in set(coefficients["coefficient"])]
@@ -162,7 +166,8 @@ def _draw_collapse(
 ) -> None:
     """Draw measured alpha over zeta against generic alpha, one component: media that differ by zeta alone fall on one line.
 
-    `c`: Component, ``z`` or ``x``. `zetas`: Zeta by medium, N/cm^3. `generic`: The nine coefficients of the generic profile.
+    `c`: Component, ``z`` or ``x``. `zetas`: Zeta by medium, N/cm^3. `generic`: The nine coefficients of the generic
+    profile.
     """
     looks = style.medium_looks(zetas)
     # all numbers on both axes, for their range

@@ -1,8 +1,12 @@
-"""How captions and page write numbers, names and intervals of results: plain text, empty where there is none.
+"""How captions and page write percentages, intervals, and names of profiles, legs and errors, as plain text.
 
 Two intervals of alpha stand in the tables: ``_lo``, ``_hi`` for the mean of many beds prepared alike, and ``_lo_next``,
-``_hi_next`` for one further bed. Where the config states that beds do not scatter, the first does not hold this scatter. A
-cell is a row of the table of alpha, one direction (beta, gamma) of a medium.
+``_hi_next`` for one further bed. Where the config states that beds do not scatter, the first does not hold this
+scatter. A cell is a row of the table of alpha, one direction (beta, gamma) of a medium.
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium: ``alpha`` (a row a direction). `column("z", "_lo")` is the name
+``alpha_z_lo_N_per_cm3``.
 """
 
 from __future__ import annotations
@@ -56,7 +60,8 @@ def name_of(key: str) -> str:
 def percent(value: float | None) -> str:
     """Write a percentage with its sign and about two digits; enough digits to see on which side of the limit it lies.
 
-    The limit is `WITHIN_PERCENT`, the largest error that the paper states for a peak. "no value" for None, NaN or infinity.
+    The limit is `WITHIN_PERCENT`, the largest error that the paper states for a peak. "no value" for None, NaN or
+    infinity.
     """
     if value is None or not math.isfinite(value):
         return "no value"
@@ -105,7 +110,8 @@ def cell_straight_down(results: Results, medium: str) -> pd.Series[Any] | None:
 def beds_of_intervals(results: Results, media: Sequence[str]) -> str:
     """Say whether the intervals of alpha, zeta and chi hold the scatter between beds, and in which of `media` they do not.
 
-    The cell of the flat push straight down decides, on which chi rests; a medium without it counts as holding the scatter.
+    The cell of the flat push straight down decides, on which chi rests; a medium without it counts as holding the
+    scatter.
     """
     titles_of_one_bed = []
     for name in media:
@@ -133,8 +139,8 @@ NAMES_OF_ERRORS = {
 def names_of_zero_errors(results: Results) -> str:
     """Name the errors that the config itself sets to 0, so that no interval holds them, with commas between.
 
-    Empty where there are none, and where alpha has no interval at all. In a campaign that gives a table of stress or alpha
-    instead of logs only the errors of legs count: the others were made before the table.
+    Empty where there are none, and where alpha has no interval at all. In a campaign that gives a table of stress or
+    alpha instead of logs only the errors of legs count: the others were made before the table.
     """
     if results.joined("alpha/{medium}.csv")["alpha_z_se_N_per_cm3"].isna().all():
         return ""
@@ -162,8 +168,8 @@ _SCATTER_OF_BEDS = {
 def scatter_of_beds(cell: Mapping[Any, Any], confidence: float) -> str:
     """Name the source of the scatter between beds in the interval of the next bed; empty where that interval adds none.
 
-    `cell`: Row of the table of alpha. `confidence`: Level of the interval, from 0 to 1. Where ``spread`` does not name the
-    source, the interval of the next bed is wider by an assumed scatter, if it is wider by so much at all.
+    `cell`: Row of the table of alpha. `confidence`: Level of the interval, from 0 to 1. Where ``spread`` does not name
+    the source, the interval of the next bed is wider by an assumed scatter, if it is wider by so much at all.
     """
     if cell["spread"] != AS_PREPARED:
         return _SCATTER_OF_BEDS.get(str(cell["spread"]), "")

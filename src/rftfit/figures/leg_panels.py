@@ -1,9 +1,9 @@
 """Parts of several figures of legs: the sketch of a leg, panels of forces against theta, looks of profiles and legs.
 
-A leg turns about its axle; theta is the angle from straight down to the line from axle to tip, degrees, negative in front.
-Forces are those of the medium on the leg, N: x forward, z up. Tables of forces have a row for each angle: ``medium``, ``leg``,
-``theta_deg``, ``force_z_N``, ``force_x_N``; predicted ones also ``profile`` (which alpha was used: `PROFILE_LOOKS`) and
-intervals, measured ones ``run_id``. `component`: ``z`` or ``x``.
+A leg turns about its axle; theta is the angle from straight down to the line from axle to tip, degrees, negative in
+front. Forces are those of the medium on the leg, N: x forward, z up. Tables of forces have a row for each angle:
+``medium``, ``leg``, ``theta_deg``, ``force_z_N``, ``force_x_N``; predicted ones also ``profile`` (which alpha was used:
+`PROFILE_LOOKS`) and intervals, measured ones ``run_id``. `component`: ``z`` or ``x``.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def leg_order(tables: Iterable[pd.DataFrame]) -> list[str]:
 
 
 def leg_looks(legs: Iterable[str]) -> dict[str, tuple[str, str]]:
-    """Return colour (a name in `style.OKABE_ITO`) and marker of each leg; others than the paper's take further looks in turn."""
+    """Return colour (a name in `style.OKABE_ITO`) and marker of each leg; the paper's legs look alike in all figures."""
     further = itertools.cycle(_LOOKS_OF_OTHER_LEGS)
     return {leg: LEG_LOOKS.get(leg) or next(further) for leg in legs}
 
@@ -104,7 +104,10 @@ def leg_line(leg: Leg, theta_deg: float) -> FloatArray:
 
 
 def add_sketch(axes: Axes, leg: Leg) -> None:
-    """Draw a leg in the sand at some angles, to scale, with a bar of 2 cm."""
+    """Draw a leg in the sand at some angles, to scale, with a bar of 2 cm: shows what theta, leg and axle mean.
+
+    `leg`: Of the config. The hanging leg is black, the others grey.
+    """
     axes.set_axis_off()
     reach, hip = leg.max_length_cm, leg.hip_height_cm
     left, right, bottom, top = -1.6 * reach, 1.6 * reach, hip - 1.35 * reach, hip + 0.38 * reach
@@ -148,7 +151,7 @@ def _turn_arrow(axes: Axes, reach: float, hip: float, side: int) -> None:
 
 
 def matching_rows(table: pd.DataFrame, **wanted: str) -> pd.DataFrame:
-    """Select the rows of a table by the `wanted` content of columns, such as ``leg="c_leg"``, in the order of runs and theta."""
+    """Select rows by the `wanted` content of columns, such as ``leg="c_leg"``, in the order of runs and theta."""
     for name, content in wanted.items():
         table = table[table[name] == content]
     order = [name for name in ("run_id", "theta_deg") if name in table]
@@ -198,10 +201,10 @@ def add_predicted(
 ) -> FloatArray:
     """Draw a predicted curve of one medium, leg and profile with its interval of alpha.
 
-    `rows`: Of this medium, leg and profile, by theta. `line`: Dashes of the curve, and of ends drawn as lines. `model`: How
-    the interval with the model's own error is drawn: ``band`` (paler), ``edges`` (its ends as lines), empty: not. `of_alpha`:
-    False where the interval of alpha is withheld. Returns the forces, N, that shall lie in the range of the panel: those
-    of the curve and the ends of the intervals drawn.
+    `rows`: Of this medium, leg and profile, by theta. `line`: Dashes of the curve, and of ends drawn as lines. `model`:
+    How the interval with the model's own error is drawn: ``band`` (paler), ``edges`` (its ends as lines), empty: not.
+    `of_alpha`: False where the interval of alpha is withheld. Returns the forces, N, that shall lie in the range of the
+    panel: those of the curve and the ends of the intervals drawn.
     """
     quantity = f"force_{component}_N"
     names = with_end_names(quantity)
@@ -235,9 +238,9 @@ def force_range(
 ) -> None:
     """Set the range of the axis of force, N, with room above the curves for notes, and write the notes.
 
-    `forces`: Forces that the range holds, with zero. `notes`: Sentences on what is missing. `inset`: Share of the panel's
-    height that an inset at the upper right covers, and share of the width that is left of it. A panel without any force
-    gets no ticks, and its notes stand in the middle.
+    `forces`: Forces that the range holds, with zero. `notes`: Sentences on what is missing. `inset`: Share of the
+    panel's height that an inset at the upper right covers, and share of the width that is left of it. A panel without
+    any force gets no ticks, and its notes stand in the middle.
     """
     all_forces = np.concatenate([np.zeros(1), *forces])
     low, high = float(np.nanmin(all_forces)), float(np.nanmax(all_forces))

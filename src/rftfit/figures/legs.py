@@ -1,9 +1,13 @@
-"""Forces on legs: in one medium, in all media, divided by zeta, and errors of their peaks.
+"""Figures of forces on legs: in one medium, in all media, divided by zeta, and errors of their peaks.
 
 Tables of forces are those of `rftfit.figures.leg_panels`: a row for each angle theta of a leg in a medium, predicted or
-measured. A profile is what alpha a prediction used: ``table`` (measured), ``map``, ``fourier`` (nine terms), ``generic``
-(scaled by zeta), ``depth_only``. `c` or `component`: ``z`` (vertical, lift) or ``x`` (horizontal, thrust). Each predicted
-force has an interval by the errors of alpha, axle and arc; a wider one adds the error of the force model itself.
+measured. A profile is what alpha a prediction used: ``table`` (measured), ``map``, ``fourier`` (nine terms),
+``generic`` (scaled by zeta), ``depth_only``. `c` or `component`: ``z`` (vertical, lift) or ``x`` (horizontal, thrust).
+Each predicted force has an interval by the errors of alpha, axle and arc; a wider one adds the error of the force model
+itself.
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium.
 """
 
 from __future__ import annotations
@@ -136,7 +140,8 @@ def _profile_with_both_bands(predicted: pd.DataFrame) -> str:
 def _draw_models(axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, c: str) -> None:
     """Draw component `c` of the force on a leg: measured, and predicted by all profiles; by depth-only in an inset.
 
-    `predicted`, `measured`: Forces on this leg. The inset has a range of its own, as depth-only forces may be far larger.
+    `predicted`, `measured`: Forces on this leg. The inset has a range of its own, as depth-only forces may be far
+    larger.
     """
     notes, drawn_forces = [], []
     dots: style.Look = {"color": leg_panels.MEASURED, "markeredgewidth": 0}
@@ -293,8 +298,8 @@ def _make_component_entries(
 ) -> dict[str, Any]:
     """Make the entries of the legend for the curves of two components that are drawn.
 
-    `tables`, `lines`: As for `_draw_leg`. `profiles`: The profile, and the second one. `any_withheld`: True where a curve
-    is drawn without its interval.
+    `tables`, `lines`: As for `_draw_leg`. `profiles`: The profile, and the second one. `any_withheld`: True where a
+    curve is drawn without its interval.
     """
     predicted, measured, second_predicted = tables
     entries: dict[str, Any] = {}
@@ -394,8 +399,8 @@ def _without_zeta(results: Results, _: str) -> Sequence[str]:
 def plot_forces_over_zeta(results: Results) -> Figure:
     """Draw measured force over zeta of all laboratory media on each leg against theta, with the generic prediction.
 
-    Zeta is taken as exact. The generic curve is the mean over media of the scaled prediction over zeta, which is the same
-    curve in each; its band is the widest of the intervals of the media.
+    Zeta is taken as exact. The generic curve is the mean over media of the scaled prediction over zeta, which is the
+    same curve in each; its band is the widest of the intervals of the media.
     """
     penetration = labels.of_method(results, "penetration.csv").set_index("medium")
     positive_zeta: Any = penetration["zeta"].where(penetration["zeta"] > 0).astype(float)
@@ -406,25 +411,15 @@ def plot_forces_over_zeta(results: Results) -> Figure:
     predicted = matching_rows(predicted, profile="generic")
     names = leg_panels.leg_order((predicted, measured))
     page, panels = style.panels((5.3, 5.3), len(names))
-    has_interval = False
     for leg, column in zip(names, panels.T, strict=True):
         column[0].set_title(leg_panels.leg_title(leg), weight="bold")
         for component, axes in zip("zx", column, strict=True):
             leg_panels.theta_axes(axes, is_last_row=component == "x")
             generic = _generic_curve(matching_rows(predicted, leg=leg), component, zetas)
             _draw_scaled(axes, results, generic, matching_rows(measured, leg=leg), component, zetas)
-            has_interval |= bool(generic and np.isfinite(generic[2]).any())
     for component, axes in zip("zx", panels[:, 0], strict=True):
         axes.set_ylabel(rf"$F_{component}$ / $\zeta$ (N)")
-    entries = {}
-    for medium, line_look in _choose_line_looks(zetas).items():
-        zeta = style.format_number(zetas[medium])
-        title = rf"{style.medium_label(results, medium)} ($\zeta$ = {zeta})"
-        entries[title] = style.line(**line_look)
-    entries["generic prediction"] = style.line("black", linewidth=1.6)
-    if has_interval:
-        entries[f"{style.level(results)} interval of it"] = style.patch(facecolor="#bdbdbd")
-    style.legend(page, entries, handlelength=2.6)
+    style.legend(page, style.list_labelled(page), handlelength=2.6)
     return page
 
 
@@ -440,9 +435,9 @@ def _choose_line_looks(media: Iterable[str]) -> dict[str, style.Look]:
 def _generic_curve(predicted: pd.DataFrame, c: str, zetas: Mapping[str, float]) -> list[FloatArray]:
     """Return theta, degrees, the generic force over zeta, and the ends of its widest interval; empty without prediction.
 
-    An interval that is not known where the force is largest is left out: its pieces elsewhere would look like a narrow one.
-    `predicted`: Forces by the generic profile on one leg, in all media. `zetas`: Zeta by medium, NaN for none. All four
-    arrays have shape (angles,).
+    An interval that is not known where the force is largest is left out: its pieces elsewhere would look like a narrow
+    one. `predicted`: Forces by the generic profile on one leg, in all media. `zetas`: Zeta by medium, NaN for none. All
+    four arrays have shape (angles,).
     """
     names = with_end_names(f"force_{c}_N")
     scaled = predicted[names].div(predicted["medium"].map(dict(zetas)), axis="index")
@@ -468,23 +463,29 @@ def _draw_scaled(
     """Draw one component of measured force over zeta of each medium on one leg, and the generic curve with its band.
 
     `generic`: As `_generic_curve` returns it. `measured`: Forces on this leg. `zetas`: zeta by medium, NaN for none.
+    What is drawn gets its label for the legend.
     """
     drawn_forces: list[FloatArray] = []
     unmeasured = []
-    if generic:
-        theta, force, low, high = generic
-        axes.fill_between(theta, low, high, color="#bdbdbd", linewidth=0)
-        axes.plot(theta, force, color="black", linewidth=1.6)
-        drawn_forces += [force, low, high]
     for medium, line_look in _choose_line_looks(zetas).items():
-        zeta = zetas[medium]
+        zeta, title = zetas[medium], style.medium_label(results, medium)
         rows = matching_rows(measured, medium=medium)
         if np.isfinite(zeta) and leg_panels.has_force(rows, component):
             theta, force = leg_panels.with_gaps(rows, f"force_{component}_N")
-            axes.plot(theta, force / zeta, linewidth=0.9, **line_look)
+            label = rf"{title} ($\zeta$ = {style.format_number(zeta)})"
+            axes.plot(theta, force / zeta, linewidth=0.9, label=label, **line_look)
             drawn_forces.append(force / zeta)
         else:
-            unmeasured.append(style.medium_label(results, medium))
+            unmeasured.append(title)
+    if generic:
+        theta, force, low, high = generic
+        # below the curves of the media, and behind them in the legend
+        black: style.Look = {"color": "black", "linewidth": 1.6, "zorder": 1.9}
+        axes.plot(theta, force, label="generic prediction", **black)
+        if np.isfinite(low).any():
+            label = f"{style.level(results)} interval of it"
+            axes.fill_between(theta, low, high, color="#bdbdbd", linewidth=0, label=label)
+        drawn_forces += [force, low, high]
     notes = [] if generic else ["no generic prediction"]
     if len(unmeasured) == len(zetas):
         notes.append("not measured in any medium")
@@ -632,8 +633,8 @@ _CONTINUES |= {"markeredgewidth": 0.6}
 def _draw_row(axes: Axes, row: int, ratios: Mapping[str, Row]) -> None:
     """Draw the errors of one medium by all profiles in its row, and say which profile has no number.
 
-    `row`: Number of the row from 0, its height on the axis. `ratios`: Rows of `_ratios` on one leg by profile, in the order
-    of drawing.
+    `row`: Number of the row from 0, its height on the axis. `ratios`: Rows of `_ratios` on one leg by profile, in the
+    order of drawing.
     """
     # titles of profiles without a ratio; ratios and ends that are drawn
     missing, points = [], []

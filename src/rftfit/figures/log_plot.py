@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 def plot_log(reader: Reader, surveys: Sequence[Survey]) -> Figure:
     """Draw a log from its file, thinned where it is long.
 
-    `reader`: Reader of the file. `surveys`: What was found in it, one for each clock of the file: the columns that run on
-    it, how many rows can be used, and which columns were not read.
+    `reader`: Reader of the file. `surveys`: What was found in it, one for each clock of the file: the columns that run
+    on it, how many rows can be used, and which columns were not read.
     """
     logs = []
     for survey in surveys:

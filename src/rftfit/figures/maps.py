@@ -1,11 +1,15 @@
-"""Maps of alpha over the angles: measured, estimated, by the nine-term fit, by the depth-only model.
+"""Maps of alpha over beta and gamma (figures, colours, colour bars): measured, estimated, nine-term fit, depth-only.
 
-A map is a panel with gamma (direction of motion) across and beta (attack angle) up, both from -90 to 90 degrees, and alpha_z
-or alpha_x (N/cm^3), or a number made of it, as colour. An alpha table has a row for each measured direction of a medium,
-with ``beta_deg``, ``gamma_deg`` and ``alpha_z_N_per_cm3``, ``alpha_x_N_per_cm3``; NaN where no run could be used. Where its
-directions lie on a grid, each row is a cell of the map, else a dot. `component`, or `c`: ``z`` or ``x``.
+A map is a panel with gamma (direction of motion) across and beta (attack angle) up, both from -90 to 90 degrees, and
+alpha_z or alpha_x (N/cm^3), or a number made of it, as colour. An alpha table has a row for each measured direction of
+a medium, with ``beta_deg``, ``gamma_deg`` and ``alpha_z_N_per_cm3``, ``alpha_x_N_per_cm3``; NaN where no run could be
+used. Where its directions lie on a grid, each row is a cell of the map, else a dot. `component`, or `c`: ``z`` or
+``x``.
 
 Three parts: the figures; tables as grids; and what is drawn in one map. Arrays over a map have shape (beta, gamma).
+
+`Results` is a campaign with its tables; `results[medium]` has those of one medium, such as ``alpha`` (a row a
+direction).
 """
 
 from __future__ import annotations
@@ -92,7 +96,7 @@ def plot_alpha_maps(results: Results) -> Figure:
     ),
 )
 def plot_alpha_maps_of_one(results: Results, medium: str) -> Figure:
-    """Draw maps of the measured alpha of one medium."""
+    """Draw maps of the measured alpha of one medium, with small plates and, as circles, the runs of the stress figure."""
     shown_runs = _shown_runs(results, medium)
     # entries of the legend for the marks that are added below
     plate = style.line("black", linewidth=1.5), style.line("black", marker=">", linestyle="")
@@ -160,7 +164,7 @@ def _media_with_estimated_map(results: Results) -> list[str]:
     lacking=_without_map,
 )
 def plot_estimated_maps(results: Results) -> Figure:
-    """Draw maps of the estimated alpha of media with few pushes."""
+    """Draw maps of the estimated alpha of media with few pushes, one row a medium, their pushes as circles."""
     media = _media_with_estimated_map(results)
     tables = results.joined("maps/{medium}.csv", tuple(media))
     page = _draw_maps(
@@ -189,8 +193,8 @@ def _draw_maps(
 ) -> Figure:
     """Draw maps of alpha and of the half widths of its interval, one row a medium: those of z, then those of x.
 
-    Measured cells are drawn as they are (the gamma grid is not uniform), with the zero contour interpolated between them;
-    directions that lie on no grid are dots over an interpolated surface.
+    Measured cells are drawn as they are (the gamma grid is not uniform), with the zero contour interpolated between
+    them; directions that lie on no grid are dots over an interpolated surface.
 
     `tables`: Alpha tables of all media, one below the other, with a column ``medium``. `origin`: ``measured`` or
     ``estimated``, for the heads. `entries`: Entries of the legend for marks that the caller adds to the page.
@@ -320,8 +324,8 @@ def _draw_models(
 ) -> Figure:
     """Draw maps of a model, one row a medium, each beside the map of measured minus model.
 
-    `models`: Function of beta and gamma, rad, that returns alpha_z and alpha_x, by medium. `name`, `residual_name`: Heads of
-    the two sorts of maps. A dot marks where less was measured than the model gives.
+    `models`: Function of beta and gamma, rad, that returns alpha_z and alpha_x, by medium. `name`, `residual_name`:
+    Heads of the two sorts of maps. A dot marks where less was measured than the model gives.
     """
     heads = [f"{head}\n{style.alpha_label(c)}" for c in "zx" for head in (name, residual_name)]
     page, axes_of_maps = _new_page(results, list(models), heads)
@@ -370,6 +374,10 @@ def kept_coefficients(results: Results, medium: str) -> FloatArray:
     return values.reindex(list(TERMS)).to_numpy(float)
 
 
+_FINE = np.arange(-89.5, 90, 1.0)
+"""Angles of `middles`, degrees."""
+
+
 def middles() -> tuple[FloatArray, FloatArray]:
     """Return beta and gamma, rad, at the middles of all cells of 1 degree; each of shape (180, 180), rows by beta."""
     beta, gamma = np.meshgrid(np.radians(_FINE), np.radians(_FINE), indexing="ij")
@@ -410,9 +418,9 @@ LIMIT_DEG = 90.0
 def pivot(table: pd.DataFrame, column: str) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Arrange one column of a medium's alpha table as a grid.
 
-    Returns ascending beta and gamma, degrees, and the numbers of the column, shape (beta, gamma), NaN where the table has no
-    such direction. A row for beta = 90 degrees is repeated at -90, which is the same plate. Raises ValueError for a
-    direction that stands in the table twice.
+    Returns ascending beta and gamma, degrees, and the numbers of the column, shape (beta, gamma), NaN where the table
+    has no such direction. A row for beta = 90 degrees is repeated at -90, which is the same plate. Raises ValueError
+    for a direction that stands in the table twice.
     """
     # rounded: a printed 18.43 and the exact angle are the same cell
     rounded = table.assign(beta=table["beta_deg"].round(2), gamma=table["gamma_deg"].round(2))
@@ -430,7 +438,8 @@ def pivot(table: pd.DataFrame, column: str) -> tuple[FloatArray, FloatArray, Flo
 def cells_of_map(table: pd.DataFrame, column: str) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Arrange one column as `pivot` does, with rows and columns of NaN in gaps that are too wide to interpolate.
 
-    A cell reaches half way to its neighbours; without the NaN, cells beside a gap would cover it as if it were measured.
+    A cell reaches half way to its neighbours; without the NaN, cells beside a gap would cover it as if it were
+    measured.
     """
     *angles, numbers = pivot(table, column)
     for axis, lines in enumerate(angles):
@@ -471,6 +480,10 @@ def edges(centres: npt.ArrayLike) -> FloatArray:
     return borders.clip(-LIMIT_DEG, LIMIT_DEG)
 
 
+_FINE_DEG = 2.5
+"""Widest step of a grid on which the zero contour is drawn, degrees."""
+
+
 def _refine_angles(centres: FloatArray) -> FloatArray:
     """Return the measured angles with further ones between them, at most `_FINE_DEG` apart."""
     counts = np.ceil(np.diff(centres) / _FINE_DEG).astype(int)
@@ -486,8 +499,8 @@ def refine(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Interpolate `values`, shape (beta, gamma), bilinearly onto a finer grid through the measured angles.
 
-    The contour of zero over coarse cells would be a jagged line. Returns beta, gamma (degrees) and values of the finer grid;
-    values are NaN beside a missing cell.
+    The contour of zero over coarse cells would be a jagged line. Returns beta, gamma (degrees) and values of the finer
+    grid; values are NaN beside a missing cell.
     """
     beta, gamma = _refine_angles(beta_deg), _refine_angles(gamma_deg)
     along_gamma = np.array([np.interp(gamma, gamma_deg, row) for row in values])
@@ -497,7 +510,8 @@ def refine(
 def along_motion(component: str, gamma_deg: FloatArray, alpha: FloatArray) -> FloatArray:
     """Multiply a component of the force by that of the velocity: positive where alpha does not oppose the motion.
 
-    Such a force would drive the plate; it occurs where the plate is inclined, and the maps hatch it. `alpha`: Component `component`, shape (beta, gamma). The product is zero where the velocity has no such component.
+    Such a force would drive the plate; it occurs where the plate is inclined, and the maps hatch it. `alpha`: Component
+    `component`, shape (beta, gamma). The product is zero where the velocity has no such component.
     """
     vx, vz = conventions.direction(np.radians(gamma_deg))
     velocity = vz if component == "z" else vx
@@ -507,13 +521,6 @@ def along_motion(component: str, gamma_deg: FloatArray, alpha: FloatArray) -> Fl
 
 
 # One map: cells or a continuous surface, zero contour, shading, colour bar
-
-
-_FINE_DEG = 2.5
-"""Widest step of a grid on which the zero contour is drawn, degrees."""
-
-_FINE = np.arange(-89.5, 90, 1.0)
-"""Angles of `middles`, degrees."""
 
 
 def angle_axes(axes: Axes, name_beta: bool = True, name_gamma: bool = True) -> None:
@@ -582,8 +589,8 @@ def add_table(
 ) -> ScalarMappable:
     """Draw a number of each row of an alpha table: as cells where the directions lie on a grid, else as dots; a cross for NaN.
 
-    `values`: The numbers, with the index of `table`. `signed`: As for `colours`. Returns what `add_bar` needs for the colour
-    bar.
+    `values`: The numbers, with the index of `table`. `signed`: As for `colours`. Returns what `add_bar` needs for the
+    colour bar.
     """
     if lies_on_grid(table):
         return _add_cells(axes, table.assign(shown=values), "shown", signed)
@@ -640,8 +647,8 @@ def add_signs(
 ) -> None:
     """Draw the zero contour, and hatch where alpha, interpolated, does not oppose the motion.
 
-    `alpha`: Component `component` of alpha, shape (beta, gamma), at ascending `beta_deg` and `gamma_deg`. Draws nothing for
-    a single row or column, between which there is no contour.
+    `alpha`: Component `component` of alpha, shape (beta, gamma), at ascending `beta_deg` and `gamma_deg`. Draws nothing
+    for a single row or column, between which there is no contour.
     """
     if min(alpha.shape) < 2:
         return
@@ -678,8 +685,8 @@ _ARROWS = {
 def add_bar(figure: Figure, axes: Axes, mappable: ScalarMappable, component: str = "") -> None:
     """Add a colour bar at the right of a map, in axes of its own, the last ones of the figure.
 
-    `mappable`: What a function that draws a map returned. `component`: ``z`` or ``x`` draws arrows of the force at the ends
-    of the bar; empty: none.
+    `mappable`: What a function that draws a map returned. `component`: ``z`` or ``x`` draws arrows of the force at the
+    ends of the bar; empty: none.
     """
     from matplotlib.ticker import MaxNLocator
 

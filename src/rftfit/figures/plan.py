@@ -1,4 +1,4 @@
-"""A plan of pushes: how each push narrows the interval, and the directions of the pushes."""
+"""Figure of a plan of pushes: how each push narrows the interval, and the directions of the pushes."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def draw_plan(plan: Plan, medium_map: Map) -> Figure:
     """Draw the half width of the interval over the number of pushes (left), and the directions of the pushes (right).
 
     `plan`: Its first step is the state before any further push; ``typical`` is the half width as a share of the plan's
-    divisor, ``directions`` the pairs (beta, gamma), degrees, of a step: a push, and its way back where that is used, too.
-    `medium_map`: The map that the plan starts from, with the directions already pushed.
+    divisor, ``directions`` the pairs (beta, gamma), degrees, of a step: a push, and its way back where that is used,
+    too. `medium_map`: The map that the plan starts from, with the directions already pushed.
     """
     page, ((left_axes, right_axes),) = style.panels([7.0], 2, 7.5)
     widths = [100 * step.widest for step in plan.steps]

@@ -1,8 +1,11 @@
-"""Stress on plates against depth: in single runs, and in all media at a few angles.
+"""Figures of stress on plates against depth: in single runs, and in all media at a few angles; which runs are shown.
 
-Stress is tared force over the area of one face, N/cm^2; alpha its slope over depth through zero, N/cm^3. `c`: Component,
-``z`` (vertical) or ``x`` (horizontal). A cell is a direction (beta, gamma) of a medium with its row of the table of alpha,
-the mean of its runs.
+Stress is tared force over the area of one face, N/cm^2; alpha its slope over depth through zero, N/cm^3. `c`:
+Component, ``z`` (vertical) or ``x`` (horizontal). A cell is a direction (beta, gamma) of a medium with its row of the
+table of alpha, the mean of its runs.
+
+`Results` is a campaign with its tables; `results[medium]` has those of one medium, such as ``alpha`` (a row a
+direction), ``fits`` (a row a plate run).
 """
 
 from __future__ import annotations
@@ -53,8 +56,8 @@ PUSH = (30.0, 45.0)
 def stress_runs(campaign: Campaign) -> list[str]:
     """Choose the runs that are shown, by run_id: those the config names, or a push and its pull near `PUSH`.
 
-    Empty where no plate moved up or down. Raises InputError for names in ``figures.stress_runs`` that cannot be shown. Maps
-    mark the same runs.
+    Empty where no plate moved up or down. Raises InputError for names in ``figures.stress_runs`` that cannot be shown.
+    Maps mark the same runs.
     """
     chosen = campaign.config.figures.stress_runs
     if chosen:
@@ -79,7 +82,7 @@ def stress_runs(campaign: Campaign) -> list[str]:
         return []
 
     def rank(angles: tuple[float, float]) -> tuple[int, float]:
-        # a pair of push and pull before a single run, then the distance from `PUSH`
+        """Rank a pair of angles: push and pull before a single run, then by the distance from `PUSH`; least is best."""
         return -len(runs_by_angles[angles]), math.dist(angles, PUSH)
 
     nearest = runs_by_angles[min(runs_by_angles, key=rank)]
@@ -185,7 +188,11 @@ _STRESS_LABELS = {"z": "vertical stress\n$\\sigma_z$", "x": "horizontal stress\n
     ),
 )
 def plot_linearity(results: Results) -> Figure:
-    """Draw stress against depth, one column per direction of `nearest_cells` and one colour per medium."""
+    """Draw stress against depth, one column per direction of `nearest_cells` and one colour per medium.
+
+    Rows of panels: a sketch of the plate, vertical stress, horizontal stress. Each panel has the samples of the runs
+    behind the cell, and alpha of the cell as a line; a medium without such a run is named in the panel.
+    """
     media = results.laboratory
     alpha = results.joined("alpha/{medium}.csv", media)
     cells = nearest_cells(alpha)
@@ -241,7 +248,8 @@ def plot_linearity(results: Results) -> Figure:
 def nearest_cells(alpha: pd.DataFrame) -> list[tuple[float, float]]:
     """Find for each direction of `CELLS` the nearest one of the campaign; each only once, in the order of `CELLS`.
 
-    `alpha`: Table of alpha of all media; `CELLS` themselves where it is empty. Returns pairs of beta and gamma, degrees.
+    `alpha`: Table of alpha of all media; `CELLS` themselves where it is empty. Returns pairs of beta and gamma,
+    degrees.
     """
     angles = alpha[["beta_deg", "gamma_deg"]].to_numpy(float)
     if not len(angles):
@@ -266,7 +274,10 @@ def _rows_by_medium(
 
 
 def _draw_sketch(axes: Axes, beta_deg: float, gamma_deg: float, frame: bool) -> None:
-    """Draw a plate and its direction of motion below the free surface, from the side; `frame`: draw the axes of the lab, too."""
+    """Draw a plate and its direction of motion below the free surface, from the side, as a sketch of both angles.
+
+    The plate is 1 long; its tangent is (cos beta, -sin beta). `frame`: Draw the axes of the lab, too.
+    """
     beta, gamma = np.radians([beta_deg, gamma_deg])
     half_plate = 0.5 * np.array([np.cos(beta), -np.sin(beta)])
     velocity = 0.85 * np.stack(conventions.direction(gamma))
@@ -291,8 +302,8 @@ def _draw_cell(
 ) -> None:
     """Draw one component of stress in one direction and medium: the samples of its runs, alpha times depth, and its interval.
 
-    `row`: Row of the table of alpha. `look`: Colour and marker. `samples`, `fits`: Samples and rows of fits by run_id. A
-    horizontal run stays at one depth: it is a point with its interval instead of a curve.
+    `row`: Row of the table of alpha. `look`: Colour and marker. `samples`, `fits`: Samples and rows of fits by run_id.
+    A horizontal run stays at one depth: it is a point with its interval instead of a curve.
     """
     alpha, low, high = alpha_with_interval(row, c)
     colour, marker = look

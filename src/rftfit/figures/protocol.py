@@ -1,8 +1,16 @@
 """Figures of single runs from recording to result: one run of each kind, a tare, the clocks and the surface.
 
-Three figures: `plot_protocol` shows how force becomes stress and slope; `plot_tare` the force on rod and mount alone, which
-is subtracted; `plot_clocks` how the clocks of force and motion log were set against each other, by pushes straight down.
-The stroke of a run is its motion through the medium, from which stress is taken; the pause is a rest at the surface.
+Three figures: `plot_protocol` shows how force becomes stress and slope; `plot_tare` the force on rod and mount alone,
+which is subtracted; `plot_clocks` how the clocks of force and motion log were set against each other, by pushes
+straight down. The stroke of a run is its motion through the medium, from which stress is taken; the pause is a rest at
+the surface.
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run), ``flags``, ``legs`` (measured
+forces).
+
+`c`: Component, ``z`` (vertical, lift) or ``x`` (horizontal). `Ingested` is one run with its time series in the lab
+frame, `Alignment` the estimate of its clock offset with the curves behind it.
 """
 
 from __future__ import annotations
@@ -169,7 +177,10 @@ def _read_recording(samples: pd.DataFrame) -> tuple[Trace, dict[str, tuple[float
 
 
 def _describe_run(run: Run) -> str:
-    """Describe the body and the motion of a run, for the heading."""
+    """Describe the body and the motion of a run, for the heading: leg, or angles of a plate.
+
+    An extraction has also the angles under which it stands in tables and maps.
+    """
     if run.kind == "leg":
         return f"{leg_panels.leg_title(run.intruder)}, swept through the medium"
     beta = rf"$\beta$ = {style.degrees(run.beta_deg)}"
@@ -200,7 +211,11 @@ def _describe_run(run: Run) -> str:
     ),
 )
 def plot_protocol(results: Results, medium: str) -> Figure:
-    """Draw runs of several kinds from recording to result, one column each."""
+    """Draw runs of several kinds from recording to result, one column each (`columns_of`).
+
+    Panels from top to bottom: position and force against time, as recorded, with the tare beside; then stress against
+    depth with its fit, or the force on a leg against its angle.
+    """
     columns = columns_of(results, medium)
     if not columns:
         message = "no run of which recording and result could be drawn"
@@ -252,7 +267,7 @@ def _shade_phases(axes: Axes, column: PanelColumn) -> None:
 
 
 def _draw_position(axes: Axes, column: PanelColumn) -> None:
-    """Draw the angle of a leg, or height (minus depth) and distance of a plate, against time."""
+    """Draw the angle of a leg, or height (minus depth) and distance x of a plate, against time since the stroke began."""
     _shade_phases(axes, column)
     run, time = column.run, column.run["time_s"]
     if column.kind == "rotation":
@@ -301,7 +316,10 @@ def _draw_plate(axes: Axes, column: PanelColumn) -> str:
 
 
 def _draw_leg(axes: Axes, column: PanelColumn) -> str:
-    """Draw the force on a leg against its angle. Returns the peaks in words, for the heading."""
+    """Draw the force on a leg, its tare taken off, against its angle. Returns the peaks in words, for the heading.
+
+    A component without any number is named instead of its peak.
+    """
     style.zero_line(axes)
     notes = []
     theta = column.result["theta_deg"]
@@ -357,7 +375,11 @@ def _without_tare(results: Results, medium: str) -> Sequence[str]:
     lacking=_without_tare,
 )
 def plot_tare(results: Results, medium: str) -> Figure:
-    """Draw the tare of the medium's deepest slanted plate run against depth, its valid range shaded."""
+    """Draw the tare of the medium's deepest slanted plate run against depth, its valid range shaded.
+
+    The tare is the force on rod and mount alone at the same depth; it is known only as deep as the rod was pushed
+    alone.
+    """
     samples = results.table(f"tared/{medium}.parquet")
     runs_with_tare = _runs_with_tare(results, medium)
     deepest = runs_with_tare.sort_values(["valid_to", "run_id"], ascending=[False, True]).iloc[0]
@@ -443,13 +465,14 @@ def plot_clocks(results: Results, medium: str) -> Figure:
 def draw_clocks(pushes: Sequence[tuple[Ingested, Alignment]]) -> Figure:
     """Draw the clock offset of each push relative to its session, and below the alignment of the push that differs most.
 
-    The offset is time of the motion log minus time of the force log, s. A session is a series of runs on the same clocks,
-    whose offset is estimated from all its pushes. `pushes`: Trace and alignment of each; the one whose difference is
-    largest relative to its interval is drawn below.
+    The offset is time of the motion log minus time of the force log, s. A session is a series of runs on the same
+    clocks, whose offset is estimated from all its pushes. `pushes`: Trace and alignment of each; the one whose
+    difference is largest relative to its interval is drawn below.
 
-    First panel below: the share of the force's variance that no smooth function of depth explains, against the lag that was
-    tried; dots are the offsets that were fitted, a line is the offset of the session. Second: force over depth at the
-    estimated offset, and the smooth function. Third, where a surface was estimated: force beside the surface, and its model.
+    First panel below: the share of the force's variance that no smooth function of depth explains, against the lag that
+    was tried; dots are the offsets that were fitted, a line is the offset of the session. Second: force over depth at
+    the estimated offset, and the smooth function. Third, where a surface was estimated: force beside the surface, and
+    its model.
     """
     differences = np.array([_difference_s(trace, alignment) for trace, alignment in pushes])
     half_widths = np.array([NORMAL_95 * (alignment.clock.se_s or 0.0) for _, alignment in pushes])
@@ -457,27 +480,18 @@ def draw_clocks(pushes: Sequence[tuple[Ingested, Alignment]]) -> Figure:
     trace, alignment = pushes[worst]
     page, panels = style.panels((4.6, 4.9), 3 if trace.surface else 2, 6.1)
     # a single panel takes the place of the first row
-    grid = panels[0, 0].get_gridspec()
-    for axes in panels[0]:
+    offset_axes = panels[0, 0]
+    offset_axes.set_subplotspec(offset_axes.get_gridspec()[0, :])
+    for axes in panels[0, 1:]:
         axes.remove()
-    _draw_offsets(page.add_subplot(grid[0, :]), differences, half_widths, worst)
+    _draw_offsets(offset_axes, differences, half_widths, worst)
     _draw_lags(panels[1, 0], alignment, -differences[worst])
     panels[1, 0].set_title(style.plain(trace.run.run_id), loc="left", fontweight="bold")
     panels[1, 1].set_title(_format_offset(alignment.clock), loc="left")
     _draw_lift(panels[1, 1], alignment)
     if trace.surface:
         _draw_contact(panels[1, 2], trace.surface)
-    entries = {
-        "push; below: reading": style.dots(_BLUE, 3),
-        "push that differs most": style.dots(_RED, 4, marker="D"),
-        "session": style.line("black", linestyle=":"),
-        "variance that no curve over depth explains": style.line(_BLUE),
-        "offsets tried to the end": style.dots(_RED, 3),
-        "fitted": style.line(_RED),
-    }
-    if trace.surface:
-        entries["95 % interval of the surface"] = style.band(colour=_RED)
-    style.legend(page, entries)
+    style.legend(page, style.list_labelled(page))
     return page
 
 
@@ -500,9 +514,10 @@ def _draw_offsets(axes: Axes, differences: FloatArray, half_widths: FloatArray, 
     axes.axhline(0, color="black", linewidth=0.8, linestyle=":")
     low, high = differences - half_widths, differences + half_widths
     axes.vlines(numbers, low, high, color=_BLUE, linewidth=0.8)
-    axes.plot(numbers, differences, "o", color=_BLUE, markersize=3)
+    axes.plot(numbers, differences, "o", color=_BLUE, markersize=3, label="push; below: reading")
     axes.vlines(numbers[worst], low[worst], high[worst], color=_RED, linewidth=1.2)
-    axes.plot(numbers[worst], differences[worst], "D", color=_RED, markersize=4)
+    look: style.Look = {"color": _RED, "markersize": 4, "label": "push that differs most"}
+    axes.plot(numbers[worst], differences[worst], "D", **look)
     axes.set_xlim(0.5, len(differences) + 0.5)
     style.ticks(axes.xaxis, 12, integer=True)
     axes.set(xlabel="push straight down (number)", ylabel="offset from session (s)")
@@ -524,19 +539,22 @@ def _format_offset(clock: ClockFit) -> str:
 def _draw_lags(axes: Axes, alignment: Alignment, session_s: float) -> None:
     """Draw the variance of the force that no curve over depth explains, against the lag from the estimate.
 
-    At the true offset force is a smooth function of depth, so the variance that is left has its minimum there. Dots are the
-    ``candidates``, at which fits from several starts ended. `session_s`: Offset of the session minus that of the push, s.
+    At the true offset force is a smooth function of depth, so the variance that is left has its minimum there. Dots are
+    the ``candidates``, at which fits from several starts ended. `session_s`: Offset of the session minus that of the
+    push, s.
     """
     limit_s = max(10.0, 1.2 * abs(session_s))
     lag = alignment.profile.lag - alignment.clock.offset_s
     is_near = np.abs(lag) <= limit_s
     percent = 100 * np.maximum(alignment.profile.unexplained, 1e-6)
-    axes.semilogy(lag[is_near], percent[is_near], color=_BLUE, linewidth=0.9)
+    axes.axvline(session_s, color="black", linewidth=0.8, linestyle=":", label="session")
+    label = "variance that no curve over depth explains"
+    axes.semilogy(lag[is_near], percent[is_near], color=_BLUE, linewidth=0.9, label=label)
     offsets, shares = alignment.candidates
     near_offset = np.abs(offsets - alignment.clock.offset_s) <= limit_s
     fitted_s = (offsets - alignment.clock.offset_s)[near_offset]
-    axes.plot(fitted_s, 100 * shares[near_offset], "o", color=_RED, markersize=3)
-    axes.axvline(session_s, color="black", linewidth=0.8, linestyle=":")
+    dots: style.Look = {"color": _RED, "markersize": 3, "label": "offsets tried to the end"}
+    axes.plot(fitted_s, 100 * shares[near_offset], "o", **dots)
     axes.set(xlabel="lag from the estimate (s)", ylabel="unexplained variance (%)")
     axes.set_xlim(-limit_s, limit_s)
     axes.minorticks_off()
@@ -559,7 +577,7 @@ def _draw_lift_and_model(
     """Draw lift over depth as dots, and the function fitted to it as a line."""
     order = np.argsort(depth)
     axes.plot(depth, lift, "o", color=_BLUE, markersize=1, markeredgewidth=0)
-    axes.plot(depth[order], fitted[order], color=_RED, linewidth=0.8)
+    axes.plot(depth[order], fitted[order], color=_RED, linewidth=0.8, label="fitted")
 
 
 def _draw_contact(axes: Axes, surface: Surface) -> None:
@@ -572,7 +590,8 @@ def _draw_contact(axes: Axes, surface: Surface) -> None:
     _draw_lift_and_model(axes, depth[is_near], force, fitted)
     lo, hi = surface.interval()
     ends = np.clip([lo - surface.depth_cm, hi - surface.depth_cm], -limit_cm, limit_cm)
-    axes.axvspan(*ends, color=_RED, alpha=style.INTERVAL_OPACITY, linewidth=0)
+    look: style.Look = {"color": _RED, "alpha": style.INTERVAL_OPACITY, "linewidth": 0}
+    axes.axvspan(*ends, label="95 % interval of the surface", **look)
     axes.set_xlim(-limit_cm, limit_cm)
     half_width_mm = 10 * (hi - lo) / 2
     axes.set_title(f"surface \N{PLUS-MINUS SIGN} {half_width_mm:.2f} mm (95 %)", loc="left")

@@ -1,10 +1,13 @@
-"""Quality sheets: every plate run of a medium as a small panel, up to A3; each run against others of its medium.
+"""Figures of all plate runs: quality sheets, a small panel a run, up to A3; each run against others of its medium.
 
 Two figures. `plot_quality`: sheets with a panel for each plate run, in rows of beta (attack angle) and columns of gamma
 (direction), whose pages are made of `SheetLayout` (where each run stands) and `Sheet` (what is drawn). And
-`plot_runs_side_by_side`: alpha of each run minus that of comparable runs. A run is marked if it has flags, or no alpha; flags
-that all runs of a medium share mark none and stand in the heading instead. A fit is a row of the table of fits, one for
-each run, with its direction, angles, alpha and window.
+`plot_runs_side_by_side`: alpha of each run minus that of comparable runs. A run is marked if it has flags, or no alpha;
+flags that all runs of a medium share mark none and stand in the heading instead. A fit is a row of the table of fits,
+one for each run, with its direction, angles, alpha and window.
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run), ``flags`` (doubts on runs).
 """
 
 from __future__ import annotations
@@ -187,9 +190,9 @@ def _format_column_label(gamma_deg: float, direction: str, level_cm: float) -> s
 def runs_on_pages(fits: pd.DataFrame, depth_cm: pd.Series[float]) -> list[SheetLayout]:
     """Place the runs of one medium on sheets; the k-th repeats of all directions have sheets of their own.
 
-    A column is one gamma, direction (extraction, horizontal, intrusion) and, for horizontal runs, level of depth; a row is
-    one beta. A grid that is larger than a sheet is cut into several; one that would be mostly empty is given up, and its
-    runs stand in turn. `depth_cm`: Depth of horizontal runs by run_id.
+    A column is one gamma, direction (extraction, horizontal, intrusion) and, for horizontal runs, level of depth; a row
+    is one beta. A grid that is larger than a sheet is cut into several; one that would be mostly empty is given up, and
+    its runs stand in turn. `depth_cm`: Depth of horizontal runs by run_id.
     """
     runs = fits[["run_id", "direction"]].copy()
     for name in ("beta_deg", "gamma_deg"):
@@ -235,7 +238,10 @@ def runs_on_pages(fits: pd.DataFrame, depth_cm: pd.Series[float]) -> list[SheetL
 
 
 def _place_in_turn(runs: list[str]) -> list[SheetLayout]:
-    """Place runs in scattered directions one after the other, on sheets without labels of rows and columns."""
+    """Place runs in scattered directions one after the other, on sheets without labels of rows and columns.
+
+    `runs`: Their ids, in the order of placing. An empty place means nothing there.
+    """
     pages = []
     most_runs = MAX_ROWS * MAX_COLUMNS
     for start in range(0, len(runs), most_runs):
@@ -289,9 +295,9 @@ _WINDOW = "#e4e4e4"
 class Sheet:
     """Collects the lines of all panels of a page by pen, then draws all lines of a pen at once, which is fast.
 
-    All panels are drawn in a single matplotlib Axes, since a hundred of them would take minutes. Coordinates are in cm from
-    the upper left corner of the paper, up is positive. Call `add_panel` for each run, then `mark_empty_places`, then
-    `finish`.
+    All panels are drawn in a single matplotlib Axes, since a hundred of them would take minutes. Coordinates are in cm
+    from the upper left corner of the paper, up is positive. Call `add_panel` for each run, then `mark_empty_places`,
+    then `finish`.
 
     `layout`: Where each run stands. `reach`: Depth and, for horizontal runs, path that the width of a panel spans, cm.
     `flags`: Flags of the runs. `shared`: Flags that all runs have.
@@ -346,7 +352,11 @@ class Sheet:
         self._write_text(left, top, trace, fit, problem)
 
     def _add_curves(self, left: float, top: float, trace: Trace, fit: Row) -> None:
-        """Collect stress, tare, fit and window of a run; the panel begins at `left` and `top`, cm."""
+        """Collect stress, tare, fit and window of a run as lines on the paper; the panel begins at `left` and `top`, cm.
+
+        Across the panel runs depth, of a horizontal run path, with the same scale in all panels; up runs stress, with a
+        range of its own.
+        """
         is_horizontal = fit["direction"] == "horizontal"
         inner, tall = self.width - _GAP, self.height - _GAP - _HEAD
         lowest, highest = panel_limits(trace)
@@ -372,6 +382,7 @@ class Sheet:
         if not np.isfinite(x).any():
             return
         ends = np.array([0.0 if is_horizontal else np.nanmin(along), np.nanmax(along)])
+        # the line of a fit is alpha times depth: level for a horizontal run, which stays at one depth
         depths = np.full(2, np.nanmedian(trace["depth_cm"])) if is_horizontal else ends
         for c in "zx":
             y = zero + scale * float(fit[f"alpha_{c}_N_per_cm3"]) * depths
@@ -417,7 +428,7 @@ class Sheet:
             write(left + margin, y, "\n".join(lines), 5.2, color=style.MARK)
 
     def mark_empty_places(self) -> None:
-        """Write "not measured" into each empty place of a sheet of first runs; on other sheets an empty place means nothing."""
+        """Write "not measured" into each empty place of a sheet of first runs; on others it means nothing."""
         if not self.layout.is_first:
             return
         rows, columns = range(len(self.layout.row_labels)), range(len(self.layout.column_labels))
@@ -507,15 +518,16 @@ _COMPARED_WITH = {
     PAIR: ("map", "the map by all other runs; judged by the other of two", "s", False),
     MAP: ("map", "the map by all other runs", "o", False),
 }
-"""For each content of column ``beside`` of ``results/peers``, which says what a run was compared with: short and full name
-of that, marker, and whether the marker is filled."""
+"""For each content of column ``beside`` of ``results/peers``, which says what a run was compared with: short and full
+name of that, marker, and whether the marker is filled."""
 
 
 def _read_comparisons(results: Results) -> dict[str, pd.DataFrame]:
     """Read the table of compared runs of each medium that has two or more, by medium.
 
-    A row is a run: its alpha, that of the others (``others_z_N_per_cm3``, ...), what these are (``beside``), by how many
-    times the usual spread it differs (``times_spread``), and whether that is so far that it is an outlier (``apart``).
+    A row is a run: its alpha, that of the others (``others_z_N_per_cm3``, ...), what these are (``beside``), by how
+    many times the usual spread it differs (``times_spread``), and whether that is so far that it is an outlier
+    (``apart``).
     """
     table_by_medium = {
         medium: results.table(f"peers/{medium}.csv") for medium in results.laboratory
@@ -539,7 +551,11 @@ def _read_comparisons(results: Results) -> dict[str, pd.DataFrame]:
     ),
 )
 def plot_runs_side_by_side(results: Results) -> Figure:
-    """Draw alpha of each run minus that of the others of its medium, a row a medium, a column a component."""
+    """Draw alpha of each run minus that of the others of its medium, a row a medium, a column a component.
+
+    The others are the repeats of the run or, where it has none, the map by all other runs. Outliers are red and
+    numbered; above the panels stand their names.
+    """
     tables = _read_comparisons(results)
     compared_with = set().union(*(table["beside"] for table in tables.values()))
     comparisons = {
@@ -589,8 +605,8 @@ def _comparison_look(colour: str, marker: str, is_filled: bool) -> style.Look:
 def _draw_differences(axes: Axes, table: pd.DataFrame, runs_apart: pd.DataFrame, c: str) -> None:
     """Draw one component of alpha of the runs of a medium minus that of the others, against that of the others.
 
-    Both components have the same range, so that they can be compared. `runs_apart`: Rows of outliers, the worst first; each
-    has its number in this order, in the panel of the component in which it differs most. `c`: The component drawn.
+    Both components have the same range, so that they can be compared. `runs_apart`: Rows of outliers, the worst first;
+    each has its number in this order, in the panel of the component in which it differs most. `c`: The component drawn.
     """
     style.zero_line(axes)
     differences = {
@@ -631,7 +647,11 @@ def _draw_differences(axes: Axes, table: pd.DataFrame, runs_apart: pd.DataFrame,
 
 
 def _describe_differences(table: pd.DataFrame) -> str:
-    """Say how many runs were compared, how many are apart (outliers), and how far runs differ."""
+    """Say how many runs were compared, how many are apart (outliers), and how far runs differ; two lines.
+
+    `table`: Of compared runs. ``times_spread`` is the difference of a run in units of the usual spread; NaN where too
+    few runs show this spread.
+    """
     times = table["times_spread"]
     if times.isna().all():
         return f"{count(len(table), 'run')}: too few to estimate how much runs differ"

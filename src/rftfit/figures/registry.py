@@ -161,11 +161,14 @@ def figure(
 ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Declare the decorated function as a figure; `name`, `settings`, `fields`: fields of `DeclaredFigure`.
 
-    Returns a decorator. The function then draws in the common style, adds marks (sentences on media that fail a check) and
-    stamps (what is simulated), and says what is lacking instead of drawing. The declaration is added to `_DECLARED`.
+    Returns a decorator. The function then draws in the common style, adds marks (sentences on media that fail a check)
+    and stamps (what is simulated), and says what is lacking instead of drawing. The declaration is added to
+    `_DECLARED`.
     """
 
     def declare(draw: Callable[..., Any]) -> Callable[..., Any]:
+        """Declare a function; returns the function that draws in its place, which the declaration holds, too."""
+
         @styled()
         @wraps(draw)
         def draw_in_style(results: Results, *medium: str) -> Any:
@@ -193,8 +196,8 @@ def _describe_marks(results: Results, section: str, medium: str = "") -> list[st
     """Write a sentence about each medium that a figure may show and that fails a check, for `style.mark`.
 
     `section`: Section of the page with the figure, which tells which media a figure of the whole campaign may show.
-    `medium`: Medium of the figure; default: a figure of the whole campaign. Figures of the robot's sweeps give the name of
-    a sweep, which is no medium.
+    `medium`: Medium of the figure; default: a figure of the whole campaign. Figures of the robot's sweeps give the name
+    of a sweep, which is no medium.
     """
     campaign, marks = results.campaign, results.marks
     titles, shown_media = campaign.titles, [*marks]

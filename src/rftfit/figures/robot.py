@@ -1,6 +1,7 @@
-"""The robot: speed against stride frequency and curvature, forces in mid-stance, and its motion in a stride.
+"""Figures of the robot: speed over stride frequency and curvature, forces in mid-stance, motion over two strides.
 
-A run has a stride frequency (Hz) and a leg curvature R'/r (1: c-leg, 0: flat, -1: reversed). Tables of a sweep, by name:
+A run has a stride frequency (Hz) and a leg curvature R'/r (1: c-leg, 0: flat, -1: reversed). Tables of a sweep, by
+name:
 
 - ``speed``: a row for each simulated run, with its profile, starting phase, ``speed_cm_per_s`` (NaN if not steady) and
   ``outcome``;
@@ -8,8 +9,10 @@ A run has a stride frequency (Hz) and a leg curvature R'/r (1: c-leg, 0: flat, -
   unknown lengths were calibrated on it;
 - ``optimum``: for each frequency on a profile the curvature of the fastest legs.
 
-Groups of elements are the plates of the body by name and the legs of each phase, ``tripod_1``, ``tripod_2``. `looks` gives
-colour and marker by curvature, or colour and dashes by group.
+Groups of elements are the plates of the body by name and the legs of each phase, ``tripod_1``, ``tripod_2``. `looks`
+gives colour and marker by curvature, or colour and dashes by group.
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``.
 """
 
 from __future__ import annotations
@@ -104,18 +107,6 @@ def beside_points(caption: str, good: str) -> Callable[[Results, str], str]:
 # Speed against stride frequency and against curvature
 
 
-_MARKERS = "osD^vP*X<>"
-"""Markers of curvatures, in ascending order."""
-
-_BACK, _FLAT, _AHEAD = ("#0B3C6F", "#9CC9EA"), "#444444", ("#F2B27A", "#9E2A00")
-"""Colours of reversed legs, from the strongest curvature to the weakest, of flat legs, and of c-legs, from the weakest."""
-
-READ_HZ = (1.0, 2.0, 3.0, 4.0, 5.0)
-"""Frequencies at which speed is drawn against curvature."""
-
-_HZ_MARKERS = "osD^v"
-"""Markers of `READ_HZ`."""
-
 _NO_SPEED = ("there is no simulated speed to draw",)
 """What is lacking, as `DeclaredFigure.lacking` returns it."""
 
@@ -166,7 +157,7 @@ def _read_on_measured_table(results: Results, sweep: str, *names: str) -> list[p
     lacking=lambda results, sweep: () if len(results.table(f"{sweep}/speed.csv")) else _NO_SPEED,
 )
 def plot_profiles(results: Results, sweep: str) -> Figure:
-    """Draw speed against stride frequency (left) and against curvature (right), one row a profile."""
+    """Draw speed against stride frequency (left) and against curvature (right), one row a profile, all with one range."""
     speed, errors = (results.table(f"{sweep}/{name}.csv") for name in ("speed", "errors"))
     names = list(dict.fromkeys(speed["profile"]))
     looks, limits = _choose_looks(speed, errors), _speed_range(speed, errors)
@@ -185,6 +176,13 @@ def plot_profiles(results: Results, sweep: str) -> Figure:
     entries = _make_speed_entries(looks, speed, errors)
     style.legend(page, entries, **_legend_title(results, errors))
     return page
+
+
+_MARKERS = "osD^vP*X<>"
+"""Markers of curvatures, in ascending order."""
+
+_BACK, _FLAT, _AHEAD = ("#0B3C6F", "#9CC9EA"), "#444444", ("#F2B27A", "#9E2A00")
+"""Colours of reversed legs, from the strongest curvature to the weakest, of flat legs, and of c-legs, from the weakest."""
 
 
 def curvature_looks(curvatures: Sequence[float]) -> dict[float, tuple[str, str]]:
@@ -219,13 +217,23 @@ def _speed_range(speed: pd.DataFrame, errors: pd.DataFrame) -> tuple[float, floa
     return float(min(-1.0, lowest * 1.05)), float(max(highest) * 1.06) or 1.0
 
 
+_OPEN_ENDS = ["simulated_from_alpha_lo_cm_per_s", "simulated_from_alpha_hi_cm_per_s"]
+_OPEN_COLOUR = "black"
+_OPEN: dict[str, Any] = {"linewidth": 1.4}
+"""Columns and look of the bar beside a point: the range of the simulated speed that the errors of alpha leave open."""
+
+_RING: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 7.5}
+_RING |= {"markerfacecolor": "none", "markeredgewidth": 0.9}
+"""Look of the ring around a point whose motion over time has a figure of its own."""
+
+
 def _draw_frequency_panel(
     axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame, looks: Mapping[float, tuple[str, str]]
 ) -> None:
     """Draw speed against stride frequency, a curve a curvature, with measured points and their errors.
 
-    `speed`, `errors`: Rows of one profile. Beside each measured point a bar shows what the errors of alpha and of the legs'
-    arc leave open of the simulated speed; hollow points are those on which the robot was calibrated.
+    `speed`, `errors`: Rows of one profile. Beside each measured point a bar shows what the errors of alpha and of the
+    legs' arc leave open of the simulated speed; hollow points are those on which the robot was calibrated.
     """
     for curvature, (colour, marker) in looks.items():
         rows = speed[np.isclose(speed["curvature_times_R"], curvature)]
@@ -267,16 +275,6 @@ def _dashes_of(curvature: float) -> Any:
     if curvature == 0:
         return style.DASHES["dash-dotted"]
     return style.DASHES["dashed" if curvature < 0 else "solid"]
-
-
-_OPEN_ENDS = ["simulated_from_alpha_lo_cm_per_s", "simulated_from_alpha_hi_cm_per_s"]
-_OPEN_COLOUR = "black"
-_OPEN: dict[str, Any] = {"linewidth": 1.4}
-"""Look of the bar beside a point: the range of the simulated speed that the errors of alpha leave open."""
-
-_RING: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 7.5}
-_RING |= {"markerfacecolor": "none", "markeredgewidth": 0.9}
-"""Look of the ring around a point whose motion over time has a figure of its own."""
 
 
 def _average_speeds(table: pd.DataFrame, column: str) -> dict[float, FloatArray]:
@@ -338,6 +336,13 @@ def _interpolate_speeds(curves: Mapping[float, FloatArray], at_Hz: float) -> Flo
     return np.array([row for row in speed_rows if row[1] is not None], dtype=float).reshape(-1, 2)
 
 
+READ_HZ = (1.0, 2.0, 3.0, 4.0, 5.0)
+"""Frequencies at which speed is drawn against curvature."""
+
+_HZ_MARKERS = "osD^v"
+"""Markers of `READ_HZ`."""
+
+
 def _draw_curvature_panel(axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame) -> None:
     """Draw speed against curvature at `READ_HZ`: simulated lines, measured points; rows of one profile.
 
@@ -396,7 +401,10 @@ def _describe_origin_of_points(results: Results) -> str:
 def _make_speed_entries(
     looks: Mapping[float, tuple[str, str]], speeds: pd.DataFrame, errors: pd.DataFrame
 ) -> dict[str, Any]:
-    """Make the entries of the legend for the colours, lines and points that are drawn by `_draw_frequency_panel`."""
+    """Make the entries of the legend for the colours, lines and points that are drawn by `_draw_frequency_panel`.
+
+    `looks`: Colour and marker by curvature. Each mark has an entry only if it is drawn.
+    """
     entries: dict[str, Any] = {}
     for curvature, (colour, marker) in looks.items():
         # shown with the marker where there is one
@@ -470,7 +478,11 @@ def _without_steady_run(results: Results, sweep: str) -> Sequence[str]:
     lacking=_without_steady_run,
 )
 def plot_curvature(results: Results, sweep: str) -> Figure:
-    """Draw speed against curvature (left); as a map over curvature and frequency, with the fastest curvature (right)."""
+    """Draw speed against curvature (left); as a map over curvature and frequency, with the fastest curvature (right).
+
+    On the profile of the measured table. Bars at the fastest curvature: the range within which starting phases, and
+    reading a top off so many points, leave it.
+    """
     speed_rows, best, error_rows = _read_on_measured_table(
         results, sweep, "speed", "optimum", "errors"
     )
@@ -514,6 +526,10 @@ def plot_curvature(results: Results, sweep: str) -> Figure:
 
 
 # The robot in mid-stance, the force on every element of the standing tripod
+
+
+_STANCE = {"body": "#444444", "other tripod": "#9a9a9a", "standing tripod": style.OKABE_ITO["blue"]}
+"""Colours of the robot's parts in mid-stance."""
 
 
 def _split_by_run(table: pd.DataFrame) -> list[tuple[tuple[float, float], pd.DataFrame]]:
@@ -607,10 +623,6 @@ def plot_robot_stance(results: Results) -> Figure:
     return page
 
 
-_STANCE = {"body": "#444444", "other tripod": "#9a9a9a", "standing tripod": style.OKABE_ITO["blue"]}
-"""Colours of the robot's parts in mid-stance."""
-
-
 # Motion and forces over two strides
 
 
@@ -684,8 +696,8 @@ def plot_robot_reaction(results: Results) -> Figure:
 def draw_motion(motion: pd.DataFrame, measured: pd.DataFrame | None = None) -> Figure:
     """Draw motion and forces over two strides, one column a run.
 
-    `motion`: Table of motion of one run or more. `measured`: Mean strides of tracks, speed against the share ``stride`` of
-    a stride, drawn beside the simulated speed; None: none.
+    `motion`: Table of motion of one run or more. `measured`: Mean strides of tracks, speed against the share ``stride``
+    of a stride, drawn beside the simulated speed; None: none.
     """
     page, columns = _new_panels(motion, len(_KINEMATICS) + 2)
     looks = dict(zip(group_names(motion), _GROUPS, strict=False))
@@ -721,8 +733,9 @@ def _align_strides(
 ) -> list[FloatArray]:
     """Interpolate the measured speed of each track at the simulated moments, in the phase that fits the simulated speed best.
 
-    A track does not say at which angle of the legs it begins. `frequency`: Stride frequency, Hz. `strides`: Mean stride of
-    each track: speed against the share ``stride`` of its period. Returns speeds, cm/s, of the length of `motion_of_run`.
+    A track does not say at which angle of the legs it begins. `frequency`: Stride frequency, Hz. `strides`: Mean stride
+    of each track: speed against the share ``stride`` of its period. Returns speeds, cm/s, of the length of
+    `motion_of_run`.
     """
     phase = motion_of_run["time_s"].to_numpy(float) * frequency
     simulated, best_curves = motion_of_run["velocity_x_cm_per_s"].to_numpy(float), []

@@ -1,8 +1,11 @@
-"""Penetration of the natural sands: stress against depth and the fit of its linear part.
+"""Figure of the penetration of natural sands: stress against depth and the fit of its linear part.
 
-A penetration test is a run of a flat plate straight down. Stress is in proportion to depth only to some depth, the linear
-regime. Its line through zero is fitted twice, over a window of depth that is ``stated`` in the config, and over one whose
-end was ``detected``; each fit is a row of ``results/sands.csv``.
+A penetration test is a run of a flat plate straight down. Stress is in proportion to depth only to some depth, the
+linear regime. Its line through zero is fitted twice, over a window of depth that is ``stated`` in the config, and over
+one whose end was ``detected``; each fit is a row of ``results/sands.csv``.
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium.
 """
 
 from __future__ import annotations
@@ -57,7 +60,7 @@ _FITS: dict[str, tuple[str, Any]] = {
     ),
 )
 def plot_penetration(results: Results) -> Figure:
-    """Draw the stress on a plate pushed straight down into each sand against depth."""
+    """Draw the stress on a plate pushed straight down into each sand against depth, with its fits; one panel a sand."""
     table, media = results.table("sands.csv"), results.sands
     most_in_row = 3
     page, panels = style.panels_in_rows(len(media), most_in_row, 7.3, 6.1)
@@ -85,8 +88,8 @@ def plot_penetration(results: Results) -> Figure:
 def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, Row]]) -> None:
     """Draw the penetration tests of one sand: measured stress over depth, and the fits with their intervals.
 
-    `runs`: Samples of the tests, without those that were refused. `tests`: For each test its fits by window, ``stated`` or
-    ``detected``; one empty test where there is none. What is drawn gets its label for the legend.
+    `runs`: Samples of the tests, without those that were refused. `tests`: For each test its fits by window, ``stated``
+    or ``detected``; one empty test where there is none. What is drawn gets its label for the legend.
     """
     # measured depth and stress of each test, shape (n, 2); depths inside the windows of all tests
     lines, depths_in_window = [], []

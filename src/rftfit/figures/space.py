@@ -1,8 +1,8 @@
-"""Forces on a mesh along its path with intervals and the error of the law in space; the mesh at the largest force.
+"""Figure of forces on a mesh along its path, with intervals and the error of the law in space; the mesh beside it.
 
 A pose is a position and rotation of the mesh along its path, a row of the table of forces. Off the plane of the
-measurements the law of forces is a generalization: `closure_N` is its error in the worst case, zero for a mesh whose faces
-all move as plates of the measurements did.
+measurements the law of forces is a generalization: `closure_N` is its error in the worst case, zero for a mesh whose
+faces all move as plates of the measurements did.
 """
 
 from __future__ import annotations

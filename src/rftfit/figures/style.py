@@ -1,4 +1,4 @@
-"""The look shared by all figures: sizes, colours, labels, legends, and files.
+"""The look shared by all figures: sizes, colours, markers, dashes, labels, legends, marks and stamps, and files.
 
 Five parts: constants of the look; `styled`, which sets it; how numbers and names are written; pages, axes and legends
 (positions in cm from the upper left corner of a page); and the files of a figure (`save_pages`). A page is a matplotlib
@@ -224,8 +224,8 @@ def panels(
 ) -> tuple[Figure, npt.NDArray[Any]]:
     """Return a page and its axes, shape (rows, columns); matplotlib makes room for the text around the panels.
 
-    `heights_cm`: Heights of the rows with their text; the heights of the panels have the same ratios. `columns`: Number of
-    panels in a row. `widest_cm`: Most width of a column; the page is one to two columns of a journal wide.
+    `heights_cm`: Heights of the rows with their text; the heights of the panels have the same ratios. `columns`: Number
+    of panels in a row. `widest_cm`: Most width of a column; the page is one to two columns of a journal wide.
     """
     page = new_figure(min(DOUBLE_CM, max(SINGLE_CM, columns * widest_cm)), sum(heights_cm))
     # free at the right edge for `stamp`
@@ -538,7 +538,8 @@ def _page_with_warning(figure: Figure) -> Bbox | None:
 def content(figure: Figure, ending: str, about: str = "") -> bytes:
     """Return the bytes of a figure's file, with the remark `about` in its metadata.
 
-    `ending`: One of `PRINTED`. The bytes are not written by matplotlib, whose error on a full disk does not name the cause.
+    `ending`: One of `PRINTED`. The bytes are not written by matplotlib, whose error on a full disk does not name the
+    cause.
     """
     # hard compression takes a third of the time of a large png and saves nothing
     savefig_options: dict[str, Any] = (
@@ -615,8 +616,8 @@ def save_pages(
 ) -> list[str]:
     """Write the files of a figure, its further pages as ``<base>_page2`` and so on; return the paths from `root`.
 
-    `base`: Path from `root`, without ending. `about`: Remark in the metadata. `endings`: Endings of the files; webp is made
-    from png, which must stand before it.
+    `base`: Path from `root`, without ending. `about`: Remark in the metadata. `endings`: Endings of the files; webp is
+    made from png, which must stand before it.
     """
     pages = _pages(figures)
     names = [base if number == 1 else f"{base}_page{number}" for number in range(1, len(pages) + 1)]

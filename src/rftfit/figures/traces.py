@@ -1,8 +1,14 @@
 """Samples of plate runs for figures: stress with the sign in which it is filed, thinned curves, a run with its fit.
 
-Stress is tared force on the plate over the area of one face, N/cm^2. A run may be filed in the tables as its mirror image,
-with beta, gamma and the sign of its horizontal stress turned (`rftfit.conventions.file_extraction`). The window of a run is
-the range of depth (of path, for a horizontal run) whose samples were fitted.
+Stress is tared force on the plate over the area of one face, N/cm^2. A run may be filed in the tables as its mirror
+image, with beta, gamma and the sign of its horizontal stress turned (`rftfit.conventions.file_extraction`). The window
+of a run is the range of depth (of path, for a horizontal run) whose samples were fitted.
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run).
+
+A `Remark` is a flag (a doubt about a run that is used all the same) or a reason why a number is missing: a code with
+numbers, which becomes a sentence. `c` or `component`: ``z`` (vertical) or ``x`` (horizontal).
 """
 
 from __future__ import annotations
@@ -45,8 +51,8 @@ SAMPLES = (
     "tare_x_N_per_cm2",
     "in_window",
 )
-"""Columns of `stress_samples` besides ``run_id``: depth and path from the begin of the stroke, stress of the medium on the
-plate, the subtracted tare as a stress, and 1 inside the window of the fit."""
+"""Columns of `stress_samples` besides ``run_id``: depth and path from the begin of the stroke, stress of the medium on
+the plate, the subtracted tare as a stress, and 1 inside the window of the fit."""
 
 
 STRESS_SETTINGS = ("intruders", "force_log", "transducer")
@@ -64,9 +70,9 @@ def stress_samples(
 ) -> pd.DataFrame:
     """Compute the stress of every plate run of a medium, a row a sample, with the sign in which alpha is filed in `fits`.
 
-    `tared`, `windows`: Tables of samples after the tare and after the fit, with the same rows. `fits`: A row for each run;
-    ``mirrored`` is True for a run that was filed with its horizontal stress turned. Returns ``run_id`` and the columns
-    `SAMPLES`. Stress along x is NaN where no sensor measured it.
+    `tared`, `windows`: Tables of samples after the tare and after the fit, with the same rows. `fits`: A row for each
+    run; ``mirrored`` is True for a run that was filed with its horizontal stress turned. Returns ``run_id`` and the
+    columns `SAMPLES`. Stress along x is NaN where no sensor measured it.
     """
     import pandas as pd
 
@@ -178,7 +184,8 @@ def measures_x(trace: Trace) -> bool:
 def draw_run(axes: Axes, trace: Trace, fit: Row) -> None:
     """Draw the stress of a run with the lines of its fit and its shaded window, over depth or, of a level run, over its path.
 
-    `fit`: Its row of the table of fits. The line of a fit is alpha times depth: through zero, or level at a single depth.
+    `fit`: Its row of the table of fits. The line of a fit is alpha times depth: through zero, or level at a single
+    depth.
     """
     is_level = fit["direction"] == "horizontal"
     along = trace["path_cm" if is_level else "depth_cm"]
@@ -211,9 +218,9 @@ def cell_of_run(alpha: pd.DataFrame, run_id: str) -> Row:
 def describe_alpha(row: Row, component: str, trace: Trace, cell: Row) -> str:
     """Write alpha of a run with symbol and interval as in the tables, or that it is 0 by symmetry or was not measured.
 
-    `row`: Row of the run in the table of fits. `trace`: Samples of the run. `cell`: Row of `cell_of_run`; the interval is
-    its interval, which holds more errors than one log shows. Where the cell is the mean of several runs, two lines are
-    written: alpha of this run, whose line is drawn, and the mean with its interval.
+    `row`: Row of the run in the table of fits. `trace`: Samples of the run. `cell`: Row of `cell_of_run`; the interval
+    is its interval, which holds more errors than one log shows. Where the cell is the mean of several runs, two lines
+    are written: alpha of this run, whose line is drawn, and the mean with its interval.
     """
     symbol = rf"$\alpha_{component}$"
     # how many runs the cell is the mean of
@@ -234,8 +241,8 @@ def describe_alpha(row: Row, component: str, trace: Trace, cell: Row) -> str:
 def describe_problem(fit: Row, flags: Flags, shared: Collection[Remark]) -> str:
     """Say in few words what is wrong with a run; empty if nothing is.
 
-    `fit`: Row of the run in the table of fits. `flags`: Flags of the medium. `shared`: Flags that all its runs have, which
-    are left out.
+    `fit`: Row of the run in the table of fits. `flags`: Flags of the medium. `shared`: Flags that all its runs have,
+    which are left out.
     """
     run_id = str(fit["run_id"])
     flags_of_run = [flag for flag in flags.of_run(run_id) if flag not in shared]

@@ -1,7 +1,7 @@
-"""Drawbar, torque, and sinkage or load of a rolling wheel over slip, with intervals and measured points.
+"""Figure of a rolling wheel over slip: drawbar, torque, sinkage or load, with intervals and measured points.
 
-Drawbar is the horizontal force of the medium on the wheel, toward the way it rolls. Slip is 1 less the speed of travel over
-that of the rim. Of sinkage and load one is given, and the other is drawn.
+Drawbar is the horizontal force of the medium on the wheel, toward the way it rolls. Slip is 1 less the speed of travel
+over that of the rim. Of sinkage and load one is given, and the other is drawn.
 """
 
 from __future__ import annotations

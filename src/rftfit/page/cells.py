@@ -1,8 +1,8 @@
 """Cells, columns and tables of the page, and how they print numbers and names.
 
-A `PageTable` is a list of columns and a list of rows; a row is a dict, mostly a row of a table of results, and each column
-has a heading and a function that makes its cell of a row. One macro of the template prints all tables. `texts` and
-`numbers` make the usual columns.
+A `PageTable` is a list of columns and a list of rows; a row is a dict, mostly a row of a table of results, and each
+column has a heading and a function that makes its cell of a row. One macro of the template prints all tables. `texts`
+and `numbers` make the usual columns.
 """
 
 from __future__ import annotations
@@ -89,8 +89,8 @@ def texts(
 ) -> PageColumn:
     """Make a column of text.
 
-    `name`: Column of the results, or function of a row that returns the text. `note`: Another column of the results, printed
-    small below; empty: none. `css_classes`: As of `PageColumn`.
+    `name`: Column of the results, or function of a row that returns the text. `note`: Another column of the results,
+    printed small below; empty: none. `css_classes`: As of `PageColumn`.
     """
 
     def cell(row: Row) -> Cell:
@@ -112,10 +112,10 @@ def numbers(
 ) -> PageColumn:
     """Make a column of numbers with their intervals in small print.
 
-    `name`: Column of the results; "no value" where it is missing or NaN. `digits`: After the point. `ends`: Names of the
-    columns with the ends of the interval, braces in place of ``lo`` and ``hi``, such as ``zeta_{}``; empty: no interval.
-    `note`: Another column, printed small below. `show`: Function that prints the number; default: with `digits`.
-    `ends_of_model`: As `ends`, for the interval with the model's own error.
+    `name`: Column of the results; "no value" where it is missing or NaN. `digits`: After the point. `ends`: Names of
+    the columns with the ends of the interval, braces in place of ``lo`` and ``hi``, such as ``zeta_{}``; empty: no
+    interval. `note`: Another column, printed small below. `show`: Function that prints the number; default: with
+    `digits`. `ends_of_model`: As `ends`, for the interval with the model's own error.
     """
 
     def cell(row: Row) -> Cell:

@@ -26,7 +26,8 @@ _TYPES = {"text": "string", "yes or no": "boolean", "count": "integer", "number"
 class ResultFile:
     """One csv table of the results.
 
-    `path`: Path from the campaign's folder. `sha256`, `size`: Digest and length (bytes) of its content. `columns`: Names.
+    `path`: Path from the campaign's folder. `sha256`, `size`: Digest and length (bytes) of its content. `columns`:
+    Names.
     """
 
     path: str
@@ -45,8 +46,9 @@ def package_text(
 ) -> str:
     """Describe the csv tables of a run as ``datapackage.json``; the same files give the same text.
 
-    `files`: Tables in any order; one that the dictionary of results does not know is left out. `title`, `about`: Title and description of the campaign. `publish`: What its config says about a publication. `origin`:
-    Address of the results from which its logs were simulated; empty for recorded logs.
+    `files`: Tables in any order; one that the dictionary of results does not know is left out. `title`, `about`: Title
+    and description of the campaign. `publish`: What its config says about a publication. `origin`: Address of the
+    results from which its logs were simulated; empty for recorded logs.
     """
     resources: list[dict[str, Any]] = []
     names: set[str] = set()
@@ -83,8 +85,8 @@ def _describe_rights(publish: Publishing, origin: str) -> dict[str, Any]:
 def _describe_table(file: ResultFile, output: Output, names: set[str]) -> dict[str, Any]:
     """Describe one table: path, digest and columns.
 
-    `output`: Its entry in the dictionary of results. `names`: Names that other tables of the package have, to which its own
-    is added.
+    `output`: Its entry in the dictionary of results. `names`: Names that other tables of the package have, to which its
+    own is added.
     """
     path = PurePosixPath(file.path).relative_to("results")
     fields = [_describe_column(name, column_of(output, name)) for name in file.columns]

@@ -1,10 +1,14 @@
 """The findings of a campaign: sentences, each with its number, its interval and the section that shows it.
 
-Each function ``_find_...`` yields the findings on one question, none where the campaign has no answer; `findings` asks all.
-Errors of peaks are in percent of the measured peak, rows of ``results/leg_errors.csv``: one for each medium, leg, profile
-(which alpha was used: ``table``, ``map``, ``generic`` ...) and component (z: lift). Intervals are by the errors of alpha, axle
-and arc; after the word "model" with the force model's own error too. A medium is usable if it fails no check that forbids
-its use.
+Each function ``_find_...`` yields the findings on one question, none where the campaign has no answer; `findings` asks
+all. Errors of peaks are in percent of the measured peak, rows of ``results/leg_errors.csv``: one for each medium, leg,
+profile (which alpha was used: ``table``, ``map``, ``generic`` ...) and component (z: lift). Intervals are by the errors
+of alpha, axle and arc; after the word "model" with the force model's own error too. A medium is usable if it fails no
+check that forbids its use.
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run), ``legs`` (measured forces).
+`column("z", "_lo")` is the name ``alpha_z_lo_N_per_cm3``.
 """
 
 from __future__ import annotations
@@ -51,7 +55,10 @@ class PageFinding(NamedTuple):
 
 
 def findings(results: Results) -> list[PageFinding]:
-    """List the findings, most important first: the measurement, the predictions and their errors, then the rest."""
+    """List the findings, most important first: the measurement, the predictions and their errors, then the rest.
+
+    The first `ON_FIRST_SCREEN` stand on the first screen of the page, the others in their sections.
+    """
     finders = (
         _find_verdicts,
         _find_media_of_another_kind,
@@ -113,8 +120,8 @@ def _find_verdicts(results: Results) -> Iterable[PageFinding]:
 def _describe_unseen_difference(results: Results) -> Iterable[str]:
     """Say how far a single run may be off in media whose runs agree: what is smaller is not told from chance.
 
-    ``seen_from_ratio`` is for each run the least difference, relative to the largest alpha, that would be noticed. Yields a
-    clause or none.
+    ``seen_from_ratio`` is for each run the least difference, relative to the largest alpha, that would be noticed.
+    Yields a clause or none.
     """
     percents = []
     for medium in media_that_passed(results).get("repeats", ()):
@@ -243,7 +250,10 @@ def _find_errors_on_legs(results: Results) -> Iterable[PageFinding]:
 
 
 def _find_explanation(results: Results) -> Iterable[PageFinding]:
-    """Say which errors explain the largest error of a peak lift; nothing where that is within `WITHIN_PERCENT`."""
+    """Say which errors explain the largest error of a peak lift; nothing where that is within `WITHIN_PERCENT`.
+
+    An interval explains the error if it includes zero (`labels.explanation_of`).
+    """
     profile, lift = _select_lifts_of_legs(results)
     if lift.empty or abs((worst := _find_worst(lift))["peak_error_percent"]) <= WITHIN_PERCENT:
         return
@@ -302,8 +312,8 @@ def _find_lifts_of_maps(results: Results) -> Iterable[PageFinding]:
 def _find_errors_in_sands(results: Results) -> Iterable[PageFinding]:
     """Say how far the peak lift on legs in natural sands is off, predicted from few pushes by the map and by the routine.
 
-    The routine is the paper's: generic alpha times zeta from the push straight down. Both are stated, so that a reader can
-    compare them.
+    The routine is the paper's: generic alpha times zeta from the push straight down. Both are stated, so that a reader
+    can compare them.
     """
     media = labels.usable_media(results, results.sands)
     starts = {
@@ -342,8 +352,8 @@ def _name_pushes_of_sands(results: Results) -> str:
 def _format_two_intervals(row: Mapping[str, Any], ends: str, digits: int, unit: str = "") -> str:
     """Write the interval of alpha, then "model" and the interval with the model's own error; empty where neither is known.
 
-    `ends`: Names of the columns with the ends, braces in place of ``lo``, ``hi``, ``model_lo`` and ``model_hi``. `digits`:
-    After the point. `unit`: Written behind each interval, with its space.
+    `ends`: Names of the columns with the ends, braces in place of ``lo``, ``hi``, ``model_lo`` and ``model_hi``.
+    `digits`: After the point. `unit`: Written behind each interval, with its space.
     """
     intervals = []
     for prefix in ("", "model_"):
@@ -370,7 +380,7 @@ def _explain_intervals(results: Results, intervals: Iterable[str]) -> str:
 
 
 def _find_simulated_speed(results: Results) -> Iterable[PageFinding]:
-    """Say how fast the simulated robot runs at most, where no speed was measured; legs too fast for the model are left out."""
+    """Say how fast the simulated robot runs at most, where no speed was measured; without legs too fast for the model."""
     if not results.campaign.robot_medium:
         return
     errors, speeds = (results.table(f"robot/{name}.csv") for name in ("errors", "speed"))
@@ -429,7 +439,7 @@ def _find_errors_of_robot(results: Results) -> Iterable[PageFinding]:
 
 
 def _find_misfit(results: Results) -> Iterable[PageFinding]:
-    """Say how far the nine terms are from measured alpha_z, in media that were pushed in the directions of the published grid.
+    """Say how far the nine terms are from measured alpha_z, in media pushed in all directions of the published grid.
 
     Fitted to a part of them the terms are nearer, and say less of the medium. The misfit is a root mean square over
     directions, in percent of the largest alpha_z.

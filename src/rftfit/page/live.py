@@ -1,8 +1,15 @@
 """Numbers of the interactive parts of the page (maps, leg viewer, field calculator), as one JSON object for scripts.
 
-`live_data` collects them; NaN becomes None, and numbers are rounded to what can be seen. The scripts calculate forces on
-legs themselves, by profiles; only intervals are written along curves. Zeta of a medium is its fitted alpha_z straight down;
-chi is measured over fitted. A reference is a set of media by which the calculator scales a new one (`scaling.Reference`).
+`live_data` collects them; NaN becomes None, and numbers are rounded to what can be seen. The scripts calculate forces
+on legs themselves, by profiles; only intervals are written along curves. Zeta of a medium is its fitted alpha_z
+straight down; chi is measured over fitted. A reference is a set of media by which the calculator scales a new one
+(`scaling.Reference`).
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run), ``flags``, ``legs`` (measured
+forces). `column("z", "_lo")` is the name ``alpha_z_lo_N_per_cm3``.
+
+Flags and reasons are `Remark`: a code with numbers, which becomes a sentence.
 """
 
 from __future__ import annotations
@@ -64,8 +71,8 @@ SAME_LINE_DEG = 0.01
 def live_profiles(results: Results, medium: str) -> dict[str, Profile]:
     """Collect the profiles of a medium that have numbers, by name; of a natural sand only the map and the generic one.
 
-    In the order of `PROFILE_NAMES`. The generic profile is M0 of this campaign times zeta; M0 of the paper for a sand that
-    was scaled by the published media.
+    In the order of `PROFILE_NAMES`. The generic profile is M0 of this campaign times zeta; M0 of the paper for a sand
+    that was scaled by the published media.
     """
     profile_by_name: dict[str, Profile] = {}
     if len(map_table := results.map_table(medium)):
@@ -184,7 +191,13 @@ def scaling_references(results: Results) -> list[scaling.Reference]:
 
 
 def live_data(results: Results) -> dict[str, Any]:
-    """Collect the numbers that the scripts of the page use; NaN becomes None. Most entries are by medium."""
+    """Collect the numbers that the scripts of the page use; NaN becomes None.
+
+    Most entries are by medium: ``profiles`` (parameters, by name), ``alpha`` and ``maps`` (cells of measured and
+    estimated maps), ``measured`` (forces by leg), ``predicted`` (ends of intervals by leg and profile), ``zeta`` (value
+    and ends), ``down`` (alpha_z straight down). ``push`` and ``references`` are for the field calculator; ``rate``: of
+    a leg, rad/s.
+    """
     config = results.config
     predicted = results.table("predicted.csv")
     runs_without_x = {
@@ -291,9 +304,9 @@ def _unit_push(results: Results) -> dict[str, Any]:
     """Compute the map that follows from one push straight down with alpha_z = 1 N/cm^3, without error and with the usual one.
 
     The field calculator multiplies these numbers by the alpha_z that a user measured, as all are proportional to it.
-    ``map``, ``zeta``, ``legs``: of `_numbers_of_map`, with the usual error; ``exact``: the same without error, from which
-    the script makes intervals for an error that a user states. ``next``: the best further push (beta, gamma), and the half
-    width of the map now and after it. ``usual``: the usual error, relative.
+    ``map``, ``zeta``, ``legs``: of `_numbers_of_map`, with the usual error; ``exact``: the same without error, from
+    which the script makes intervals for an error that a user states. ``next``: the best further push (beta, gamma), and
+    the half width of the map now and after it. ``usual``: the usual error, relative.
     """
     confidence = results.config.fit.confidence
     with_usual_error, exact = (_map_of_unit_push(results, se) for se in (math.nan, 0.0))
@@ -334,8 +347,8 @@ _ENDS = [f"force_{c}_{end}_N" for c in "zx" for end in ("lo", "hi", "model_lo", 
 def _numbers_of_map(results: Results, unit_map: Map) -> dict[str, Any]:
     """Collect alpha, zeta and forces on the legs by a map, with their intervals.
 
-    ``map``: alpha of the cells. ``zeta``: value and ends. ``legs``: of each leg turned by -135 to 135 deg the columns of
-    forces and their ends over theta, and ``peaks`` of z and x as `_largest_peak` lists them.
+    ``map``: alpha of the cells. ``zeta``: value and ends. ``legs``: of each leg turned by -135 to 135 deg the columns
+    of forces and their ends over theta, and ``peaks`` of z and x as `_largest_peak` lists them.
     """
     config, legs = results.config, {}
     for name, leg in config.legs.items():
@@ -381,8 +394,8 @@ def _reference_parameters(reference: scaling.Reference, confidence: float) -> di
     """Return the numbers by which the script scales a new medium to a reference; half widths are of the logarithm of zeta.
 
     Zeta is the alpha_z of a penetration test over the mean chi. ``half_chi``: half width from the scatter of chi alone.
-    ``half_test``: from the test, if its standard error were as large as its alpha; the script multiplies it by the relative
-    error that a user states, and adds both as squares.
+    ``half_test``: from the test, if its standard error were as large as its alpha; the script multiplies it by the
+    relative error that a user states, and adds both as squares.
     """
     # of tests with alpha_z = 1 N/cm^3, without an error and with one of 1 N/cm^3
     exact, doubtful = (
@@ -457,9 +470,10 @@ def _map_cells(
     "row,column" of the grid. Scattered directions become an interpolated grid without intervals, and ``points`` (beta,
     gamma, alpha z, alpha x).
 
-    `table`: Table of alpha, or of a map with a column ``reason``. `tolerance_deg`: Tolerance of angles of the campaign's grid.
-    `flags`: Flags of the medium; None: no notes on them. `shared`: Flags that the page names once for all runs.
-    `runs_without_x`: Runs whose force along x no sensor measured; ``unmeasured_x`` lists the cells that have only such runs.
+    `table`: Table of alpha, or of a map with a column ``reason``. `tolerance_deg`: Tolerance of angles of the
+    campaign's grid. `flags`: Flags of the medium; None: no notes on them. `shared`: Flags that the page names once for
+    all runs. `runs_without_x`: Runs whose force along x no sensor measured; ``unmeasured_x`` lists the cells that have
+    only such runs.
     """
     notes: dict[str, str] = {}
     unmeasured_x: list[str] = []
@@ -508,8 +522,8 @@ def _measured_curve(rows: pd.DataFrame) -> dict[str, Any]:
 def _interval_ends(rows: pd.DataFrame, digits: int) -> dict[str, Any]:
     """Collect the ends of the intervals of a predicted curve over theta; intervals without any number are left out.
 
-    The script calculates the forces itself, and knows the usual angles `THETA_DEG`: only other angles are written. `rows`: Of
-    one leg and profile.
+    The script calculates the forces itself, and knows the usual angles `THETA_DEG`: only other angles are written.
+    `rows`: Of one leg and profile.
     """
     rows = rows.sort_values("theta_deg")
     theta_deg = rows["theta_deg"].to_numpy(float)

@@ -1,8 +1,11 @@
 """The methods section of the page, ready to paste, with its references, the constants and the digest of the settings.
 
-`paragraphs` writes three paragraphs: measurement, model, predictions. Each function ``_describe_...`` writes one or several
-sentences from config and tables, or nothing where the campaign has nothing to say; "ref. N" cites an entry of
+`paragraphs` writes three paragraphs: measurement, model, predictions. Each function ``_describe_...`` writes one or
+several sentences from config and tables, or nothing where the campaign has nothing to say; "ref. N" cites an entry of
 `cited_references`. An outcome counts runs with and without a result (`rftfit.page.outcome`).
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run), ``flags`` (doubts on runs).
 """
 
 from __future__ import annotations
@@ -81,7 +84,11 @@ doi:10.1073/pnas.2214017120
 
 
 def paragraphs(results: Results, outcome: Outcome) -> list[str]:
-    """Write the methods section from the configuration and the numbers of this campaign."""
+    """Write the methods section from the configuration and the numbers of this campaign: three paragraphs.
+
+    `outcome`: Runs with and without a result. The third paragraph is on forces on legs, the map, the robot and
+    software.
+    """
     robot = _describe_robot(results)
     predictions = (
         _describe_forces_on_legs(results),
@@ -99,8 +106,8 @@ def paragraphs(results: Results, outcome: Outcome) -> list[str]:
 def _describe_measurement(results: Results, outcome: Outcome) -> str:
     """Write the first paragraph of the methods: media, runs, tare, slopes and intervals of alpha.
 
-    A campaign may have logs, a table of stress against depth, or a table of alpha: the last two have no plates to describe,
-    and a table of alpha no slopes.
+    A campaign may have logs, a table of stress against depth, or a table of alpha: the last two have no plates to
+    describe, and a table of alpha no slopes.
     """
     config, fits = results.config, results.joined("fits/{medium}.csv")
     fitted_runs = fits[fits["reason"] == ""] if "reason" in fits else fits
@@ -181,7 +188,7 @@ def _describe_directions(results: Results) -> str:
         cells = medium.alpha.dropna(subset="alpha_z_N_per_cm3")
         is_down = is_straight_down(cells["beta_deg"], cells["gamma_deg"], tolerance_deg)
         counts.add(len(cells))
-        # level runs at several depths are one line through zero, not repeats
+        # level runs at several depths are one line through zero, not repeats; runs of each depth may have a fraction
         runs_of_depth = cells["n_runs"] / cells["n_depths"].fillna(1).clip(lower=1)
         repeats |= {*np.floor(runs_of_depth).astype(int), *np.ceil(runs_of_depth).astype(int)}
         level_depths |= {*cells.loc[cells["n_depths"] > 1, "n_depths"].astype(int)}
@@ -218,7 +225,7 @@ def _name_origin(results: Results) -> str:
 
 
 def _describe_plates(results: Results) -> str:
-    """Write the sizes of the plates that were pushed."""
+    """Write the sizes of the plates that were pushed, by the form of each: plate, disc, or flat outline."""
     used_plates = {run.intruder for run in results.campaign.runs if run.kind == "plate"}
     sizes = []
     for name, intruder in results.config.intruders.items():
@@ -288,8 +295,8 @@ _LAWS = {
 def _describe_curved_stress(results: Results) -> str:
     """Say in which media stress is not proportional to depth, and how far it departs from the line through zero.
 
-    Forces are predicted by alpha times depth all the same, so they are off by this departure. With a space before; empty
-    where there is no such medium.
+    Forces are predicted by alpha times depth all the same, so they are off by this departure. With a space before;
+    empty where there is no such medium.
     """
     curved = []
     for medium in results:
@@ -388,8 +395,8 @@ _ERROR_PHRASES = {
 def _describe_named_errors(cells_with_error: pd.DataFrame, tolerance_deg: float) -> str:
     """Write the errors of alpha that no single log shows, each by its largest share of alpha_z(0, 90 deg) in any direction.
 
-    `cells_with_error`: Rows of the tables of alpha of all media. `tolerance_deg`: By how much a push may be off straight
-    down. Errors without a column, or too small to be written, are left out.
+    `cells_with_error`: Rows of the tables of alpha of all media. `tolerance_deg`: By how much a push may be off
+    straight down. Errors without a column, or too small to be written, are left out.
     """
     is_down = is_straight_down(
         cells_with_error["beta_deg"], cells_with_error["gamma_deg"], tolerance_deg
@@ -416,8 +423,8 @@ def _choose_tare_sentence(
 ) -> str:
     """Say whether tares were subtracted from the runs of a table that gave a number.
 
-    `kind`: ``plate`` or ``leg``. `table`: A row a run, or a row a reading of a run. `subtracted`, `nothing`: Sentences for
-    runs with and without a tare, without full stop.
+    `kind`: ``plate`` or ``leg``. `table`: A row a run, or a row a reading of a run. `subtracted`, `nothing`: Sentences
+    for runs with and without a tare, without full stop.
     """
     if "reason" in table:
         table = table[table["reason"] == ""]
@@ -539,7 +546,7 @@ def _name_alpha(results: Results, profile: str) -> str:
 
 
 def _describe_forces_on_legs(results: Results) -> str:
-    """Describe how forces on legs were measured and predicted, and what their intervals hold; empty where they were neither."""
+    """Describe how forces on legs were measured and predicted, and what intervals hold; empty where they were neither."""
     config, measured = results.config, results.joined("legs/{medium}.csv")
     predicted = results.table("predicted.csv")
     used_legs = {*measured["leg"], *predicted["leg"]}

@@ -1,8 +1,13 @@
-"""The fate of runs and of the rows of their logs, and doubts about the runs in use, the media and the checks.
+"""Used and dropped runs and rows, in numbers and reasons; flags, verdicts on legs and the sum of the checks in words.
 
-The ledger counts the rows of every log by run and fate (used, or dropped for a reason). A flag is a doubt about a run or
-a cell of the table of alpha that is used all the same. A verdict is one word on a medium, made of its checks; other
+The ledger counts the rows of every log by run and fate (used, or dropped for a reason). A flag is a doubt about a run
+or a cell of the table of alpha that is used all the same. A verdict is one word on a medium, made of its checks; other
 verdicts judge the force model on legs (`VERDICT_WORDS`).
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run), ``flags`` (doubts on runs).
+
+Flags and reasons are `Remark`: a code with numbers, which becomes a sentence.
 """
 
 from __future__ import annotations
@@ -63,7 +68,7 @@ class Outcome:
 
 
 def outcome_of_runs(results: Results) -> Outcome:
-    """Divide the runs into those that gave a result (slope, leg curve, tare or speed), and those that gave none, with reasons.
+    """Divide the runs into those with a result (slope, leg curve, tare or speed) and those without, with reasons.
 
     By the ledger: a run has a result if any of its rows went into one.
     """
@@ -96,8 +101,8 @@ def outcome_of_runs(results: Results) -> Outcome:
 def rows_by_reason(results: Results) -> list[dict[str, Any]]:
     """Add up the rows of all logs by fate and reason; reasons that concern a whole run become one.
 
-    Returns dicts of ``fate, reason, runs, rows`` (numbers of both), in each fate the largest number of rows first. For the
-    page: every row of every log is in one of these sums.
+    Returns dicts of ``fate, reason, runs, rows`` (numbers of both), in each fate the largest number of rows first. For
+    the page: every row of every log is in one of these sums.
     """
     ledger = results.table("ledger.csv")
     is_of_run = (ledger["fate"] == DROPPED) & ~ledger["reason_code"].isin(_ROW_CODES)
@@ -113,8 +118,8 @@ def rows_by_reason(results: Results) -> list[dict[str, Any]]:
 def most_serious_flag(results: Results, medium: str) -> tuple[str, int]:
     """Find the most serious flag of the used runs and cells of one medium, and the number of runs and cells with a flag.
 
-    Returns it in words, empty without a flag, and the number. Flags that all runs share are left out, as the page names them
-    once. In a laboratory medium cells without alpha are the most serious.
+    Returns it in words, empty without a flag, and the number. Flags that all runs share are left out, as the page names
+    them once. In a laboratory medium cells without alpha are the most serious.
     """
     medium_results = results[medium]
     flags, alpha = medium_results.flags, medium_results.alpha
@@ -123,9 +128,11 @@ def most_serious_flag(results: Results, medium: str) -> tuple[str, int]:
         attach_run(run_id, [flag for flag in flags.of_run(run_id) if flag not in shared])
         for run_id in medium_results.runs["run_id"]
     ]
+    # flags that no run of the cell has, each as a list of its own
     flags_of_cells = [
         [flag] for cell in alpha.to_dict("records") for flag in flags.of_cell_alone(cell)
     ]
+    # one list of flags for each run or cell that has any
     doubts = [*filter(None, flags_of_runs), *flags_of_cells]
     empty_cells = int(alpha["alpha_z_N_per_cm3"].isna().sum())
     if empty_cells and medium_results.settings.role == "laboratory":
@@ -165,8 +172,8 @@ def describe_other_kind(results: Results, medium: str) -> str:
 def verdicts_on_legs(results: Results, medium: str) -> list[tuple[str, str, str]]:
     """Judge the model on the legs of a medium, for each profile that a user would choose.
 
-    Returns tuples of profile, verdict (a key of `VERDICT_WORDS`), and the worst peak in words; one tuple without profile
-    where no leg can be judged, with the reason instead of a peak.
+    Returns tuples of profile, verdict (a key of `VERDICT_WORDS`), and the worst peak in words; one tuple without
+    profile where no leg can be judged, with the reason instead of a peak.
     """
     if results[medium].verdict.word == UNUSABLE:
         return [("", NOT_TESTED, "the data are unusable")]
@@ -218,8 +225,8 @@ def summary_of_checks(results: Results) -> dict[str, Any]:
     """Sum up the checks for the page.
 
     Returns ``failed``: (medium, title, effect, sentence) of each failed check, and of each doubt that no check reports;
-    ``passed``: clauses on what is good in all media; ``passed_partly``, ``unchecked``: sentences; ``untold``: mistakes that no
-    check can tell; ``no_scale``: True if the scale of forces could not be checked in a medium.
+    ``passed``: clauses on what is good in all media; ``passed_partly``, ``unchecked``: sentences; ``untold``: mistakes
+    that no check can tell; ``no_scale``: True if the scale of forces could not be checked in a medium.
     """
     table, titles = results.checks, results.campaign.titles
     failed = table[table["verdict"].isin([FAILED, ACCEPTED])]

@@ -1,7 +1,12 @@
-"""Make ``results/report.html``: everything of a campaign on one page that needs no network.
+"""Make ``results/report.html``: facts and texts of its template, pictures, navigation, script; it needs no network.
 
-`page` fills the template ``page.html`` with the values of `context`: texts, tables (`rftfit.page.tables`), findings, pictures
-and facts by which the template chooses its sentences. Style, script and the numbers that the script draws stand in the page.
+`page` fills the template ``page.html`` with the values of `context`: texts, tables (`rftfit.page.tables`), findings,
+pictures and facts by which the template chooses its sentences. Style, script and the numbers that the script draws
+stand in the page.
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run). `column("z", "_lo")` is
+the name ``alpha_z_lo_N_per_cm3``.
 """
 
 from __future__ import annotations
@@ -55,20 +60,6 @@ from rftfit.results import Results
 from rftfit.store.environment import versions
 from rftfit.store.text import count
 
-SCRIPTS = (
-    "kernel.js",
-    "scaling.js",
-    "drawing.js",
-    "tables.js",
-    "maps.js",
-    "curves.js",
-    "viewer.js",
-    "calculator.js",
-    "robot.js",
-    "page.js",
-)
-"""Files of the script, in the order in which they are joined."""
-
 NAVIGATION = {
     "summary": "Summary",
     "believed": "Checks",
@@ -100,8 +91,8 @@ def report(results: Results) -> tuple[str, pd.DataFrame]:
 def page(results: Results) -> str:
     """Make the page: one html document with its style, its script and its numbers inside.
 
-    Texts of the user are escaped. A content security policy, which names script and style by their digests, forbids every
-    other script, and fetching anything: the page is safe to open wherever it comes from.
+    Texts of the user are escaped. A content security policy, which names script and style by their digests, forbids
+    every other script, and fetching anything: the page is safe to open wherever it comes from.
     """
     from jinja2 import Environment, StrictUndefined
 
@@ -123,7 +114,11 @@ def page(results: Results) -> str:
 
 
 def context(results: Results) -> dict[str, Any]:
-    """Collect the values that the template prints, by their names there; a name that is missing is an error."""
+    """Collect the values that the template prints, by their names there; a name that is missing is an error.
+
+    Tables are `PageTable`, facts True or False, all else texts; lists of (medium or title, text) are small print. An
+    empty table or text leaves its paragraph out.
+    """
     config = results.config
     outcome = outcome_of_runs(results)
     scaling, other_scaling = tables.tabulate_scaling(results)
@@ -141,6 +136,8 @@ def context(results: Results) -> dict[str, Any]:
         "reproduction": bool(reproduction.rows),
     }
     names = {key: name for key, name in NAVIGATION.items() if shown_sections.get(key, True)}
+    # of each medium its most serious flag, empty for none, and the number of flags
+    flags = [(medium, *most_serious_flag(results, medium.name)) for medium in results]
     coefficients = of_method(results, "coefficients.csv")
     chi_by_method = {name: published(name).chi for name in METHODS}
     return {
@@ -175,9 +172,8 @@ def context(results: Results) -> dict[str, Any]:
             if (facts := _list_facts(medium))
         ],
         "flags": [
-            (medium.name, medium.title, f"{flag} ({count(flags, 'flag')} in all)")
-            for medium in results
-            for flag, flags in [most_serious_flag(results, medium.name)]
+            (medium.name, medium.title, f"{flag} ({count(number, 'flag')} in all)")
+            for medium, flag, number in flags
             if flag
         ],
         "doubts": [
@@ -279,8 +275,8 @@ def _describe_origin_of_logs(results: Results) -> str:
 def _describe_windows_of_sands(results: Results) -> str:
     """Say which alpha of a natural sand to quote, how much it depends on the window, and how deep the legs reach below it.
 
-    The window is the range of depth of a push over which its slope was fitted: ``stated`` in the config, and ``detected``
-    from the push. Returns sentences; of sands without alpha they only say so.
+    The window is the range of depth of a push over which its slope was fitted: ``stated`` in the config, and
+    ``detected`` from the push. Returns sentences; of sands without alpha they only say so.
     """
     table = results.table("sands.csv").dropna(subset=["alpha_z_N_per_cm3"])
     # a row a push, a column a window
@@ -334,8 +330,8 @@ def _describe_windows_of_sands(results: Results) -> str:
 def _describe_stress_below(results: Results, medium: str, deepest_cm: float) -> str:
     """Write stress over depth of the pushes behind alpha of a sand where legs reach deepest, or where the pushes end.
 
-    Its ratio to alpha follows, which is 1 where stress is in proportion to depth. `deepest_cm`: Depth that the legs reach.
-    Empty where the sand has no alpha, or its pushes no samples.
+    Its ratio to alpha follows, which is 1 where stress is in proportion to depth. `deepest_cm`: Depth that the legs
+    reach. Empty where the sand has no alpha, or its pushes no samples.
     """
     cell = labels.cell_straight_down(results, medium)
     name = f"tared/{medium}.parquet"
@@ -384,7 +380,8 @@ def _model_error_facts(results: Results) -> dict[str, str]:
     """Collect the numbers about the model's own error for the template, as texts; empty where no interval holds it.
 
     The error is relative to the load. ``used``: The error in the intervals. ``of_legs``: The error on the legs of this
-    campaign, empty without such. ``same_legs``: Not empty where the error was chosen on these legs. ``usual``: The default.
+    campaign, empty without such. ``same_legs``: Not empty where the error was chosen on these legs. ``usual``: The
+    default.
     """
     if not results.table("predicted.csv")["force_z_model_lo_N"].notna().any():
         return {}
@@ -414,8 +411,9 @@ def _describe_runs(results: Results, outcome: Outcome) -> str:
 class Picture:
     """One figure on the page: a small preview inside the page, which leads to its png beside the page.
 
-    `name`: Of its file. `section`: Of the page. `data`: Its preview, as a data address. `width`, `height`: Size of the preview, pixels. `png`: Path of its png from the
-    page. `lacking`: Why there is nothing to see; printed instead of the picture.
+    `name`: Of its file. `section`: Of the page. `data`: Its preview, as a data address. `width`, `height`: Size of the
+    preview, pixels. `png`: Path of its png from the page. `lacking`: Why there is nothing to see; printed instead of
+    the picture.
     """
 
     name: str
@@ -431,10 +429,10 @@ class Picture:
 
 def drawn_figures(results: Results) -> list[Picture]:
     """List every figure of a usual run that was drawn, in the order in which figures are shown."""
+    usual_figures = [declared for declared in figures() if not declared.on_demand]
     return [
         _make_picture(results, declared, medium)
-        for declared in figures()
-        if not declared.on_demand
+        for declared in usual_figures
         for medium in declared.media(results.campaign)
         if results.has(f"{declared.file(medium)}.webp")
     ]
@@ -482,6 +480,21 @@ def quantities(text: str) -> Markup:
     escaped = str(escape(greek(text).replace(" %", "\N{NO-BREAK SPACE}%")))
     # safe, since the text is escaped before the tags are added
     return Markup(_SYMBOL_WITH_INDEX.sub(r"\1\3<sub>\2\4</sub>", escaped))  # noqa: S704
+
+
+SCRIPTS = (
+    "kernel.js",
+    "scaling.js",
+    "drawing.js",
+    "tables.js",
+    "maps.js",
+    "curves.js",
+    "viewer.js",
+    "calculator.js",
+    "robot.js",
+    "page.js",
+)
+"""Files of the script, in the order in which they are joined."""
 
 
 def _join_scripts() -> str:

@@ -1,8 +1,10 @@
-"""The robot on the page: its tables, and the curves and pictures that the script draws.
+"""The robot on the page: its tables of speeds, and the curves and moving pictures that the script draws.
 
-`errors`: Rows of ``results/robot/errors.csv``, one for each measured condition (leg curvature R'/r and stride frequency, Hz)
-on each profile, the alpha with which the robot was simulated: measured and simulated speed, cm/s, the latter with its
-intervals, and ``calibrated``, "yes" where unknown lengths of the robot were fitted to this condition.
+`errors`: Rows of ``results/robot/errors.csv``, one for each measured condition (leg curvature R'/r and stride
+frequency, Hz) on each profile, the alpha with which the robot was simulated: measured and simulated speed, cm/s, the
+latter with its intervals, and ``calibrated``, "yes" where unknown lengths of the robot were fitted to this condition.
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``.
 """
 
 from __future__ import annotations
@@ -46,8 +48,8 @@ def robot_tables(results: Results) -> dict[str, PageTable] | None:
 def robot_facts(results: Results) -> dict[str, Any]:
     """Collect the facts from which the template chooses its sentences; empty where the campaign has no robot.
 
-    True or False: ``measured`` (any speed), ``calibrated`` (on any condition), ``intervals`` (of any speed). ``on``: name of
-    the profile of the moving pictures.
+    True or False: ``measured`` (any speed), ``calibrated`` (on any condition), ``intervals`` (of any speed). ``on``:
+    name of the profile of the moving pictures.
     """
     if not results.campaign.robot_medium:
         return {}
@@ -114,7 +116,10 @@ def _tabulate_best(optimum: pd.DataFrame) -> PageTable:
 
 
 def _tabulate_conditions(errors: pd.DataFrame) -> PageTable:
-    """Tabulate the measured speed of every condition beside the speeds simulated on each profile, a column a profile."""
+    """Tabulate the measured speed of every condition beside the speeds simulated on each profile, a column a profile.
+
+    In small print the intervals of the simulated speed, its error, and why a number is missing.
+    """
     simulated = {(row["condition"], row["profile"]): row for row in records(errors)}
     ordered = errors.sort_values(["curvature_times_R", "frequency_Hz"], kind="stable")
 
@@ -157,8 +162,8 @@ def _tabulate_conditions(errors: pd.DataFrame) -> PageTable:
 def robot_data(results: Results) -> dict[str, Any] | None:
     """Collect the curves and pictures that the script draws; None where the campaign has no robot.
 
-    ``curves``: by profile a list over curvatures, each with frequencies ``f`` (Hz) and mean speeds over starting phases ``v``
-    (cm/s, None if not steady). ``measured``: lists over conditions. ``frames``: moving pictures, of `_frames`.
+    ``curves``: by profile a list over curvatures, each with frequencies ``f`` (Hz) and mean speeds over starting phases
+    ``v`` (cm/s, None if not steady). ``measured``: lists over conditions. ``frames``: moving pictures, of `_frames`.
     """
     if not results.campaign.robot_medium:
         return None

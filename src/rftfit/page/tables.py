@@ -1,8 +1,13 @@
-"""The tables of the page: for each its columns, from which results they are, and how they are printed.
+"""The tables of the page: for each its columns, headings and digits, and from which results its rows are.
 
-Each function ``tabulate_...`` makes one table of the page (`PageTable`: columns, and rows as dicts) from tables of results. A
-medium is named by its key in the config. Zeta is its fitted alpha_z straight down on a flat plate, chi measured over fitted;
-both exist by several methods of fitting nine terms, of which the config names one. ``_lo``, ``_hi`` are ends of intervals.
+Each function ``tabulate_...`` makes one table of the page (`PageTable`: columns, and rows as dicts) from tables of
+results. A medium is named by its key in the config. Zeta is its fitted alpha_z straight down on a flat plate, chi
+measured over fitted; both exist by several methods of fitting nine terms, of which the config names one. ``_lo``,
+``_hi`` are ends of intervals.
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium: ``alpha`` (a row a direction), ``fits`` (a row a plate run). `column("z", "_lo")` is
+the name ``alpha_z_lo_N_per_cm3``.
 """
 
 from __future__ import annotations
@@ -119,7 +124,7 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
         return Cell(results.campaign.titles[row["medium"]], (", ".join(facts),))
 
     def data_verdict(row: Row) -> Cell:
-        """Make the cell with the verdict on the data, its reason, and a link to it."""
+        """Make the cell with the verdict on the data, its reason, and a link to where the page explains it."""
         word, reason = results[row["medium"]].verdict
         flag_count = most_serious_flag(results, row["medium"])[1]
         is_faultless = word in (SOUND, NOT_CHECKED)
@@ -312,8 +317,8 @@ def _format_zeta_of_map(map_table: pd.DataFrame) -> str:
 def _describe_other_window(results: Results, cell: Row) -> str:
     """Write alpha over the detected window, where it lies outside the interval over the stated one; else empty.
 
-    The window is the range of depth over which a slope was fitted; the choice of it is no error in the interval. `cell`: Row
-    of the table of alpha for the push straight down, over the stated window.
+    The window is the range of depth over which a slope was fitted; the choice of it is no error in the interval.
+    `cell`: Row of the table of alpha for the push straight down, over the stated window.
     """
     table = results.table("sands.csv")
     is_in_cell = table["run_id"].isin(str(cell.get("run_ids", "")).split())
@@ -333,8 +338,8 @@ def _describe_scale_of_pushes(
 ) -> dict[str, str]:
     """Say from which directions zeta and chi were computed, for a medium in which some directions were not pushed.
 
-    `directions`: Number of pushed ones. `notes`: Further notes, ``zeta_note`` and ``chi_note``, which are written behind.
-    Returns both notes.
+    `directions`: Number of pushed ones. `notes`: Further notes, ``zeta_note`` and ``chi_note``, which are written
+    behind. Returns both notes.
     """
     notes_on_pushes = {}
     is_of_other_kind = bool(describe_other_kind(results, medium))
@@ -356,7 +361,8 @@ def _describe_scale_of_pushes(
 def _describe_numbers_of_paper(results: Results, medium: Medium) -> dict[str, str]:
     """Write the paper's zeta and chi of a medium, and those of our data by `AS_PRINTED`; empty for other media.
 
-    `AS_PRINTED` is the method that reproduces the printed coefficients of the paper. Returns ``zeta_note``, ``chi_note``.
+    `AS_PRINTED` is the method that reproduces the printed coefficients of the paper. Returns ``zeta_note``,
+    ``chi_note``.
     """
     published_as = medium.settings.published_as
     if published_as not in MEDIA:
@@ -440,9 +446,9 @@ def tabulate_coefficients(results: Results, method: str) -> PageTable:
 def _scatter_of_shapes(
     results: Results, fit_rows: Mapping[tuple[str, str], Row], method: str
 ) -> dict[str, float]:
-    """Compute the standard deviation of each term over zeta between the media behind the generic profile; empty for one medium.
+    """Compute the standard deviation of each term over zeta between the media behind the generic profile.
 
-    `fit_rows`: Rows of the table of coefficients by one method, by medium and term.
+    Empty for one medium. `fit_rows`: Rows of the table of coefficients by one method, by medium and term.
     """
     penetration = results.table("penetration.csv")
     zeta_of_medium = (
@@ -522,7 +528,11 @@ _RMS_OVER_PEAK = numbers(
 
 
 def tabulate_leg_errors(results: Results) -> PageTable:
-    """Tabulate errors of peak and of shape for every leg, medium, profile and component, in this order."""
+    """Tabulate errors of peak and of shape for every leg, medium, profile and component.
+
+    Rows of ``results/leg_errors.csv``, sorted by medium, leg, profile and component as the config and the page order
+    them.
+    """
     order: dict[str, Sequence[str]] = {
         "medium": list(results.config.media),
         "leg": list(results.config.intruders),
@@ -595,7 +605,10 @@ def tabulate_contacts(results: Results) -> PageTable:
 
 
 def tabulate_sands(results: Results) -> PageTable:
-    """Tabulate the penetration tests of the natural sands, over the stated and over the detected linear regime."""
+    """Tabulate the penetration tests of the natural sands, over the stated and over the detected linear regime.
+
+    A test is a push of a flat plate straight down; the regime is the range of depth in which stress is straight.
+    """
     alpha = "alpha_z_N_per_cm3", 4, "alpha_z_{}_N_per_cm3"
     columns = [
         _medium_column(results, "Sand"),
@@ -617,8 +630,8 @@ def tabulate_sands(results: Results) -> PageTable:
 def _without_repeated_reasons(results: Results, name: str) -> list[dict[str, Any]]:
     """Read the rows of a table, without reasons that the page gives once for all rows.
 
-    `name`: Of the file of the table, which has ``medium``, ``reason`` and ``reason_code``. Given once are flags that all runs
-    of the medium share, and that published media were used.
+    `name`: Of the file of the table, which has ``medium``, ``reason`` and ``reason_code``. Given once are flags that
+    all runs of the medium share, and that published media were used.
     """
     shared_codes = {
         medium.name: codes_of(medium.flags.shared(medium.fits)).split() for medium in results
@@ -632,7 +645,11 @@ def _without_repeated_reasons(results: Results, name: str) -> list[dict[str, Any
 
 
 def tabulate_corrections(results: Results) -> PageTable:
-    """Tabulate corrections of predicted forces in natural sands: their factors, and whether they help on a leg left out."""
+    """Tabulate corrections of predicted forces in natural sands: their factors, and whether they help on a leg left out.
+
+    A correction multiplies predicted forces by factors fitted to the legs. It earns its place if it makes the error on
+    legs left out of the fit smaller by the share `WORTH`.
+    """
 
     def earns_its_place(row: Row) -> str:
         """Say whether a correction gains enough; empty for the model without correction."""
@@ -660,9 +677,9 @@ _MEDIA_CODES = re.compile(rf"\b(?:{'|'.join(map(re.escape, MEDIA))})\b")
 def tabulate_reproduction(results: Results) -> tuple[dict[str, str], PageTable, PageTable]:
     """Tabulate our numbers beside those of the paper.
 
-    Returns counts of verdicts, in words, by their evidence (`EVIDENCE`: measured, calibrated, by construction, or the text
-    alone); the items that are not the same; all items. Items that were not measured are left out. All are left out where
-    most items that data could meet were not measured.
+    Returns counts of verdicts, in words, by their evidence (`EVIDENCE`: measured, calibrated, by construction, or the
+    text alone); the items that are not the same; all items. Items that were not measured are left out. All are left out
+    where most items that data could meet were not measured.
     """
     titles = {
         medium.settings.published_as or medium.name: medium.title.replace(",", "")
@@ -674,19 +691,23 @@ def tabulate_reproduction(results: Results) -> tuple[dict[str, str], PageTable, 
         return _MEDIA_CODES.sub(lambda code: titles.get(code[0], code[0]), str(text))
 
     def item(row: Row) -> Cell:
+        """Make the cell with the name of the item, and where the paper has it."""
         return Cell(with_titles(row["item"]), (row["where"],))
 
     def paper(row: Row) -> Cell:
+        """Make the cell with the paper's number, its tolerance, and the reason for that."""
         within, reason = _format_significant(row["tolerance"]), in_brackets(row["tolerance_reason"])
         note = f"\N{PLUS-MINUS SIGN} {within}{reason}" if within else ""
         return Cell(with_titles(_format_significant(row["paper"])), (note,))
 
     def ours(row: Row) -> Cell:
+        """Make the cell with our number and its interval."""
         ends = _format_significant(row["lo"]), _format_significant(row["hi"])
         interval = " to ".join(ends) if all(ends) else ""
         return Cell(with_titles(_format_significant(row["ours"])), (interval,))
 
     def verdict(row: Row) -> Cell:
+        """Make the cell with the verdict, the evidence behind it, and the reason."""
         css_classes = "verdict " + row["verdict"].replace(" ", "-")
         return Cell(row["verdict"], (row["evidence"], with_titles(row["why"])), css_classes)
 

@@ -1,7 +1,10 @@
 """Workbooks in the layouts of the paper's Tables S5 (alpha) and S2 (coefficients); equal results give equal bytes.
 
-`Book` wraps the library that writes xlsx files; rows and columns of a sheet count from 0. Functions that write a block of
-a sheet take the row where it begins, and return the next free row.
+`Book` wraps the library that writes xlsx files; rows and columns of a sheet count from 0. Functions that write a block
+of a sheet take the row where it begins, and return the next free row.
+
+`Results` is a campaign with its tables: `results.table(name)` reads a table below ``results/``; `results[medium]` has
+those of one medium, such as ``alpha`` (a row a direction).
 """
 
 from __future__ import annotations
@@ -197,8 +200,8 @@ def _write_alpha_block(
 ) -> int:
     """Write one column of an alpha table, as a grid or a list, from a row of the sheet on. Returns the next free row.
 
-    `table`: A row a direction (beta, gamma) of the medium; a list where its directions lie on no grid. `title`: Head of the
-    block. A cell without a number gets the reason of its row.
+    `table`: A row a direction (beta, gamma) of the medium; a list where its directions lie on no grid. `title`: Head of
+    the block. A cell without a number gets the reason of its row.
     """
     if not lies_on_grid(table):
         return _write_alpha_list(book, sheet, row, title, table, column)
@@ -221,7 +224,7 @@ def _write_alpha_block(
 def _write_alpha_list(
     book: Book, sheet: Worksheet, row: int, title: str, table: pd.DataFrame, column: str
 ) -> int:
-    """Write one column of an alpha table of scattered directions as a list. Returns the next free row."""
+    """Write one column of an alpha table of scattered directions as a list, a row a direction. Returns the next free row."""
     for j, head in enumerate(("beta (degrees)", "gamma (degrees)", title)):
         book.put_text(sheet, row, j, head, "head")
     rows = zip(table["beta_deg"], table["gamma_deg"], table[column], table["reason"], strict=True)
@@ -233,7 +236,10 @@ def _write_alpha_list(
 
 
 def coefficient_workbook(results: Results) -> bytes:
-    """Make the workbook of coefficients, one sheet per method: coefficients and zeta, their intervals, published numbers."""
+    """Make the workbook of coefficients, one sheet per method: coefficients and zeta, their intervals, published numbers.
+
+    A method is a way of fitting nine terms; the sheet "About" says what each is.
+    """
     coefficients = results.table("coefficients.csv")
     lines = [
         "Coefficients of the nine-term Fourier fit of alpha_z and alpha_x, one sheet per method.",
@@ -256,7 +262,8 @@ def coefficient_workbook(results: Results) -> bytes:
 def _write_coefficient_sheet(book: Book, results: Results, method: str, rows: pd.DataFrame) -> None:
     """Write the sheet of one method: a column a medium, with ends of intervals below, and the printed numbers last.
 
-    `rows`: Its rows of the table of coefficients, one for each medium and term. A dropped term is grey: it counts as zero.
+    `rows`: Its rows of the table of coefficients, one for each medium and term. A dropped term is grey: it counts as
+    zero.
     """
     titles = results.titles | {GENERIC: GENERIC}
     # the generic profile comes last

@@ -85,8 +85,8 @@ class Parts:
 def assemble(robot: Robot, curvature_times_R: float) -> Parts:
     """Cut a robot into elements, and put plates and legs into groups.
 
-    `curvature_times_R`: R'/r, half of the legs' length from hip to tip over their radius; from -1 (half circles with the
-    concave side leading, reversed c-legs) over 0 (flat) to 1 (c-legs).
+    `curvature_times_R`: R'/r, half of the legs' length from hip to tip over their radius; from -1 (half circles with
+    the concave side leading, reversed c-legs) over 0 (flat) to 1 (c-legs).
     """
     count = robot.numerics.elements
     legs = arc(curvature_times_R, robot.legs.max_length_cm, robot.legs.width_cm, count)

@@ -1,4 +1,4 @@
-"""Any robot in the plane: the model behind ``config/robot.yaml``, its reader and its checks.
+"""The file of any robot, ``config/robot.yaml``: mass, plates, legs, hips, time step; its model, reader and checks.
 
 `Robot` is the whole file; the classes before it are its sections. Points are x (forward), z (up) in cm from the centre
 of mass. `read_robot` reads a file and reports all its problems at once; `paper_robot` is the robot of the paper.
@@ -165,8 +165,8 @@ def read_robot(path: Path, name: str = "") -> Robot:
 def _hips_outside(data: Any) -> dict[int, str]:
     """Return a message for each hip outside the box around the ends of all plates, by its index from 0.
 
-    `data`: content of the file as nested dicts and lists. It may be invalid: a hip that cannot be read gives no message,
-    nor does any hip if the plates cannot be read, since the schema reports these faults.
+    `data`: content of the file as nested dicts and lists. It may be invalid: a hip that cannot be read gives no
+    message, nor does any hip if the plates cannot be read, since the schema reports these faults.
     """
     try:
         plates = data["body"]["plates"].values()

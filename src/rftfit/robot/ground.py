@@ -1,7 +1,8 @@
 """Forces of a measured medium on the bodies of any simulator, calculated at each time step (`Ground`).
 
 Here all is in cm, s and N; z is up and 0 at the surface. The surface of each body is cut into faces, flat triangles. A
-wheel leaves a rut if it is not convex: behind its axle there is nothing that its faces could push (`rftfit.forces.rolling`).
+wheel leaves a rut if it is not convex: behind its axle there is nothing that its faces could push
+(`rftfit.forces.rolling`).
 """
 
 from __future__ import annotations
@@ -218,8 +219,8 @@ class Ground:
 
         A wheel nearly at rest trembles, and its velocity points anywhere; a rut that turns with it would keep it in
         motion. So the direction is that of the recent travel, which is kept up to a length of delta. The length of this
-        travel as a share of delta, `begun` (0 to 1), is how far the wheel has begun to roll: a wheel at rest has no rut,
-        and gets one gradually.
+        travel as a share of delta, `begun` (0 to 1), is how far the wheel has begun to roll: a wheel at rest has no
+        rut, and gets one gradually.
         """
         velocity, rate = self.frames[self._wheels, 3:6].copy(), self.frames[self._wheels, 6:9]
         begun = np.ones(len(velocity))
@@ -243,9 +244,9 @@ class Ground:
 class _Limits:
     """Limits of depth and speed of the model, each of which is reported once.
 
-    `most_cm`, `most_cm_per_s`: the limits; infinite from the moment when any body exceeds them. `clause`: on the depth to
-    which alpha was measured, for a sentence. `corners_cm`: corners (k, 3) of each body in its frame; `radii_cm`: distance
-    of the farthest corner of each from its origin.
+    `most_cm`, `most_cm_per_s`: the limits; infinite from the moment when any body exceeds them. `clause`: on the depth
+    to which alpha was measured, for a sentence. `corners_cm`: corners (k, 3) of each body in its frame; `radii_cm`:
+    distance of the farthest corner of each from its origin.
     """
 
     def __init__(self, profile: Profile, shapes: Sequence[Sequence[Mesh]]) -> None:
@@ -261,7 +262,8 @@ class _Limits:
     def list_new(self, frames: FloatArray, forces: FloatArray) -> list[str]:
         """Return sentences on the limits that a body exceeds for the first time, and lift these limits.
 
-        `frames`, `forces`: of all bodies, as in `Ground`. A body without a force, which is not in the medium, does not count.
+        `frames`, `forces`: of all bodies, as in `Ground`. A body without a force, which is not in the medium, does not
+        count.
         """
         # bounds of depth and speed of any point of a body, whatever its rotation: a quick test before all corners
         depths = self.radii_cm - frames[:, 2]

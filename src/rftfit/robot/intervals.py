@@ -4,6 +4,10 @@ A speed is nearly linear in alpha and depends on dozens of its cells, so its err
 a few draws of alpha give its width, with Student's t for as many degrees of freedom. Speeds on the
 draws are compared with the speed on the profile at the same, longer time step, so that the error of this step
 cancels. A run on a draw starts in the last state of the run on the profile: it has no transient from rest.
+
+A profile gives alpha (stress per depth, N/cm^3) of a medium in every direction; a draw is a profile whose alpha is
+changed at random within its errors. A condition is a leg curvature R'/r and a stride frequency. A `Remark` is a
+reason as a code, which becomes a sentence; in tables it has two cells, words and code (`reason_cells`).
 """
 
 from __future__ import annotations
@@ -39,12 +43,12 @@ CHOSEN = chosen("robot", "intervals")
 """Chosen numbers of this module, with their reasons in ``chosen.toml``: how many draws, and how much longer the time step."""
 
 SPEED, SPEED_MODEL, BEST = "speed", "speed with the model's own error", "best curvature"
-"""Quantities that have an interval: a speed by the errors of alpha and of the arc (cm/s), the same with the error of the
-force model too (cm/s), and the curvature of the fastest legs (R'/r)."""
+"""Quantities that have an interval: a speed by the errors of alpha and of the arc (cm/s), the same with the error of
+the force model too (cm/s), and the curvature of the fastest legs (R'/r)."""
 
 WIDTH_COLUMNS = columns_of("robot/intervals.csv")
-"""Columns of the table of half widths: medium, profile, quantity (`SPEED`, ...), curvature R'/r and frequency (Hz) of the
-condition, half width in the unit of the quantity, number of draws behind it, and why it is not known."""
+"""Columns of the table of half widths: medium, profile, quantity (`SPEED`, ...), curvature R'/r and frequency (Hz) of
+the condition, half width in the unit of the quantity, number of draws behind it, and why it is not known."""
 
 _SPEED_KEYS = ["profile", "curvature_times_R", "frequency_Hz"]
 _KEYS = {SPEED: _SPEED_KEYS, SPEED_MODEL: _SPEED_KEYS, BEST: ["profile", "frequency_Hz"]}
@@ -71,8 +75,8 @@ class Width:
 def half_widths(widths: pd.DataFrame | None, quantity: str) -> dict[Any, float]:
     """Return the half widths of a quantity (`SPEED`, ...), by the columns of `_KEYS`; empty without a table.
 
-    `widths`: table with `WIDTH_COLUMNS` of one medium. Keys are tuples in the order of `_KEYS`: for a speed profile, R'/r
-    and frequency (Hz). A half width that is not known is NaN.
+    `widths`: table with `WIDTH_COLUMNS` of one medium. Keys are tuples in the order of `_KEYS`: for a speed profile,
+    R'/r and frequency (Hz). A half width that is not known is NaN.
     """
     if widths is None:
         return {}
@@ -98,9 +102,10 @@ def each_draw(stack: Profile, count: int) -> list[Profile]:
 def with_model_error(profile: Profile, eps: float) -> list[Profile]:
     """Return `model_points` profiles whose alpha_z and alpha_x are multiplied by an error of the force model, exp(eps N).
 
-    `eps`: relative error of the force model. The factors are the same in all directions; alpha_z has one number N, alpha_x
-    another. The pairs of numbers lie evenly on a circle of radius sqrt(2): like two independent normal numbers, both have
-    mean 0 and variance 1 and are not correlated, but a few pairs are enough where random ones would have to be many.
+    `eps`: relative error of the force model. The factors are the same in all directions; alpha_z has one number N,
+    alpha_x another. The pairs of numbers lie evenly on a circle of radius sqrt(2): like two independent normal numbers,
+    both have mean 0 and variance 1 and are not correlated, but a few pairs are enough where random ones would have to
+    be many.
     """
     if not isinstance(profile, TableProfile):
         raise TypeError(f"no model's error of a {type(profile).__name__}")
@@ -116,8 +121,8 @@ def with_model_error(profile: Profile, eps: float) -> list[Profile]:
 def _with_alpha(table: TableProfile, alpha_z: FloatArray, alpha_x: FloatArray) -> TableProfile:
     """Return a copy of a table with other alpha at its nodes.
 
-    `alpha_z`, `alpha_x`: N/cm^3, shape (nodes of beta, nodes of gamma) as in the table, where symmetry has filled in all
-    nodes: a new `TableProfile` would fill them in again.
+    `alpha_z`, `alpha_x`: N/cm^3, shape (nodes of beta, nodes of gamma) as in the table, where symmetry has filled in
+    all nodes: a new `TableProfile` would fill them in again.
     """
     changed = copy(table)
     changed.__dict__.pop("pack", None)  # the cached arrays for the kernel hold the old alpha
@@ -160,9 +165,9 @@ def speeds_of(
 def half_width_of_draws(values: FloatArray, best_value: float, confidence: float) -> Width:
     """Return the half width of an interval: Student's t times the root mean square of the deviations of a few draws.
 
-    `values`: a speed or best curvature on each draw, shape (draws,), NaN if the draw has none. `best_value`: that on the
-    profile, from which deviations count. `confidence`: level of the interval, 0 to 1. The half width is NaN if a draw has
-    no value: without this draw the interval would be too narrow.
+    `values`: a speed or best curvature on each draw, shape (draws,), NaN if the draw has none. `best_value`: that on
+    the profile, from which deviations count. `confidence`: level of the interval, 0 to 1. The half width is NaN if a
+    draw has no value: without this draw the interval would be too narrow.
     """
     if not math.isfinite(best_value):
         return Width(math.nan, values.size, (remark("no-speed"),))
@@ -185,9 +190,9 @@ def speed_widths(
     """Return half widths of the speed's interval (cm/s) in each condition, without and with the model's error.
 
     The first list contains the errors of alpha and of the arc; the second adds the error of the force model, and is NaN
-    with a reason for a profile whose model error is not known. `draws`: draws of the profile within the errors of alpha.
-    `confidence`: level of the intervals, 0 to 1. `threads`: as in `run_all`. `arc_percent`: standard deviation of the
-    angle of the legs' arc, % of it, an error common to all legs; 0: none.
+    with a reason for a profile whose model error is not known. `draws`: draws of the profile within the errors of
+    alpha. `confidence`: level of the intervals, 0 to 1. `threads`: as in `run_all`. `arc_percent`: standard deviation
+    of the angle of the legs' arc, % of it, an error common to all legs; 0: none.
     """
     robot = coarser(robot)
     is_known = has_model_error(profile)
@@ -219,8 +224,8 @@ def add_error(
 ) -> list[Width]:
     """Return half widths with an independent error added: their squares add.
 
-    `errors`: a standard deviation of either sign for each width, NaN where it is not known. `lost`: the reason then given
-    for a half width that has none yet.
+    `errors`: a standard deviation of either sign for each width, NaN where it is not known. `lost`: the reason then
+    given for a half width that has none yet.
     """
     # `GIVEN_DOF`: degrees of freedom of an error that is stated, not estimated from the data
     halves = (float(student_quantile(confidence, GIVEN_DOF)) * errors).tolist()
@@ -249,8 +254,8 @@ def best_width(
 ) -> Width:
     """Return the half width of the interval of the best curvature R'/r at 5 Hz, from the best curvature on each draw.
 
-    It is NaN if the fastest curvature is the first or the last that was tried, since a draw whose best lies beyond would
-    look the same. Parameters as in `speed_widths`.
+    It is NaN if the fastest curvature is the first or the last that was tried, since a draw whose best lies beyond
+    would look the same. Parameters as in `speed_widths`.
     """
     longer = coarser(robot)
     settled_runs = runs_about_best(longer, profile, threads)
@@ -273,9 +278,9 @@ def widths(
 ) -> pd.DataFrame:
     """Return half widths of the speed in every measured condition and of the best curvature, on each profile of a medium.
 
-    `profiles`: by name; the `spread` of each must be a stack of draws. `measured`: table of measured speeds, of which only
-    ``curvature_times_R`` and ``frequency_Hz`` count. `confidence`, `arc_percent`: as in `speed_widths`. Returns the
-    columns `WIDTH_COLUMNS` without the medium.
+    `profiles`: by name; the `spread` of each must be a stack of draws. `measured`: table of measured speeds, of which
+    only ``curvature_times_R`` and ``frequency_Hz`` count. `confidence`, `arc_percent`: as in `speed_widths`. Returns
+    the columns `WIDTH_COLUMNS` without the medium.
     """
     conditions = measured_conditions(measured)
     rows: list[tuple[object, ...]] = []

@@ -46,8 +46,8 @@ def element_series(
 ) -> dict[str, ElementSeries]:
     """Place all elements in every n-th sample of a run and calculate the force on each, by name of the group.
 
-    Movies S5 and S6 of the paper show such forces; the run itself keeps only their sums. `profile`, `condition`: those of
-    the run. `series`: its samples, or the last of them. `every`: n.
+    Movies S5 and S6 of the paper show such forces; the run itself keeps only their sums. `profile`, `condition`: those
+    of the run. `series`: its samples, or the last of them. `every`: n.
     """
     parts = assemble(robot, condition.curvature_times_R)
     rate = 2 * np.pi * condition.frequency_Hz
@@ -88,11 +88,11 @@ FRAMES = 36
 def frames_of(robot: Robot, profile: Profile) -> dict[str, Any]:
     """Simulate all `CURVATURES` at all `FREQUENCIES_HZ`; return the pictures as plain data for the script of the page.
 
-    ``plates`` (x, z of one end and of the other, cm) and ``hips`` (x, z, cm; phase, turns) are in the frame of the body.
-    ``legs``: points x, z (cm) of the legs about the hip at theta = 0, by curvature as text. ``runs``: one entry for each
-    condition, with its speed and outcome and two lists over frames: ``pose`` (x from the first frame, z, pitch, nose up,
-    and theta; cm and rad) and ``arrows`` (a flat list of four numbers for each loaded element: x from the centre of mass,
-    z, force x, force z; cm and mN).
+    ``plates`` (x, z of one end and of the other, cm) and ``hips`` (x, z, cm; phase, turns) are in the frame of the
+    body. ``legs``: points x, z (cm) of the legs about the hip at theta = 0, by curvature as text. ``runs``: one entry
+    for each condition, with its speed and outcome and two lists over frames: ``pose`` (x from the first frame, z,
+    pitch, nose up, and theta; cm and rad) and ``arrows`` (a flat list of four numbers for each loaded element: x from
+    the centre of mass, z, force x, force z; cm and mN).
     """
     legs, shapes = robot.legs, {}
     for curvature in CURVATURES:
@@ -166,9 +166,10 @@ SAMPLES, STRIDES = 200, 2
 def stance_of(robot: Robot, profile: Profile, run: RobotRun) -> pd.DataFrame:
     """Return every element and the force on it at the last moment when the legs of phase 0 hang straight down (stance).
 
-    `run`: with `SAMPLES` samples for each stride, on this robot and profile. One row for each element: condition, group,
-    its ends ``x1_cm``, ``z1_cm``, ``x2_cm``, ``z2_cm``, the point where the force acts, ``at_x_cm``, ``at_z_cm``, and the
-    force of the ground on it, ``force_z_N``, ``force_x_N``. x counts from the centre of mass, z from the surface.
+    `run`: with `SAMPLES` samples for each stride, on this robot and profile. One row for each element: condition,
+    group, its ends ``x1_cm``, ``z1_cm``, ``x2_cm``, ``z2_cm``, the point where the force acts, ``at_x_cm``,
+    ``at_z_cm``, and the force of the ground on it, ``force_z_N``, ``force_x_N``. x counts from the centre of mass, z
+    from the surface.
     """
     assert run.series is not None
     last = run.series.last(SAMPLES)

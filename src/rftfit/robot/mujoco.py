@@ -1,7 +1,8 @@
 """Any robot in MuJoCo on a measured medium: forces on its geoms at each step.
 
 `attach` cuts the geoms (the shapes of MuJoCo's bodies) into meshes and puts them on a `Ground`, which calculates the
-forces; `MujocoGround` hands poses and forces to and fro. MuJoCo has SI units, `Ground` has cm: hence the factors of 100.
+forces; `MujocoGround` hands poses and forces to and fro. MuJoCo has SI units, `Ground` has cm: hence the factors of
+100.
 """
 
 from __future__ import annotations
@@ -24,8 +25,9 @@ from rftfit.robot.ground import ALONG_Y, Ground
 class MujocoGround:
     """A medium under a robot of MuJoCo, returned by `attach`; `step` advances the robot.
 
-    `model`, `data`: of MuJoCo. `bodies`: MuJoCo's numbers of the bodies on which the medium acts. `frames`, `forces` and
-    `rules` of these bodies, in this order: as in `Ground`, in cm and N. `n_faces`: number of triangles of all bodies.
+    `model`, `data`: of MuJoCo. `bodies`: MuJoCo's numbers of the bodies on which the medium acts. `frames`, `forces`
+    and `rules` of these bodies, in this order: as in `Ground`, in cm and N. `n_faces`: number of triangles of all
+    bodies.
     """
 
     def __init__(self, model: Any, data: Any, bodies: Sequence[int], ground: Ground) -> None:
@@ -185,8 +187,8 @@ def attach(
 def _find_axle(mujoco: Any, model: Any, body: int) -> FloatArray:
     """Return the direction of the axle of a wheel, shape (3,), in the frame of its body: the axis of its only hinge.
 
-    Without a hinge it is y. `mujoco`: the module. `body`: MuJoCo's number of the body. Raises InputError for several hinges
-    or one beside the body's origin, since `Ground` puts the axle through the origin.
+    Without a hinge it is y. `mujoco`: the module. `body`: MuJoCo's number of the body. Raises InputError for several
+    hinges or one beside the body's origin, since `Ground` puts the axle through the origin.
     """
     first, count = model.body_jntadr[body], model.body_jntnum[body]
     joints = range(first, first + count)
@@ -212,9 +214,9 @@ _FACETS = 17
 def _mesh_of_geom(kinds: Any, model: Any, geom: int) -> Mesh:
     """Return the mesh of a geom in its frame, cm, since `Ground` takes only meshes.
 
-    `kinds`: ``mujoco.mjtGeom``, which names the kinds of geom. `geom`: MuJoCo's number of it. Raises InputError for a kind
-    without a closed shape, such as a plane. In MuJoCo a cylinder or capsule lies along z, and ``geom_size`` has half
-    lengths: of a box along x, y, z; of an ellipsoid the half axes; of the others radius, then half the height.
+    `kinds`: ``mujoco.mjtGeom``, which names the kinds of geom. `geom`: MuJoCo's number of it. Raises InputError for a
+    kind without a closed shape, such as a plane. In MuJoCo a cylinder or capsule lies along z, and ``geom_size`` has
+    half lengths: of a box along x, y, z; of an ellipsoid the half axes; of the others radius, then half the height.
     """
     kind, size = kinds(int(model.geom_type[geom])), 100 * model.geom_size[geom]
     name = model.geom(geom).name or f"geom {geom}"

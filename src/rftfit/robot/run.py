@@ -1,4 +1,4 @@
-"""One run of the robot at one stride frequency, leg curvature and starting phase: when it has settled, and its speed.
+"""One run of the robot at a stride frequency, leg curvature and starting phase: when it has settled, and its speed.
 
 A stride is one turn of the legs. The run goes on stride by stride until one of these holds (`simulate`):
 
@@ -7,8 +7,11 @@ A stride is one turn of the legs. The run goes on stride by stride until one of 
   strides that last ``numerics.stretch_s``;
 - the greatest length, ``numerics.most_stretches``, is reached: the speed may be steady all the same (`irregular`).
 
-A state is an array (6,): x, z of the centre of mass (cm, z = 0 at the surface), pitch (rad, from z toward x: nose down),
-and their rates (cm/s, rad/s). Results turn the sign of pitch: `Series` has it positive with the nose up.
+A state is an array (6,): x, z of the centre of mass (cm, z = 0 at the surface), pitch (rad, from z toward x: nose
+down), and their rates (cm/s, rad/s). Results turn the sign of pitch: `Series` has it positive with the nose up.
+
+A `Remark` is a reason or a doubt: a code with numbers, which becomes a sentence (`rftfit.measure.flags`). A profile
+gives alpha (stress per depth, N/cm^3) of a medium in every direction.
 """
 
 from __future__ import annotations
@@ -111,8 +114,8 @@ class Assessment:
 def tipped_or_buried(parts: Parts, ends: FloatArray, numerics: Numerics) -> Assessment | None:
     """Assess a robot that has turned over, sunk, or lost its force, after each stride; None if it runs on.
 
-    It has lost its force if alpha is NaN in a direction that it met: its state is NaN from then on. `ends`: states at the
-    start and after each of n strides, shape (n + 1, 6).
+    It has lost its force if alpha is NaN in a direction that it met: its state is NaN from then on. `ends`: states at
+    the start and after each of n strides, shape (n + 1, 6).
     """
     state, number = ends[-1], len(ends) - 1
     if not np.isfinite(state).all():
@@ -145,9 +148,9 @@ def settled(
 ) -> bool:
     """Return True if the last two stretches have nearly the same speed, and the same height and pitch at their ends.
 
-    Height and pitch are compared too: a body that still sinks or tilts has not settled, even at an even speed.
-    `ends`: states at the start and after each of n strides, shape (n + 1, 6). `stretch`: strides of a stretch. `stride_s`:
-    time of a stride. `fewest`: least number of stretches run; False before.
+    Height and pitch are compared too: a body that still sinks or tilts has not settled, even at an even speed. `ends`:
+    states at the start and after each of n strides, shape (n + 1, 6). `stretch`: strides of a stretch. `stride_s`: time
+    of a stride. `fewest`: least number of stretches run; False before.
     """
     if len(ends) - 1 < fewest * stretch:
         return False
@@ -260,8 +263,8 @@ def simulate(
     `profile`: alpha of the medium. `frequency_Hz`, `curvature_times_R`, `phase_turns`: as in `Condition`.
     `samples_per_stride`: samples of `RobotRun.series`; 0: no series.
     `strides`: exact number of strides, whatever happens; 0: as many as are needed.
-    `start`: state (6,) at the start instead of rest, from a settled run of nearly the same robot in this condition: it has
-    no transient, so that fewer strides are enough. Raises ValueError for a condition out of range.
+    `start`: state (6,) at the start instead of rest, from a settled run of nearly the same robot in this condition: it
+    has no transient, so that fewer strides are enough. Raises ValueError for a condition out of range.
     """
     condition = Condition(frequency_Hz, curvature_times_R, phase_turns)
     parts = assemble(robot, curvature_times_R)
@@ -348,9 +351,10 @@ class _Stepper:
     `samples_per_stride`: 0 for none. `start`: state (6,), or None for rest.
 
     `state`: state (6,) now. `ends`: list of states at the start and after each stride. `samples`: an array for each
-    stride, with the columns that `series` names. `stride_s`, `steps`: time and time steps of a stride; a sample is taken
-    before every `steps_per_sample` of these, 0 for none. `turn`, `rate`: angle at the start of each stride (rad) and
-    angular velocity (rad/s) of the legs of phase 0 relative to the body. `pack`: arrays of the profile for the stepper.
+    stride, with the columns that `series` names. `stride_s`, `steps`: time and time steps of a stride; a sample is
+    taken before every `steps_per_sample` of these, 0 for none. `turn`, `rate`: angle at the start of each stride (rad)
+    and angular velocity (rad/s) of the legs of phase 0 relative to the body. `pack`: arrays of the profile for the
+    stepper.
     """
 
     def __init__(
@@ -411,8 +415,8 @@ class _Stepper:
     def series(self) -> Series:
         """Return all samples as a `Series`, with its signs and units.
 
-        The columns of a sample: state (6), turn of the legs, moment about the centre of mass, moment of the medium about
-        the hips (N cm; the drive exerts the opposite), then force z and x of each group (N).
+        The columns of a sample: state (6), turn of the legs, moment about the centre of mass, moment of the medium
+        about the hips (N cm; the drive exerts the opposite), then force z and x of each group (N).
         """
         rows, groups, degrees = np.concatenate(self.samples), self.parts.names, np.degrees
         time = np.arange(len(rows)) * self.stride_s / self.samples_per_stride

@@ -4,6 +4,9 @@ A trial is one run of the real robot, filmed: its marker track gives a speed (`t
 curvature R'/r and nominal stride frequency are a condition (`measured_speeds`; the paper's by `published_speeds`). The
 robot is simulated at each condition, and both speeds are set beside each other (`speed_errors`). Unknown lengths of the
 paper's robot were fitted to a few conditions: these are marked as ``calibrated``, since agreement there proves nothing.
+
+A `Remark` is a reason or a doubt: a code with numbers, which becomes a sentence. In tables it has two columns,
+``reason`` (words) and ``reason_code``: `reason_cells` and `reason_columns` write them, `reason_of` reads them.
 """
 
 from __future__ import annotations
@@ -27,17 +30,18 @@ from rftfit.robot.run import spread
 from rftfit.robot.sweep import is_at_condition
 
 TRIALS = columns_of("robot/tracks.csv")
-"""Columns of the table of trials: names of run, condition and medium, curvature and frequency, ``speed_cm_per_s``, numbers
-of strides and rows, and ``status``: "used", or "refused" with a reason."""
+"""Columns of the table of trials: names of run, condition and medium, curvature and frequency, ``speed_cm_per_s``,
+numbers of strides and rows, and ``status``: "used", or "refused" with a reason."""
 
 MEASURED = columns_of("robot/measured.csv")
 """Columns of the table of measured speeds, a row for each condition: name, medium, curvature, mean frequency and its
-standard deviation over trials, the same of the speed, number of trials used, ``calibrated`` (yes or no), source, reason."""
+standard deviation over trials, the same of the speed, number of trials used, ``calibrated`` (yes or no), source,
+reason."""
 
 ERRORS = columns_of("robot/errors.csv")
 """Columns of the table of errors, a row for each condition on each profile: measured and simulated speed (cm/s), and
-``error_percent``. Intervals: ``from_alpha`` by the errors of alpha and of the arc, ``model`` with the error of the force
-model too, ``lowest`` and ``highest`` over the starting phases."""
+``error_percent``. Intervals: ``from_alpha`` by the errors of alpha and of the arc, ``model`` with the error of the
+force model too, ``lowest`` and ``highest`` over the starting phases."""
 
 
 def trial_row(
@@ -45,11 +49,11 @@ def trial_row(
 ) -> tuple[dict[str, Any], dict[tuple[str, Remark], int], list[float], list[Remark]]:
     """Measure the speed of a trial from its marker track, and account for every row of the track's file.
 
-    `folder`: folder of the robot's run sheet, to which the path of the track is relative. `tripods`: groups of legs that
-    alternate. Returns four things: the row of the table of trials as a dict; the counts of the rows of the file by use
-    (`USED` or `DROPPED`) and reason, for the ledger; the forward velocity over the mean stride (cm/s, a number for each of
-    `tracks.STRIDE_SAMPLES` moments); and the flags. A track that cannot be used gives a row with the status "refused" and a
-    reason, and no velocities.
+    `folder`: folder of the robot's run sheet, to which the path of the track is relative. `tripods`: groups of legs
+    that alternate. Returns four things: the row of the table of trials as a dict; the counts of the rows of the file by
+    use (`USED` or `DROPPED`) and reason, for the ledger; the forward velocity over the mean stride (cm/s, a number for
+    each of `tracks.STRIDE_SAMPLES` moments); and the flags. A track that cannot be used gives a row with the status
+    "refused" and a reason, and no velocities.
     """
     names = ("run_id", "condition", "medium", "curvature_times_R", "frequency_Hz")
     row = {name: getattr(trial, name) for name in names}
@@ -139,7 +143,8 @@ def speed_errors(
     `measured`: columns `MEASURED`. `speed`: of each profile the table of `rftfit.robot.sweep.mean_speed`, with a column
     ``profile``. `widths`: half widths of the intervals (`rftfit.robot.intervals`); None: no intervals. Every measured
     condition was simulated at exactly its curvature and frequency: nothing is interpolated. The error is 100 % times
-    (simulated / measured - 1), NaN with a reason if one of both speeds is not known or the measured one is not positive.
+    (simulated / measured - 1), NaN with a reason if one of both speeds is not known or the measured one is not
+    positive.
     """
     rows = []
     # half width (cm/s) by (profile, curvature, frequency)
@@ -188,8 +193,8 @@ def speed_errors(
 def share_within(errors: pd.DataFrame, percent: float) -> tuple[int, int]:
     """Count the conditions whose simulated speed is within `percent` of the measured one, and all measured conditions.
 
-    `errors`: rows of `speed_errors` on one profile. A condition without a simulated speed counts as not within; one that
-    was not measured is not counted.
+    `errors`: rows of `speed_errors` on one profile. A condition without a simulated speed counts as not within; one
+    that was not measured is not counted.
     """
     compared = errors[np.isfinite(errors["measured_cm_per_s"].to_numpy(float))]
     # NaN, no simulated speed, counts as infinitely far off

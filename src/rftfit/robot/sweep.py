@@ -1,8 +1,11 @@
 """Many runs at once: which conditions a sweep runs, its table of speeds, and the curvature of the fastest legs.
 
 A condition is a curvature R'/r of the legs (-1 reversed c-leg, 0 flat, 1 c-leg), a stride frequency (Hz) and a starting
-phase (turns). The way of a sweep: `conditions_of`, `run_all`, `speed_table` (a row for each run), `mean_speed` (a row for
-each curvature and frequency). The best curvature at 5 Hz has runs of its own, `runs_about_best` and `best_of_runs`.
+phase (turns). The way of a sweep: `conditions_of`, `run_all`, `speed_table` (a row for each run), `mean_speed` (a row
+for each curvature and frequency). The best curvature at 5 Hz has runs of its own, `runs_about_best` and `best_of_runs`.
+
+A run that is not steady has no speed, but remarks (`Remark`: a code that becomes a sentence), which stand in the
+columns ``reason`` and ``reason_code``.
 """
 
 from __future__ import annotations
@@ -59,8 +62,8 @@ BEST_CURVATURES = tuple(round(0.04 * index, 2) for index in range(15, 26))
 """Curvatures R'/r among which the fastest is searched at 5 Hz: 0.6 to 1 in steps of 0.04."""
 
 RUN_COLUMNS = columns_of("robot/runs_table.csv")[2:]
-"""Columns of a table of runs, without profile and medium: the condition, speed and its standard deviation between strides,
-outcome, reason in words and as code, warning, and numbers of strides run and averaged (`RobotRun`)."""
+"""Columns of a table of runs, without profile and medium: the condition, speed and its standard deviation between
+strides, outcome, reason in words and as code, warning, and numbers of strides run and averaged (`RobotRun`)."""
 
 
 def paper_conditions(every: int = 1) -> list[Condition]:
@@ -91,11 +94,10 @@ def measured_conditions(measured: pd.DataFrame) -> list[Condition]:
 def conditions_of(measured: pd.DataFrame, *, full: bool) -> list[Condition]:
     """Return the conditions of a full or reduced sweep, sorted: its grid, and every measured condition.
 
-    Measured conditions are run at exactly their frequency, so that speeds are compared without interpolation.
-    The reduced sweep has one starting phase of three (on the published table the others change no
-    measured speed by 1 %), every fourth curvature and frequency, and at 5 Hz every curvature above 0.4,
-    among which is the best curvature of the paper. `measured`: as in `measured_conditions`. `full`: True for the grid and
-    the phases of the paper.
+    Measured conditions are run at exactly their frequency, so that speeds are compared without interpolation. The
+    reduced sweep has one starting phase of three (on the published table the others change no measured speed by 1 %),
+    every fourth curvature and frequency, and at 5 Hz every curvature above 0.4, among which is the best curvature of
+    the paper. `measured`: as in `measured_conditions`. `full`: True for the grid and the phases of the paper.
     """
     grid = paper_conditions()
     phases = PHASES_TURNS if full else PHASES_TURNS[:1]
@@ -120,8 +122,9 @@ def run_all(
 ) -> list[RobotRun]:
     """Run every condition, several at a time in threads, which the compiled stepper allows; runs in the same order.
 
-    `threads`: how many at a time; None: as many as there are cores. `settled_runs`: one run of each condition in nearly the
-    same medium; if it is steady, the new run starts in its last state, without a transient from rest. None: all from rest.
+    `threads`: how many at a time; None: as many as there are cores. `settled_runs`: one run of each condition in nearly
+    the same medium; if it is steady, the new run starts in its last state, without a transient from rest. None: all
+    from rest.
     """
     starts: list[FloatArray | None] = [None] * len(conditions)
     if settled_runs is not None:
@@ -157,8 +160,8 @@ def speed_table(runs: Iterable[RobotRun]) -> pd.DataFrame:
 def mean_speed(table: pd.DataFrame) -> pd.DataFrame:
     """Return mean, least and greatest speed (cm/s) over the starting phases whose runs are steady; NaN if none is.
 
-    `table`: as from `speed_table`. One row for each curvature and frequency: ``speed_cm_per_s`` with ``_lo`` and ``_hi``,
-    how many phases are steady and how many were run, and for each other phase its outcome and why.
+    `table`: as from `speed_table`. One row for each curvature and frequency: ``speed_cm_per_s`` with ``_lo`` and
+    ``_hi``, how many phases are steady and how many were run, and for each other phase its outcome and why.
     """
     rows = []
     for condition, phases in table.groupby(["curvature_times_R", "frequency_Hz"]):
@@ -190,9 +193,10 @@ def mean_speed(table: pd.DataFrame) -> pd.DataFrame:
 def best_curvature(curvature: np.ndarray, speed: np.ndarray) -> tuple[float, float]:
     """Return the curvature R'/r of the highest speed at one frequency, and this speed (cm/s); both NaN if no run is steady.
 
-    `curvature`, `speed`: shape (runs,); NaN for a run without a steady speed. Speed has a flat top over curvature, on which
-    the fastest point wanders with small errors; so it is the maximum of a parabola fitted to the points within 0.2 of the
-    fastest point; the fastest point itself if these are fewer than four or the parabola has no maximum among them.
+    `curvature`, `speed`: shape (runs,); NaN for a run without a steady speed. Speed has a flat top over curvature, on
+    which the fastest point wanders with small errors; so it is the maximum of a parabola fitted to the points within
+    0.2 of the fastest point; the fastest point itself if these are fewer than four or the parabola has no maximum among
+    them.
     """
     is_finite = np.isfinite(speed)
     if not is_finite.any():
@@ -232,8 +236,8 @@ def best_of_runs(runs: Iterable[RobotRun]) -> tuple[float, float]:
 def speed_target(robot: Robot, conditions: Sequence[tuple[float, float]]) -> Target:
     """Return the target for planning pushes: the robot's speed at pairs of (curvature R'/r, stride frequency in Hz).
 
-    A plan of pushes (`rftfit.forces.planning`) looks for those that narrow the interval of a target most. How far an error
-    of alpha moves a speed is found by simulation on tables of alpha.
+    A plan of pushes (`rftfit.forces.planning`) looks for those that narrow the interval of a target most. How far an
+    error of alpha moves a speed is found by simulation on tables of alpha.
     """
 
     def simulate_speeds(alpha: FloatArray, medium_map: Map) -> FloatArray:

@@ -1,8 +1,11 @@
 """Run sheet and marker tracks of the robot: readers, and stride frequency and mean speed of each trial.
 
-A trial is one run of the real robot. Its marker track is a table of time (s) and of x and z (cm) of a point of the body,
-read off a film. Four parts: the sheet (`read_trials`), the tracks (`read_track`), the speed of a trial
+A trial is one run of the real robot. Its marker track is a table of time (s) and of x and z (cm) of a point of the
+body, read off a film. Four parts: the sheet (`read_trials`), the tracks (`read_track`), the speed of a trial
 (`mean_stride_speed`), and the check of all these files before any result is calculated (`check_robot`).
+
+A `Remark` is a reason or a doubt: a code with numbers, which becomes a sentence. Problems of a sheet or file have a
+place, and are collected, so that a user sees all at once.
 """
 
 from __future__ import annotations
@@ -55,8 +58,8 @@ COLUMNS = (
 class Trial:
     """One trial, a row of the robot's run sheet.
 
-    `condition`: name shared by trials that were run alike. `curvature_times_R`: R'/r of the legs. `frequency_Hz`: stride
-    frequency; NaN: found in the track. `track`: path of the marker track, relative to the folder of the sheet.
+    `condition`: name shared by trials that were run alike. `curvature_times_R`: R'/r of the legs. `frequency_Hz`:
+    stride frequency; NaN: found in the track. `track`: path of the marker track, relative to the folder of the sheet.
     """
 
     run_id: str
@@ -77,8 +80,8 @@ def read_trials(
     """Return the trials in rows of a robot's run sheet without an error, and all problems, in order.
 
     `path`: the sheet; `file`: its name in messages. `medium`: the only medium allowed, that of the config's section
-    ``robot``. `taken`: names of the campaign's runs, which a trial must not have, since results are named by run. `tracks`:
-    the raw folder, and in it the folder of the sheet, to check that the tracks exist; None: not checked.
+    ``robot``. `taken`: names of the campaign's runs, which a trial must not have, since results are named by run.
+    `tracks`: the raw folder, and in it the folder of the sheet, to check that the tracks exist; None: not checked.
     """
     columns = [
         replace(column, choices=(medium,)) if column.form == "choice" else column
@@ -112,8 +115,8 @@ def read_trials(
 def _check_condition(draft: DraftRow, conditions: dict[str, DraftRow]) -> None:
     """Note a problem if the curvature of a trial differs from that of the first trial of its condition.
 
-    A condition has one mean speed, so its trials must have the same legs. `conditions`: first trial of each condition, to
-    which that of a new condition is added.
+    A condition has one mean speed, so its trials must have the same legs. `conditions`: first trial of each condition,
+    to which that of a new condition is added.
     """
     name = "curvature_times_R"
     first_draft = conditions.setdefault(draft.text["condition"], draft)
@@ -169,9 +172,9 @@ class Track:
 def read_track(path: Path) -> Track:
     """Read a marker track, a table of time, x and z, each with its unit in the header.
 
-    Lines that start with ``#`` are comments. A row with a blank cell or one that is no number is left
-    out and counted. Raises TrackError for a track that cannot be used: not such a table, no good row, or a time that does
-    not grow from row to row (two tracks in one file, or rows out of order, would give a wrong speed).
+    Lines that start with ``#`` are comments. A row with a blank cell or one that is no number is left out and counted.
+    Raises TrackError for a track that cannot be used: not such a table, no good row, or a time that does not grow from
+    row to row (two tracks in one file, or rows out of order, would give a wrong speed).
     """
     names = [column.name for column in _TRACK.columns]
     rows, problems = read_rows(path, _TRACK, "")
@@ -210,8 +213,8 @@ class StrideSpeed:
     """Mean forward speed of a track, its standard deviation between strides, and the stride frequency.
 
     `frequency_from`: "sheet" or "track". `strides`: duration of the track in strides, with a fraction.
-    `velocity_cm_per_s`: forward velocity over the mean stride, shape (`STRIDE_SAMPLES`,), which begins at the first moment
-    of the track. `flags`: doubts about the frequency, missing rows, a speed that changes.
+    `velocity_cm_per_s`: forward velocity over the mean stride, shape (`STRIDE_SAMPLES`,), which begins at the first
+    moment of the track. `flags`: doubts about the frequency, missing rows, a speed that changes.
     """
 
     speed_cm_per_s: float
@@ -226,10 +229,10 @@ class StrideSpeed:
 def mean_stride_speed(track: Track, frequency_Hz: float, tripods: int) -> StrideSpeed:
     """Measure the mean speed of a trial; a stride frequency of NaN is found in the track.
 
-    The speed is the slope of x over time, fitted together with four harmonics of the stride, so that it does not depend on
-    the moments of a stride at which the track begins and ends. `tripods`: groups of legs that alternate, 1 or more; the
-    body bobs once for each in a stride. Raises TrackError for a track that is too short, has too long a gap, or has no
-    clear frequency.
+    The speed is the slope of x over time, fitted together with four harmonics of the stride, so that it does not depend
+    on the moments of a stride at which the track begins and ends. `tripods`: groups of legs that alternate, 1 or more;
+    the body bobs once for each in a stride. Raises TrackError for a track that is too short, has too long a gap, or has
+    no clear frequency.
     """
     if len(track.time_s) < _CHOSEN.fewest_rows:
         shortage = f"{len(track.time_s)} usable rows; a track has at least {_CHOSEN.fewest_rows}"
@@ -273,9 +276,10 @@ def stride_frequency(track: Track, tripods: int) -> tuple[float, Remark | None]:
     """Find the stride frequency (Hz) from the bobbing of the body, for a trial whose sheet does not state it.
 
     Each tripod lifts the body once in a stride, so the body bobs with `tripods` times the stride frequency. That is the
-    highest peak in the periodogram of the height z, or of x if z has no clear peak. Trend and outliers are removed before,
-    and values are interpolated to even time steps. The frequency is refined by least squares with one overtone. Returns
-    the stride frequency, and a doubt if it may be wrong by a factor, else None. Raises TrackError without a clear peak.
+    highest peak in the periodogram of the height z, or of x if z has no clear peak. Trend and outliers are removed
+    before, and values are interpolated to even time steps. The frequency is refined by least squares with one overtone.
+    Returns the stride frequency, and a doubt if it may be wrong by a factor, else None. Raises TrackError without a
+    clear peak.
     """
     time = track.time_s
     duration, step = time[-1], float(np.median(np.diff(time)))
