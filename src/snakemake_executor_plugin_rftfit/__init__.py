@@ -71,6 +71,7 @@ class Executor(LocalExecutor):  # type: ignore[misc]
             finished = Future[None]()
             finished.set_result(None)
             return finished
+        # as before any job: folders of its outputs are made, and old outputs are deleted
         self.workflow.async_run(job.prepare())
         log, folder = str(job.log[0]), str(Path.cwd())
         # what stands before the redirection of errors to the log: arguments of the command

@@ -52,8 +52,10 @@ def draw_stress(
 
     parts = [f'<path class="axis" d="M{left},{top}V{bottom}H{right}"/>']
     most_dots = 250
+    # every so many-th sample is drawn
     thin = slice(None, None, 1 + along_cm.size // most_dots)
     for c, stress_of_component in stress.items():
+        # a line of no length is drawn as a dot
         dots = "".join(f"M{dot}h0" for dot in points(along_cm[thin], stress_of_component[thin]))
         parts.append(f'<path class="dots {c}" d="{dots}"/>')
         for run in (measured, *repeats):

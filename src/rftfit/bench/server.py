@@ -105,7 +105,7 @@ class LivePage(ThreadingHTTPServer):
                 self._connections.pop(request, None)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Print no traceback if the other side ends a connection."""
+        """Print no traceback if the other side ends a connection, which is usual; of any other error the library prints one."""
         if not isinstance(sys.exc_info()[1], OSError):
             super().handle_error(request, client_address)
 

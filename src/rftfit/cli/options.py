@@ -194,7 +194,7 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
             )
         command(**values)
 
-    # typer reads the options from these two
+    # typer reads the options from these two attributes of a function
     run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
     return run
@@ -752,6 +752,7 @@ class MeshOptions:
         shows a mesh alone.
         """
         if self.mesh is None:
+            # --figure is an option of the command and no field here
             options_given = [
                 *list_given(self, "unit", "sheet", "friction", "press", "roll", "rim", "no_track"),
                 *["--figure"] * has_figure,

@@ -266,7 +266,11 @@ def _half_widths(table: pd.DataFrame) -> dict[str, np.ndarray]:
 
 
 def _is_strength(difference: Difference) -> bool:
-    """Tell whether a number is the strength of a medium: zeta, or alpha_z of a level plate pushed straight down."""
+    """Return True for the strength of a medium: zeta, or alpha_z of a level plate pushed straight down.
+
+    All other numbers of a medium follow a change of it.
+    """
+    # a row of alpha is named by medium, beta and gamma
     is_flat_push_down = difference.file.startswith("alpha/") and difference.row.endswith(" 0 90")
     return difference.quantity == ("alpha_z_N_per_cm3" if is_flat_push_down else "zeta")
 

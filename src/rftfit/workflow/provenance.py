@@ -124,7 +124,7 @@ _PAPER = "https://doi.org/10.1126/science.1229163"
 def data_package(results: Results, digests: Mapping[str, str], sheet: bytes) -> str:
     """Describe as a data package, in JSON, the tables that the last job reads and the run sheet that it writes.
 
-    `digests`: SHA-256 of results by path. `sheet`: Content of the run sheet.
+    `digests`: SHA-256 of results by path. `sheet`: Content of the file of the run sheet, which is not written yet.
     """
 
     def describe_table(path: str, digest: str, size: int, header: bytes) -> ResultFile:

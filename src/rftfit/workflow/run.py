@@ -279,7 +279,8 @@ class Workflow:
 def describe_findings(findings: Sequence[OutdatedResult]) -> list[str]:
     """Say what is made again and why: a line on edited results, one on missing ones, one for each changed part of states.
 
-    Inputs that changed (sort ``input``) need no line of their own: the result behind them has one.
+    Inputs that changed (sort ``input``) need no line, as the result behind them has one, and jobs that never finished (``new``)
+    are no surprise.
     """
     lines = []
     for sort, what in (("edited", "not as written (edited or damaged)"), ("missing", "not there")):
