@@ -76,7 +76,9 @@ class Tables:
         self.folder = folder
         self._allowed: frozenset[str] | None = None  # None: every file may be read
         self._tables: dict[str, pd.DataFrame] = {}
-        self._sorted: set[str] = set()  # names of the tables in memory that `alpha_table` has sorted and checked
+        self._sorted: set[str] = (
+            set()
+        )  # names of the tables in memory that `alpha_table` has sorted and checked
 
     def only(self, paths: Iterable[str]) -> Self:
         """Return a view from which only some files may be read, so that a stage reads nothing but its declared inputs.

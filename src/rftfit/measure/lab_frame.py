@@ -168,21 +168,20 @@ _CHANGES_OF_NO_CHANCE: int = chosen("measure", "copies").shortest
 
 
 def channel_facts(channels: FloatArray, in_stroke: BoolArray) -> dict[str, object]:
-    """Return facts of each channel, and digests of the readings: of all channels, then of each that differs in every copy.
+    """Return facts of each channel, and digests of the readings: of all channels, then of each noisy one.
 
     The keys are columns of the table of runs: ``readings`` (the digests; empty if no channel moves), and those of
-    `CHANNEL_FACTS` for each channel, as ``F1_low_N``. The checks of the channels need them. `channels`: N, shape (3,
-    n).
-    `in_stroke`: True in the stroke, shape (n,).
+    `CHANNEL_FACTS` for each channel, as ``F1_low_N``. The checks of the channels need them. `channels`: N, shape
+    (3, n). `in_stroke`: True in the stroke, shape (n,).
     """
     moves = bool(np.ptp(channels, axis=1).any())
-    # where a program of the lab turned the forces of each log by its own angle, the channel across the plane is still that of the copy
-    telling = [
+    # a lab that turns the forces of each log by its own angle leaves the channel across the plane equal in copies
+    noisy = [
         readings
         for readings in channels
         if np.count_nonzero(np.diff(readings[np.isfinite(readings)])) >= _CHANGES_OF_NO_CHANCE
     ]
-    digests = [readings_digest(readings) for readings in [channels, *telling]] if moves else []
+    digests = [readings_digest(readings) for readings in [channels, *noisy]] if moves else []
     facts: dict[str, object] = {"readings": " ".join(digests)}
     inside = channels.compress(in_stroke, axis=1)
     outside = channels.compress(~in_stroke, axis=1)
