@@ -102,7 +102,7 @@ def test_the_curves_drawn_are_those_of_the_tables(measured, legs):
     # forces over zeta are one curve of all media
     zeta = measured.table("penetration.csv").query("method == 'lsq'")["zeta"].iloc[0]
     expected = curve_of(measured, "c_leg", "generic")["force_z_N"] / zeta
-    drawn_forces = draw("forces_over_zeta", two_media(measured)).axes[0].lines[1].get_ydata()
+    drawn_forces = draw("forces_over_zeta", two_media(measured)).axes[0].lines[-1].get_ydata()
     assert_allclose(np.asarray(drawn_forces, dtype=float), expected, atol=1e-4)
 
 

@@ -482,9 +482,8 @@ def _draw_scaled(
         # below the curves of the media, and behind them in the legend
         black: style.Look = {"color": "black", "linewidth": 1.6, "zorder": 1.9}
         axes.plot(theta, force, label="generic prediction", **black)
-        if np.isfinite(low).any():
-            label = f"{style.level(results)} interval of it"
-            axes.fill_between(theta, low, high, color="#bdbdbd", linewidth=0, label=label)
+        label = f"{style.level(results)} interval of it" * bool(np.isfinite(low).any())
+        axes.fill_between(theta, low, high, color="#bdbdbd", linewidth=0, label=label)
         drawn_forces += [force, low, high]
     notes = [] if generic else ["no generic prediction"]
     if len(unmeasured) == len(zetas):
