@@ -443,7 +443,11 @@ def merge_rods(runs: list[Run]) -> list[Run]:
 
 
 def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
-    """Check each run with its tare; warn of runs without a tare, and of tares without a run."""
+    """Check each run with its tare; warn of runs without a tare, and of tares without a run.
+
+    First each run is compared with the row that it names; then what only all rows show: a shifted column, a tare that
+    several runs share without saying so, and tares that no run uses.
+    """
     # rows by run_id, the first of several with one
     by_id: dict[str, DraftRow] = {}
     for draft in drafts:
@@ -456,7 +460,7 @@ def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
     # run_id of a tare, to the rows that use it; and the rows without a tare, with the words for the kind of tare
     users: defaultdict[str, list[DraftRow]] = defaultdict(list)
     untared: list[tuple[DraftRow, str]] = []
-    searches = 0
+    searches = 0  # for a similar run_id
     for draft in drafts:
         kind, name = draft.text["kind"], draft.text["tare_run"]
         if kind not in _TARE_OF or "tare_run" in draft.bad:
