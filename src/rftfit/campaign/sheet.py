@@ -505,7 +505,7 @@ def _warn_without_tare(
 ) -> None:
     """Warn of each run without a tare.
 
-    One warning for all, if they are many, or if no run of the sheet has a tare (`none_tared`) and the config allows that.
+    One warning for all, if they are many, or if no run of the sheet has a tare (`none_tared`) and the config allows it.
     `untared`: Rows without a tare, each with the words for the kind of its tare. `missing_tare`: Setting of the config.
     """
     is_one_warning = none_tared and missing_tare == "flag" and len(untared) > 1

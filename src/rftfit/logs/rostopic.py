@@ -51,7 +51,7 @@ class RostopicReader(TextReader):
         return text_head(head[:256]).startswith(b"%time,field.")
 
     def plan(self, head: bytes) -> ReadingPlan:
-        """Read the names, and choose the clock by the first row: the sender's stamp, if it was ever set, else the receipt.
+        """Read the names, and choose the clock by the first row: the sender's stamp, if it was set, else the receipt.
 
         Times are read as whole numbers of ns and become s. Raises ValueError without a row of names.
         """
