@@ -353,6 +353,7 @@ def _check_files(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
                 kinds = draft.text["kind"], earlier.text["kind"]
                 are_rods = earlier is not draft and kinds == ("rod", "rod")
                 differences = _differences(draft, earlier) if are_rods else []
+                # allowed: they take different parts of the file, or are one run
                 if path_there == path and (
                     has_both_logs
                     or _rows_and_columns(earlier, earlier_log) != selected
