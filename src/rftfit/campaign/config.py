@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import codecs
 import math
-from typing import Annotated, Any, Generic, Literal, TypeVar
+from typing import Annotated, Any, Generic, Literal, TypeVar, get_args
 
 from pydantic import (
     BaseModel,
@@ -224,8 +224,11 @@ Intruder = Annotated[AnyPlate | Leg, Field(discriminator="shape")]
 
 ForceQuantity = Literal["time", "arm_moving", "F1", "F2", "F3", "T1", "T2", "T3"]
 MotionQuantity = Literal["time", "x", "z", "angle", "along"]
-QUANTITIES = ("time", "arm_moving", "F1", "F2", "F3", "T1", "T2", "T3", "x", "z", "angle")
-"""Quantities that a column of a log can hold; torques T1 to T3 are read, and no result uses them."""
+QUANTITIES = (*get_args(ForceQuantity), "x", "z", "angle")
+"""Quantities that a column of a log can hold; torques T1 to T3 are read, and no result uses them.
+
+Without `along`, the one position of a rig that has only one: x and z are made of it.
+"""
 Unit = Literal[
     "N",
     "mN",

@@ -190,7 +190,7 @@ class Folder:
         """Return what lies at a path from `plain_path`; ``outside`` if a link leads out of the folder."""
         # the path without links
         real = os.path.realpath(f"{self.base}/{path}")
-        if not self._reaches(real):
+        if not any(inside(real, folder) for folder in (self.base, *self.elsewhere)):
             return "outside"
         try:
             mode = os.stat(real).st_mode  # noqa: PTH116
@@ -199,12 +199,6 @@ class Folder:
         if stat.S_ISREG(mode):
             return "file"
         return "folder" if stat.S_ISDIR(mode) else "other"
-
-    def _reaches(self, real: str) -> bool:
-        """Return whether a path without links lies in the folder, or in one to which links may lead."""
-        if inside(real, self.base):
-            return True
-        return any(inside(real, folder) for folder in self.elsewhere)
 
     def nearest(self, path: str) -> str | None:
         """Return the path of the file beside a missing one that was probably meant, or None.

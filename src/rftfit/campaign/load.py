@@ -152,7 +152,7 @@ class Campaign:
         return tuple(medium for medium in self.config.media if medium in used)
 
     def plates_to_measure(self, medium: str) -> list[Run]:
-        """Return the plate runs of a medium, but excluded ones, before its first log exists; empty once there is one."""
+        """Return the plate runs, without excluded ones, of a medium without any log yet; empty once there is one."""
         runs = [run for run in self.runs if run.medium == medium and run.kind == "plate"]
         planned = [run for run in runs if not run.excluded]
         logs = {log for run in planned for log in (run.force_log, run.motion_log)}

@@ -286,7 +286,8 @@ def _path_of_error(location: tuple[str | int, ...], data: Any) -> KeyPath:
 def _add_problem(detail: Any, path: KeyPath, model: type[BaseModel], file: ModelFile[Any]) -> None:
     """Add the problem for one error of pydantic at a path, in words for the user.
 
-    `detail`: Dictionary of pydantic with the type, the input, the location and the message of the error.
+    `detail`: Dictionary of pydantic with the type, the input, the location and the message of the error. The words are
+    those by which the model describes the key: what it allows and means.
     """
     error_type: str = detail["type"]
     value = detail["input"]

@@ -353,6 +353,7 @@ def _check_files(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
                 kinds = draft.text["kind"], earlier.text["kind"]
                 are_rods = earlier is not draft and kinds == ("rod", "rod")
                 differences = _differences(draft, earlier) if are_rods else []
+                # allowed: they take different parts of the file, or are one run
                 if path_there == path and (
                     has_both_logs
                     or _rows_and_columns(earlier, earlier_log) != selected
@@ -443,7 +444,11 @@ def merge_rods(runs: list[Run]) -> list[Run]:
 
 
 def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
-    """Check each run with its tare; warn of runs without a tare, and of tares without a run."""
+    """Check each run with its tare; warn of runs without a tare, and of tares without a run.
+
+    First each run is compared with the row that it names; then what only all rows show: a shifted column, a tare that
+    several runs share without saying so, and tares that no run uses.
+    """
     # rows by run_id, the first of several with one
     by_id: dict[str, DraftRow] = {}
     for draft in drafts:
@@ -456,7 +461,7 @@ def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
     # run_id of a tare, to the rows that use it; and the rows without a tare, with the words for the kind of tare
     users: defaultdict[str, list[DraftRow]] = defaultdict(list)
     untared: list[tuple[DraftRow, str]] = []
-    searches = 0
+    searches = 0  # for a similar run_id
     for draft in drafts:
         kind, name = draft.text["kind"], draft.text["tare_run"]
         if kind not in _TARE_OF or "tare_run" in draft.bad:
@@ -501,7 +506,7 @@ def _warn_without_tare(
 ) -> None:
     """Warn of each run without a tare.
 
-    One warning for all, if they are many, or if no run of the sheet has a tare (`none_tared`) and the config allows that.
+    One warning for all, if they are many, or if no run of the sheet has a tare (`none_tared`) and the config allows it.
     `untared`: Rows without a tare, each with the words for the kind of its tare. `missing_tare`: Setting of the config.
     """
     is_one_warning = none_tared and missing_tare == "flag" and len(untared) > 1

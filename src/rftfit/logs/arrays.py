@@ -99,7 +99,11 @@ class ArraysReader(base.Reader):
     def _log(
         self, path: Path, array_columns: dict[str, ArrayColumn], omitted: list[str]
     ) -> base.Log:
-        """Make a log of the columns of one length; `omitted`: contents of the file that are no columns, in words."""
+        """Make a log of the columns of one length, with their units, blanks and labels.
+
+        `array_columns`: Name of each column in the file, to the column. `omitted`: Contents of the file that are no
+        columns, in words. Raises `LogError` where there is no column, or those asked for differ in length.
+        """
         if not array_columns:
             listed = f"; found {', '.join(omitted)}: save plain arrays" if omitted else ""
             raise base.LogError(

@@ -689,8 +689,7 @@ def recognised(
             other_dialects = describe_tried_dialects()
     try:
         if text is None:
-            reader = dialect(str(name))
-            reader = reader.with_options(settings) if settings else reader
+            reader = dialect(str(name)).with_options(settings)
             return Recognised(reader, None, settings, other_dialects)
         text_format = {**text, **settings}
         reader = DelimitedReader(_text_format(text_format))

@@ -79,11 +79,10 @@ def source_reader(source: AnyLog, default: str, key: str) -> Reader:
         reader: Reader = DelimitedReader(source.text)
     else:
         reader = dialect(source.dialect or default)
-    if source.options:
-        try:
-            reader = reader.with_options(source.options)
-        except ValueError as error:
-            raise InputError(f"config, {key}.options: {error}") from None
+    try:
+        reader = reader.with_options(source.options)
+    except ValueError as error:
+        raise InputError(f"config, {key}.options: {error}") from None
     try:
         return reader.of_source(source.where_words)
     except ValueError as error:

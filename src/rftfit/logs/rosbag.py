@@ -477,7 +477,7 @@ def recover(path: Path) -> tuple[Recovered, bool]:
     """Read the complete messages of a bag; also return whether it breaks off within a message or a packed block."""
     recovered = Recovered({}, [])
     with path.open("rb") as file:
-        file.readline()
+        file.readline()  # the version
         return recovered, _read_records(file, path.stat().st_size, recovered, inside=False)
 
 

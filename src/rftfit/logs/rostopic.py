@@ -51,7 +51,10 @@ class RostopicReader(TextReader):
         return text_head(head[:256]).startswith(b"%time,field.")
 
     def plan(self, head: bytes) -> ReadingPlan:
-        """Read the names, and choose the clock by the first row; raises ValueError without a row of names."""
+        """Read the names, and choose the clock by the first row: the sender's stamp, if it was set, else the receipt.
+
+        Times are read as whole numbers of ns and become s. Raises ValueError without a row of names.
+        """
         lines = decode_first_lines(head, 1)
         if not lines or not lines[0].whole or not lines[0].text.startswith("%time"):
             text = "no row of names that begins with %time and has an end"

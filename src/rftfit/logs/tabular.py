@@ -398,7 +398,11 @@ class ParquetReader(LabelledReader):
         return _with_checks(path, "Parquet file", self._batches(path))
 
     def _batches(self, path: Path) -> Iterator[Log]:
-        """Yield a log for each batch of rows: first which fields are read, and as which columns, then their numbers."""
+        """Yield a log for each batch of rows: first which fields are read, and as which columns, then their numbers.
+
+        Rows of other sources than those of `where`, and rows with damaged numbers, are counted as dropped. Raises
+        `LogError` where no column holds numbers.
+        """
         import pyarrow.parquet as pq
         from pyarrow.types import is_time
 

@@ -353,9 +353,9 @@ def _log_of_rows(path: Path, plan: ReadingPlan, rows: ParsedRows, rows_before: i
         rows.dropped,
         missing,
         plan.notes,
-        rows.not_finite,
-        plan.unread,
-        plan.layout.names,
-        {name: values for name, values in rows.columns.items() if values.dtype == object},
+        not_finite=rows.not_finite,
+        unread=plan.unread,
+        names_in_file=plan.layout.names,
+        labels={name: values for name, values in rows.columns.items() if values.dtype == object},
         clock_times=plan.clock_times,
     )
