@@ -134,3 +134,13 @@ def test_a_rim_that_was_not_given_of_a_wheel_with_lugs_is_doubted(lug_cm, lugs, 
         len([doubt for doubt in beyond if f"--rim {mesh.lowest_radius_cm:.4g}" in doubt])
         == doubtful
     )
+
+
+def test_a_wheel_that_was_turned_after_a_refusal_has_its_own_least_radius():
+    turn = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
+    lying = PADDLES.moved(turn, np.zeros(3))
+    with pytest.raises(ValueError, match="turn or move it"):
+        Motion3D.roll(lying, 2, 0.2)
+    upright = lying.moved(turn.T, np.zeros(3))
+    assert upright.lowest_radius_cm == pytest.approx(PADDLES.lowest_radius_cm)
+    assert upright.lowest_radius_cm > 2 * lying.lowest_radius_cm

@@ -1,4 +1,4 @@
-"""Contacts: measured forces on a leg, wheel or foot, checked; observations of a map, or errors of the model on a body.
+"""Contacts: measured forces on legs, wheels, feet, checked; observations of a map, or errors of the model on bodies.
 
 They are observations of a map (`rftfit.model.observations` has their rows in its linear system), or show the
 errors of the model on a body. These are smooth over the states of the body: a state that comes again has the same

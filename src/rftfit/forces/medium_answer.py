@@ -46,7 +46,7 @@ class MediumAnswer:
     doubt: str = ""
 
     def summary(self) -> str:
-        """Return the text for people."""
+        """Return the text for people; this and `as_dict` are what a command prints of any answer."""
         return self.text
 
     def as_dict(self) -> dict[str, Any]:

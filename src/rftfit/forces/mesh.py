@@ -242,9 +242,11 @@ class Mesh:
         return self._with_faces(corners, np.arange(len(corners)).reshape(-1, 3))
 
     def _with_faces(self, vertices: FloatArray, faces: IntArray) -> Mesh:
-        """Return this mesh with other vertices and faces, which are not checked."""
+        """Return this mesh, moved or cut finer, with other vertices and faces, which are not checked."""
         changed_mesh = copy(self)
         changed_mesh.vertices_cm, changed_mesh.faces = vertices, faces
+        # a copy holds what was calculated of this mesh; the radius about the axle is another one where it was moved
+        vars(changed_mesh).pop("lowest_radius_cm", None)
         return changed_mesh
 
     @classmethod

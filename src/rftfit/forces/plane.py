@@ -35,7 +35,7 @@ class Forces:
 
     Forces are positive up and toward +x. The moment is about the reference point (a leg's axle), positive
     from z toward x: in the sense of the angle, so that moment times the angle's rate is power. `reason`: why
-    some numbers are NaN; empty where none is.
+    some numbers are NaN; empty where none is, and of draws.
     """
 
     force_z_N: FloatArray
@@ -62,9 +62,10 @@ def forces_on(profile: Profile, outline: Outline, poses: FloatArray) -> Forces:
     else:
         net = reference_kernel.pose_forces(profile, body, width_cm, solid, poses)
     force_z, force_x, moment = net.T.copy()
-    return Forces(
-        force_z, force_x, moment, "" if np.isfinite(net).all() else _describe_gap(profile)
-    )
+    reason = ""
+    if not np.isfinite(net).all():
+        reason = profile.reason or "a position, angle or velocity is missing"
+    return Forces(force_z, force_x, moment, reason)
 
 
 def force_draws(
@@ -94,10 +95,7 @@ def force_draws(
         moment = weighted_sum(values_x, weights_x[2]) - weighted_sum(values_z, weights_z[1])
     else:
         moment = np.broadcast_to(np.nan, force_z.shape)
-    # a force may have a number without a position x, the moment has none: it shows all that is missing
-    shows_gaps = moment if with_moment else force_z + force_x
-    reason = "" if np.isfinite(shows_gaps).all() else _describe_gap(profile)
-    return Forces(force_z, force_x, moment, reason)
+    return Forces(force_z, force_x, moment)
 
 
 def _weights(
@@ -121,11 +119,6 @@ def _check_poses(poses: FloatArray) -> FloatArray:
     if poses.ndim != 2 or poses.shape[1] != 6:
         raise ValueError(f"poses of shape (p, 6) wanted, found {poses.shape}")
     return poses
-
-
-def _describe_gap(profile: Profile) -> str:
-    """Say why a force has no number."""
-    return profile.reason or "a position, angle or velocity is missing"
 
 
 PEAKS = (

@@ -454,9 +454,8 @@ def plan(
     3
     """
     rig, target = rig or Rig(), _find_target(target, motion)
-    current_map = current_map or prior_map(
-        nodes=map_nodes(*zip(*rig.directions, strict=True)) if rig.directions else None
-    )
+    # without directions the lines are those of every map
+    current_map = current_map or prior_map(nodes=map_nodes(*zip(*rig.directions, strict=True)))
     alpha = current_map.alpha
     divisor = target.divisor(np.atleast_1d(target.numbers(alpha, current_map)))
     errors, target_errors = _errors_of_target(target, current_map)
@@ -546,12 +545,11 @@ def _make_turn(medium_map: Map, body: Outline, motion: Motion) -> _Candidate:
     contact = Contact(body, motion, forces, max(USUAL_PERCENT / 100 * largest, _NONE))
     alpha_errors = _largest_axes(medium_map.factor).reshape(-1, best.size)
     rows = ObservedSystem.of([contact], nodes, best.ravel(), alpha_errors).rows(1.0)
-    weights, errors = rows.weights, rows.errors
 
     def observe(covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Read off the covariance of sums of alpha: the first rows and columns are alpha."""
-        across = covariance[:, : best.size] @ weights.T
-        return across, weights @ across[: best.size] + np.diag(errors**2)
+        across = covariance[:, : best.size] @ rows.weights.T
+        return across, rows.weights @ across[: best.size] + np.diag(rows.errors**2)
 
     return _Candidate(observe, 1, turn=body.name)
 

@@ -571,7 +571,7 @@ def _solve_sinkage(rolling: _Wheel, case: _Case) -> _Solved:
     def depth_that_carries(factor: float, error: float) -> float:
         """Find the depth by bisection, at most to the axle, in a medium `factor` times as strong.
 
-        `error`: greatest error of the depth, over the radius of the rim.
+        Slip sinkage is such a factor. `error`: greatest error of the depth, over the radius of the rim.
         """
         low, high = shallowest, deepest
         if not factor * load_at(deepest) > load_N:

@@ -163,7 +163,7 @@ class Map(KnownMedium):
 
     @property
     def factor(self) -> FloatArray:
-        """Deviations of the draws from alpha, scaled so that their products are its covariance, shape (draws, 2, n)."""
+        """Deviations of the draws from alpha, (draws, 2, n), scaled: their products, summed over draws, are its covariance."""
         return np.asarray((self.draws - self.alpha) / np.sqrt(len(self.draws) - 1))
 
     @property

@@ -568,7 +568,7 @@ class MediumFit:
 
     @property
     def counts(self) -> bool:
-        """True if the medium counts in means over media: it has coefficients, and no check makes it unusable."""
+        """True if the medium counts in means over media: it has coefficients, and no check says that it is unusable."""
         return not self.reason and is_usable(self.table)
 
     @property
@@ -742,5 +742,5 @@ def routine(method: str, *, printed: bool = False) -> str:
 
 
 def routines(method: str) -> tuple[str, str]:
-    """Return the names of the method of a natural sand: by media of the campaign, and by published media."""
+    """Return both names that the method of a natural sand may have: by media of the campaign, and by published media."""
     return routine(method), routine(method, printed=True)

@@ -112,7 +112,7 @@ class Shapes:
 
     @cached_property
     def horizontal_spread(self) -> tuple[float, float]:
-        """Two standard deviations of log(alpha_x / alpha_z) of a medium: as known media scatter, and as C and K allow.
+        """Standard deviation of log(alpha_x / alpha_z) of a medium as known media scatter, and that by C and K alone.
 
         Both components as root mean squares over the published grid. The second is the error of an estimate from exact
         pushes everywhere, by a prior that knows C and K alone.
