@@ -37,9 +37,13 @@ BETA, GAMMA = (
 
 
 def grid(table, name):
-    """One column of an alpha table over the directions, shape (7, 13); NaN where it has no row."""
+    """One column of an alpha table over the directions, shape (7, 13); NaN where it has no row.
+
+    Plates at -90 and 90 degrees are the same.
+    """
     values = table.set_index([table["beta_deg"].round(), table["gamma_deg"].round()])[name]
-    cells = zip(np.degrees(BETA).round(), np.degrees(GAMMA).round(), strict=True)
+    beta_deg = np.degrees(BETA).round()
+    cells = zip(np.where(beta_deg == -90, 90, beta_deg), np.degrees(GAMMA).round(), strict=True)
     return values.reindex([*cells]).to_numpy(float).reshape(7, 13)
 
 
