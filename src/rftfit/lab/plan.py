@@ -247,7 +247,10 @@ def _plan_laboratory_runs(
 def _plan_medium(
     config: Config, medium: str, directions: Sequence[Direction]
 ) -> Iterator[PlannedRun]:
-    """Plan the plate and leg runs of a medium; in a natural sand one push straight down and the legs."""
+    """Plan the plate and leg runs of a medium, with their tares, for the cells `directions`.
+
+    A natural sand has one push straight down and the legs, as the paper published no more of it.
+    """
     published = config.media[medium].published_as or ""
     natural = config.media[medium].role == "natural_sand"
     plate, _ = plate_of(config.intruders)
@@ -398,7 +401,7 @@ def _path_ends(run: PlannedRun, config: Config) -> tuple[tuple[float, float], tu
 
 
 def _check_room(run: PlannedRun, config: Config) -> None:
-    """Refuse a run whose path has no fit window that keeps away from walls and bottom."""
+    """Refuse a plate or rod run whose path has no fit window that keeps away from walls and bottom."""
     if run.direction == "horizontal":
         right, left = _path_ends(run, config)
         enough = right[0] - left[0] > config.fit.horizontal_skip_cm + _CHOSEN.least_window_cm

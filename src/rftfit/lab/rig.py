@@ -166,7 +166,10 @@ def nuisance(run: PlannedRun, seed: int) -> Nuisance:
 
 
 def cable(run: PlannedRun, angle_deg: FloatArray) -> Forces:
-    """Return the force (z, x) of a leg's cable and gears at angles theta, N, the same in air and in a medium."""
+    """Return the force (z, x) of a leg's cable and gears, N, shape (n,), the same in air and in a medium.
+
+    It is made up, so that the tare of a leg in air has something to subtract. `angle_deg`: theta, shape (n,).
+    """
     theta = np.radians(angle_deg)
     size = {"c_leg": 1.0, "flat_leg": 0.8}.get(run.leg, 1.15)
     force_z = size * (0.15 * np.sin(theta + 0.4) + 0.06 * np.sin(2 * theta))
@@ -273,7 +276,10 @@ STEP_N: float = _CHOSEN.step_n
 def _make_channels(
     true: Ideal, drawn: Nuisance, noise_N: FloatArray, sensor: Transducer
 ) -> FloatArray:
-    """Add forces, drift, bias and noise to the readings of F1, F2, F3, N, shape (n, 3), in steps of the sensor."""
+    """Add forces, drift, bias and noise to the readings of F1, F2, F3, N, shape (n, 3), in steps of the sensor.
+
+    `true`: Noise-free forces. `drawn`: Bias and drift of the run. `noise_N`: Shape (n, 3). Readings end at the range.
+    """
     drift = drawn.drift_N_per_min * (np.arange(len(noise_N)) / FORCE_HZ / 60)[:, None]
     force = np.array(true.granular) + np.array(true.rod) + np.array(true.steady)
     force_z, force_x = force + drift[:, [2, 0]].T
@@ -458,7 +464,10 @@ def damage_recording(names: Sequence[str], whole: Recording, transducer: Transdu
 
 
 def damage_bytes(names: Sequence[str], content: bytes, dialect: str) -> bytes | None:
-    """Apply the faults of a run that change the bytes of its force log; None if a fault removes the file."""
+    """Apply the faults of a run that change the bytes of its force log, `content`; None if a fault removes the file.
+
+    `names`: Faults of the run; others do nothing here. `dialect`: Format of the log; some faults are made in one only.
+    """
     if "missing_log" in names or "missing_tare" in names:
         return None
     if "empty" in names:

@@ -162,7 +162,10 @@ def wall_factor(
 
 
 def plate_law(run: PlannedRun, config: Config, alpha: Alpha) -> Law:
-    """Return the law of a plate in a laboratory medium: alpha times depth times area, larger near walls and bottom."""
+    """Return the law of a plate in a laboratory medium: alpha times depth times area, larger near walls and bottom.
+
+    A level stroke slips and sticks a little instead. `alpha`: Stress per depth by run and phase.
+    """
     plate: Plate = plate_of(config.intruders)[1]
     beta = run.beta_deg or 0.0
     _, half_z = half_extents(plate, beta)
@@ -209,7 +212,7 @@ def sand_stress(sand: str, depth_cm: FloatArray) -> FloatArray:
 
 
 def sand_law(run: PlannedRun, config: Config) -> Law:
-    """Return the law of the level plate of a penetration test: stress of Fig. S11 times area."""
+    """Return the law of the level plate of a penetration test: stress of Fig. S11 times the area that touches."""
     plate = plate_of(config.intruders)[1]
     _, half_z = half_extents(plate, run.beta_deg or 0.0)
 

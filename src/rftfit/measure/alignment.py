@@ -164,7 +164,10 @@ def search_lags(
 
 
 def _make_lags(time: FloatArray, motion_time: FloatArray, starts: Sequence[float]) -> FloatArray:
-    """Evenly spaced lags, s, at which the logs overlap by at least half of the shorter log."""
+    """Evenly spaced lags, s, shape (k,), at which the logs overlap by at least half of the shorter log.
+
+    Refused where no lag makes them overlap so far. `starts`: see `search_lags`.
+    """
     half_length = min(np.ptp(time), np.ptp(motion_time)) / 2
     first_lag = motion_time[0] - time[-1] + half_length
     last_lag = motion_time[-1] - time[0] - half_length
@@ -278,7 +281,10 @@ def estimate_clocks(
 
 
 def _choose_best_fit(candidates: list[_OffsetFit], force: FloatArray) -> _OffsetFit:
-    """Return the fit with the smallest sum of squared residuals; refuse if one at another offset is about as good."""
+    """Return the fit with the smallest sum of squared residuals; refuse if one at another offset is about as good.
+
+    `candidates`: Fits from several starts. `force`: The readings that they fit, N, shape (n,).
+    """
     misfit = [float(((force - fit.fitted) ** 2).sum()) for fit in candidates]
     best = candidates[int(np.argmin(misfit))]
     for fit, size in zip(candidates, misfit, strict=True):

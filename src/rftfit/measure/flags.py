@@ -200,7 +200,10 @@ OF_CHECKS = "checks"
 
 
 def flag_table(medium: str, stage: str, flags: Iterable[Remark]) -> pd.DataFrame:
-    """Make the table of the flags of one stage of the workflow, each flag once: columns `FLAG_COLUMNS`."""
+    """Make the table of the flags of one stage of the workflow, each flag once: columns `FLAG_COLUMNS`.
+
+    `stage`: ``ingest``, ``tare``, ``slopes`` or `OF_CHECKS`.
+    """
     rows = [
         (
             medium,

@@ -134,7 +134,10 @@ def path_in_lab_frame(log: Log, run: Run, arm: Arm) -> IntruderPath:
 def logs_in_lab_frame(
     config: Config, run: Run, force_log: Log, motion_log: Log
 ) -> tuple[ForceReadings, IntruderPath]:
-    """Turn both logs of a run into the lab frame, without repeated readings if the config asks for it."""
+    """Turn both logs of a run into the lab frame, without repeated readings if the config asks for it.
+
+    Returns the forces on the clock of the force log and the path on that of the motion log.
+    """
     force_log = without_repeats(force_log, config.transducer)
     readings = force_in_lab_frame(force_log, config.transducer)
     return readings, path_in_lab_frame(motion_log, run, config.arm)

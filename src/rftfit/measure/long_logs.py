@@ -128,7 +128,10 @@ def read_long_log(log: LongLog, treatment: RowTreatment) -> Log:
 
 
 def _read_parts(log: LongLog) -> Iterator[Log]:
-    """Yield the log in parts of `MOST_ROWS` rows, or a little more; the last may be shorter."""
+    """Yield the log in parts of `MOST_ROWS` rows, or a little more; the last may be shorter.
+
+    A reader yields blocks of the size that suits its format; several of them make a part.
+    """
     blocks: list[Log] = []
     rows = 0
 

@@ -116,7 +116,11 @@ _Remarks = dict[str, tuple[Remark, ...]]
 def _measure_runs(
     campaign: Campaign, medium: str, runs: list[Run], clocks: SessionClocks | None
 ) -> tuple[_Remarks, _Remarks]:
-    """Measure some runs; return their reasons and their flags, by run_id; a run without has an empty tuple."""
+    """Measure some runs of a medium; return their reasons and their flags, by run_id; a run without has an empty tuple.
+
+    The tables `status`, `tared` and `tares` are those of the stages ingest and tare. Of the fit, `judge_run` finds the
+    reason and the only flag that is reported, ``gives-back``.
+    """
     reasons: _Remarks = {}
     flags: _Remarks = {}
     for portion in _split_runs(runs):

@@ -101,7 +101,7 @@ def _keep_saturated(spikes: BoolArray, readings: FloatArray, limit: float) -> Bo
 
 
 def _leave_out(log: Log, is_bad: BoolArray, reason: str) -> Log:
-    """Leave out bad rows, and note the times of their stretches under `reason`."""
+    """Leave out bad rows, count them, and note the times of their stretches under `reason`."""
     time = log.columns["time"]
     when = tuple(
         (float(time[start]), float(time[stop - 1])) for start, stop in find_stretches(is_bad).T
@@ -125,7 +125,10 @@ def without_lone_positions(log: Log) -> Log:
 
 
 def _check_share(log: Log, quantity: str, alone: BoolArray) -> None:
-    """Refuse a log in which so many readings stand alone that the good ones are not known."""
+    """Refuse a log in which so many readings stand alone that the good ones are not known (more than `MOST_SHARE`).
+
+    `quantity`: Name of the column, for the message. `alone`: True for readings that stand alone.
+    """
     if np.count_nonzero(alone) > MOST_SHARE * alone.size:
         text = (
             f"{log.path}: {alone.sum()} of {alone.size} readings of {quantity} stand alone, far from "
@@ -162,7 +165,11 @@ class Holds(NamedTuple):
 
 
 def find_holds(position: FloatArray) -> Holds:
-    """Find how positions of one axis are held; `position`: in the order of time, shape (n,)."""
+    """Find how positions of one axis are held, by the stretches of equal positions.
+
+    A program that asks the arm seldom writes the same position several times: its time is then that of the asking, not
+    of the position. `position`: In the order of time, shape (n,), in any unit.
+    """
     no_holds = Holds(1, 0.0, is_regular=True)
     repeats = np.count_nonzero(position[1:] == position[:-1])
     if 3 * repeats < position.size:

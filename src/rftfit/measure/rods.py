@@ -108,7 +108,10 @@ def _estimate_once(profiles: list[_Profile]) -> TareShare | None:
 def _make_profiles(
     fits: pd.DataFrame, tared: pd.DataFrame, windows: pd.DataFrame, tolerance_deg: float
 ) -> list[_Profile]:
-    """Make the profiles of all pushes and pulls that have a tare; see `estimate_share_too_much` for the tables."""
+    """Make the profiles of all pushes and pulls that have a tare; see `estimate_share_too_much` for the tables.
+
+    Only samples that were fitted count. A run without such samples has no profile.
+    """
     is_good = windows["why"].to_numpy() == RowStatus.GOOD
     rows_of_run = split_runs(tared)
     names = ["depth_cm", "force_z_N", "force_x_N", "tare_z_N", "tare_x_N"]

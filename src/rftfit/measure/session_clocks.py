@@ -54,7 +54,7 @@ def align_medium(campaign: Campaign, medium: str) -> pd.DataFrame:
 
 
 def align_pushes(campaign: Campaign, medium: str) -> Iterator[tuple[Run, Alignment | Remark]]:
-    """Align the clocks of each push straight down of a medium by its force, or yield the reason why not."""
+    """Align the clocks of each push straight down of a medium by its force, or yield the remark why that fails."""
     runs = [run for run in campaign.runs_of(medium) if goes_straight_down(run) and not run.excluded]
     for run, logs in read_logs(campaign, runs):
         if not isinstance(logs.force, Log) or not isinstance(logs.motion, Log):

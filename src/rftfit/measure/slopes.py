@@ -108,7 +108,10 @@ def _orthonormal_columns(rows: FloatArray) -> FloatArray:
 
 
 def _fit_autoregression(residual: FloatArray, order: int) -> FloatArray:
-    """Coefficients of an autoregression of each series (k, n) by the Yule-Walker equations, shape (k, order)."""
+    """Coefficients of an autoregression of each series (k, n) by the Yule-Walker equations, shape (k, order).
+
+    The model: error[t] = sum over lags 1 to `order` of coefficient x error[t - lag] + white noise.
+    """
     n = residual.shape[1]
     products = np.array(
         [

@@ -156,7 +156,10 @@ class IntruderPath:
         return 4 * self.noise_cm / (length_cm * math.sqrt(readings))
 
     def heading(self, start: float, end: float) -> tuple[float, float]:
-        """Unit vector (x, z) of the direction of a straight stretch, between the mean positions of its two halves."""
+        """Unit vector (x, z) of the direction of a straight stretch from `start` to `end`, s.
+
+        It goes from the mean position of the first half to that of the second, over which noise averages out.
+        """
         halves = np.linspace([start, (start + end) / 2], [(start + end) / 2, end], 101)
         x, z, _ = self.pose_at(halves)
         (x,), (z,) = np.diff(x.mean(axis=0)), np.diff(z.mean(axis=0))
@@ -200,7 +203,7 @@ def _time_at_stated_speed(arm: Arm, x: FloatArray, z: FloatArray, angle: FloatAr
 
 
 def _moving_mean(values: FloatArray, count: int) -> FloatArray:
-    """Mean of `count` values around each, shape (n,); of fewer near the ends."""
+    """Mean of the `count` values around each of `values`, shape (n,); of fewer near the ends."""
     total = np.concatenate([[0.0], np.cumsum(values)])
     index = np.arange(values.size)
     start = np.maximum(index - count // 2, 0)
@@ -347,7 +350,11 @@ def _stretches_along_path(
 def _split_at_turns(
     motion: IntruderPath, start: float, end: float, least_cm: float
 ) -> list[tuple[float, float]]:
-    """Split a stretch at its turns, back or aside, by more than `least_cm`: an arm may turn without a pause."""
+    """Split a stretch of motion, `start` to `end`, s, where it turns back or aside by more than `least_cm`.
+
+    An arm may turn without a pause, so that one stretch holds a push and the pull behind it. Each part is split again
+    until none turns. Returns start and end of each part, s.
+    """
     inside = slice(
         np.searchsorted(motion.time, start), np.searchsorted(motion.time, end, side="right")
     )
@@ -415,7 +422,7 @@ def _find_corner(x: FloatArray, z: FloatArray, least_cm: float) -> list[int]:
 
 
 def _part_below_surface(motion: IntruderPath, start: float, end: float) -> tuple[float, float]:
-    """Cut a stretch at the surface, if the arm crosses it without a stop; return start and end of the rest, s."""
+    """Cut a stretch at the surface, if the arm crosses it without a stop; return start and end of the part below, s."""
     inside = motion.time[(motion.time > start) & (motion.time < end)]
     time = np.concatenate([[start], inside, [end]])
     z = np.interp(time, motion.time, motion.z)
@@ -461,7 +468,10 @@ def _find_uneven_pushes(motion: IntruderPath) -> list[_StrokeSpan]:
 
 
 def _check_plate(motion: IntruderPath, start: float, end: float, run: Run, arm: Arm) -> None:
-    """Refuse a plate at another angle, or a horizontal run at another depth, than the run sheet states."""
+    """Refuse a plate at another angle, or a horizontal run at another depth, than the run sheet states.
+
+    `start`, `end`: Of the stroke, s; the medians of angle and depth over it count.
+    """
     inside = (motion.time >= start) & (motion.time <= end)
     beta = math.degrees(median(motion.angle[inside]))
     angle_error_deg = abs(float(beta_apart(beta, run.beta_deg)))

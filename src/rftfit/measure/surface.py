@@ -261,7 +261,11 @@ def _design_matrix(depth: FloatArray, surface_depth: float | FloatArray) -> Floa
 
 
 def _misfits(depth: FloatArray, force: FloatArray, trial_depths: FloatArray) -> FloatArray:
-    """Sum of squared residuals for each trial depth of the surface; infinite where the force falls below it."""
+    """Sum of squared residuals for each trial depth of the surface, cm; infinite where the force falls below it.
+
+    All trials are fitted at once. A force that falls below the surface is none of a medium. `depth` (cm), `force` (N):
+    shape (n,). Returns the shape of `trial_depths`, (trials,).
+    """
     design = _design_matrix(depth, trial_depths[:, None])
     transposed = design.transpose(0, 2, 1)
     terms = np.linalg.solve(transposed @ design + 1e-12 * np.eye(3), transposed @ force[:, None])

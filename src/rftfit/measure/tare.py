@@ -186,7 +186,10 @@ def _rms_forces(stroke: StrokeColumns) -> tuple[float, float]:
 
 
 def _tare_of(run: Run, stroke: StrokeColumns, ledger: Ledger) -> Tare | Remark:
-    """Make the tare of a tare run, or return the reason why it cannot be used; enter its rows into the ledger."""
+    """Make the tare of a tare run from its stroke, or return the reason why it cannot be used.
+
+    Its good rows are entered into the ledger, as used for the tare or as dropped.
+    """
     good = stroke["why"] == RowStatus.GOOD
     abscissa, good_samples = abscissa_of(run), int(np.count_nonzero(good))
     if good_samples < 2:

@@ -448,7 +448,7 @@ def _flag_lost_rows(force: Log, motion: Log, *, whole_lines: bool) -> list[Remar
 
 
 def _flag_gaps(stroke_time: FloatArray, max_gap_s: float) -> Iterator[Remark]:
-    """Flag gaps in the times of the stroke, s, that are longer than `max_gap_s`."""
+    """Flag gaps in the force log during the stroke that are longer than `max_gap_s`; `stroke_time`: s, shape (n,)."""
     seconds = np.diff(gaps(stroke_time, max_gap_s), axis=1)
     if seconds.size == 1:
         yield remark("gap", seconds=seconds[0, 0])

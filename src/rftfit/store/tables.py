@@ -46,7 +46,10 @@ def unguarded(text: str) -> str:
 
 
 def _change_texts(table: pd.DataFrame, change: Callable[[str], str]) -> pd.DataFrame:
-    """Apply `change` (`guarded` or `unguarded`) to each text of a table; without any change return the table itself."""
+    """Apply `change` (`guarded` or `unguarded`) to each text of a table; without any change return the table itself.
+
+    Of categories only the texts count, so a changed column of categories becomes one of objects.
+    """
     import pandas as pd
 
     changed: dict[str, pd.Series] = {}
