@@ -26,6 +26,7 @@ from rftfit.store.chosen import chosen
 _CHOSEN = chosen("lab", "plan")
 
 FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
 
 AIR = "air"
 """Folder of the logs of legs turned in air, which are the tares of every medium."""
@@ -351,7 +352,7 @@ class ArmMotion:
     angle_deg: FloatArray
     travel: FloatArray
     segment: npt.NDArray[np.intp]
-    moving: npt.NDArray[np.bool_]
+    moving: BoolArray
 
 
 def half_extents(plate: AnyPlate, beta_deg: float) -> tuple[float, float]:

@@ -24,6 +24,7 @@ from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
 from rftfit.lab.plan import (
     ArmMotion,
+    BoolArray,
     FloatArray,
     PlannedRun,
     Segment,
@@ -101,13 +102,13 @@ class Recording:
     force_time_s: FloatArray
     arm_moving: npt.NDArray[np.int64]
     channels_N: FloatArray
-    stroke: npt.NDArray[np.bool_]
+    stroke: BoolArray
     motion_time_s: FloatArray
     x_mm: FloatArray
     z_mm: FloatArray
     angle_deg: FloatArray
-    in_air: npt.NDArray[np.bool_]
-    motion_stroke: npt.NDArray[np.bool_]
+    in_air: BoolArray
+    motion_stroke: BoolArray
     motion_ahead_s: FloatArray
 
     def rows(self, force: npt.ArrayLike, motion: npt.ArrayLike | slice = slice(None)) -> Recording:

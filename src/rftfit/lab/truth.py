@@ -92,6 +92,7 @@ def table_s5(medium: str, beta_deg: float, gamma_deg: float) -> tuple[float, flo
         _find_interval(reference.BETA_DEG, beta_deg),
         _find_interval(reference.GAMMA_DEG, gamma_deg),
     )
+    # the four cells around the direction, of alpha_z and of alpha_x, weighted by how near they are
     cells = (grid[row : row + 2, column : column + 2] for grid in reference.alpha_grid(medium))
     z, x = (float(np.array([1 - u, u]) @ corners @ [1 - v, v]) for corners in cells)
     return z, x
@@ -100,10 +101,11 @@ def table_s5(medium: str, beta_deg: float, gamma_deg: float) -> tuple[float, flo
 def _find_interval(lines: FloatArray, angle: float) -> tuple[int, float]:
     """Return the index of the table's line below an angle, and the angle's fraction of the interval to the next line.
 
-    An angle that differs from a line only by rounding counts as this line.
+    An angle that differs from a line only by rounding counts as this line. `lines`: Angles of the table, increasing.
     """
     nearest = int(np.abs(lines - angle).argmin())
     snapped_angle = lines[nearest] if abs(lines[nearest] - angle) < _CHOSEN.rounding_deg else angle
+    # at the last line the interval before it, so that there is a next line
     line = int(np.clip(np.searchsorted(lines, snapped_angle, side="right") - 1, 0, lines.size - 2))
     return line, float((snapped_angle - lines[line]) / (lines[line + 1] - lines[line]))
 

@@ -117,6 +117,7 @@ def _make_profiles(
     names = ["depth_cm", "force_z_N", "force_x_N", "tare_z_N", "tare_x_N"]
     samples = tared[names].to_numpy(float).T
     steep = fits[fits["direction"].isin(["intrusion", "extraction"]) & (fits["tare_run"] != "")]
+    # number of the direction of each run, and of its path: that of a direction with beta left out
     numbers = (number_rows(rows, tolerance_deg) for rows in (steep, steep.assign(beta_deg=0.0)))
     names_of_runs = zip(steep["run_id"], steep["tare_run"], strict=True)
     profiles = []
@@ -127,6 +128,7 @@ def _make_profiles(
         depth, *forces = samples[:, rows][:, is_good[rows]]
         if not depth.size:
             continue
+        # number of the step of depth that holds each sample
         step = np.maximum((depth / _CHOSEN.step_cm).astype(int), 0)
         counts = np.bincount(step)
         depth_means, *force_means = (

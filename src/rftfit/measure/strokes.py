@@ -232,6 +232,7 @@ def find_stroke(motion: IntruderPath, spans: FloatArray, run: Run, arm: Arm) -> 
         noise_mm = 10 * motion.noise_cm
         raise Refused("noisy-position", noise_mm=noise_mm, hidden=hidden, most=_MOST_HIDDEN_CM)
     if (lowest := float(mean.z.min())) > -UNDERGROUND_CM:
+        # a path that begins at its lowest point and goes up by more than 1 cm has z downward
         upside_down = mean.z[0] < min(lowest + 0.1, mean.z.max() - 1)
         code = "upside-down" if upside_down else "surface-not-reached"
         raise Refused(code, lowest=lowest, least=-UNDERGROUND_CM)
@@ -269,6 +270,7 @@ def _select_stroke(
 ) -> tuple[float, float]:
     """Return start and end of the stroke whose number the run sheet names, or of the only stroke.
 
+    Refused if the sheet names none of several, or one that is not there. `unit`: Of the lengths, for the message.
     `cure`: Hint that ends the message if there are several strokes and the sheet names none.
     """
     if run.stroke is None and len(strokes) > 1:
@@ -280,9 +282,10 @@ def _select_stroke(
         raise Refused(
             "several-strokes", count=len(strokes), lengths=", ".join(lengths), unit=unit, cure=cure
         )
-    if (run.stroke or 1) > len(strokes):
+    number = run.stroke or 1
+    if number > len(strokes):
         raise Refused("no-such-stroke", wanted=run.stroke, found=len(strokes))
-    return strokes[(run.stroke or 1) - 1][1:]
+    return strokes[number - 1][1:]
 
 
 MIRRORED_CURE = (

@@ -131,10 +131,11 @@ def find_surface(
     onset, noise = _find_onset(depth, force, noise_N)
     fits: list[Surface | None] = []
     for share in _CHOSEN.windows:
-        fit = _fit_change_point(depth, force, onset, share * window_cm)
+        window = share * window_cm
+        fit = _fit_change_point(depth, force, onset, window)
+        # in each pass readings within the toe of the surface found before are left out
         for _ in range(_CHOSEN.passes if toe_cm > 0 else 0):
             if fit is not None:
-                window = share * window_cm
                 fit = _fit_change_point(depth, force, onset, window, fit.depth_cm, toe_cm)
         fits.append(fit)
     # the middle window counts, the others show its bias
