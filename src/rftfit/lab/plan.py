@@ -1,4 +1,4 @@
-"""Plan the runs of the re-enacted lab and the motion of its arm.
+"""Plan the runs of the re-enacted lab and the motion of its arm: directions, names, depths, rests, ramps.
 
 Which runs does the campaign have (`plan_runs`)? Along which path does each go (`_path_ends`)? Where is the intruder at
 each time (`segments`, `motion_at`)?

@@ -1,4 +1,4 @@
-"""The rig: it adds weights, drift and noise to the granular force, records two logs, and may have faults.
+"""The rig of the re-enacted lab: weights, drift, noise and clocks of its logs, and faults that are put in on purpose.
 
 `record` makes the `Recording` of one stroke: `ideal` calculates its noise-free forces, `nuisance` draws what differs
 from run to run (clocks, bias, drift), `Lab` the noise. `FAULTS` lists faults, which `damage_recording` and

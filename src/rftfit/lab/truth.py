@@ -1,4 +1,4 @@
-"""The granular force in the logs, from the published measurements alone.
+"""The granular force in re-enacted logs: laws of plates, sands, legs and rods, from published measurements alone.
 
 A `Law` gives the force of the medium at a pose of the intruder while it moves: `plate_law` (Table S5), `sand_law` (Fig.
 S11), `leg_law` (Figs. S5 and S12), `rod_law` (rod and mount, made up). `force_over_run` applies it to the rests and

@@ -1,4 +1,4 @@
-"""Turn recordings into columns and lines of log files, and runs into the run sheet.
+"""Columns, units and decimals of re-enacted logs, from recordings; the text of their run sheet, from planned runs.
 
 A log is a list of `LogColumn` and some lines for its head, from which `rftfit.lab.dialects` makes the bytes of a file.
 """

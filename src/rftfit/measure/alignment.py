@@ -1,4 +1,4 @@
-"""Two clocks aligned by the force alone: it grows only where the intruder goes deeper.
+"""Offset and drift of two unrelated clocks by the force of one push: it grows only where the intruder goes deeper.
 
 Two programs that log force and motion on unrelated clocks share no event but the push itself. `estimate_clocks` finds
 the *offset* (time of the motion log minus time of the force log, s) at which the force is best explained as one smooth

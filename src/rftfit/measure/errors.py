@@ -1,4 +1,4 @@
-"""Errors of alpha by name: of one log, from run to run, and common to many runs.
+"""Errors of alpha by name: those that no log shows (surface, angles, beds), and the interval by all of them.
 
 `rftfit.measure.slopes` estimates the errors that a log itself shows: noise, zero, clocks, start-up. This module adds
 the errors that no single log shows: the free surface (`surface_error`), the angles (`gradient`), the bed

@@ -1,4 +1,4 @@
-"""Read the logs of a medium as traces in the lab frame, and account for every row of every log.
+"""The stage ingest: logs of a medium as traces in the lab frame, the table of runs, and every row in the ledger.
 
 `ingest_medium` is the stage ``ingest``. For each run it reads the two logs (`read_logs`) and makes a `Trace`
 (`trace_run`: forces z and x in N, positions in cm, one clock), or finds the `Remark`s why this is impossible: the run

@@ -1,4 +1,4 @@
-"""Turn the two logs of a run into the lab frame: force (z, x) in N and its zero; path of the intruder in cm and rad.
+"""Turn the logs of a run into the lab frame: axes, signs and range of the transducer, its zero; path of the intruder.
 
 Lab frame: z upward, 0 at the free surface; x forward, 0 in the middle of the container. The *channels* of the
 transducer are F1, F2, F3; ``transducer.axes`` of the config says which of them lies along which axis of its mount. The

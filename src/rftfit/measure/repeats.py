@@ -1,4 +1,4 @@
-"""Scatter of repeats: one estimate for the errors of alpha and for the comparison of media.
+"""Scatter of repeats, along the force and across: one estimate for errors of alpha and for the comparison of media.
 
 The force of a run differs from the mean of its direction along that mean, as a bed is looser or denser as a whole, and
 across it (at right angles), as grains differ from patch to patch. Both standard deviations are in proportion to the

@@ -1,4 +1,4 @@
-"""Long tables of samples of all runs, and the stroke of each run in them.
+"""Long tables of samples of all runs: their columns, the phases of a run, and the stroke of each run in them.
 
 A *long table* holds the samples of all runs of a medium below each other, a row a sample, in the order of recording;
 its categorical column ``run_id`` says whose they are. The *stroke* of a run is the motion that is measured.

@@ -1,4 +1,4 @@
-"""Find the stretches in which the arm moves, and the stroke among them: the motion that is measured.
+"""Find when the arm moves, and the stroke among its motions; refuse another path, angle or depth than stated.
 
 When does the arm move (`IntruderPath.spans`)? Which of its motions is the push, pull or turn that the row of the run
 sheet means (`find_stroke`)? Is it along the stated path, with the plate at the stated angle? A run that is not is

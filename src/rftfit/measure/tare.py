@@ -1,4 +1,4 @@
-"""Tare: the force of rod and mount, or of a leg in air, subtracted at equal position.
+"""Tare: the force of rod and mount, or of a leg in air, interpolated and subtracted at equal position.
 
 A plate is pushed on a rod, which the medium resists too. A *tare run* repeats the motion with the rod alone (kind
 ``rod``), or turns the leg in air (kind ``leg_air``); column ``tare_run`` of the run sheet names it. `tare_medium`
