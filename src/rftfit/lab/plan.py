@@ -23,6 +23,7 @@ from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
 from rftfit.store.chosen import chosen
 
+# limits and shares that were chosen by hand: `lab/chosen.toml`, table `plan`, says what each decides
 _CHOSEN = chosen("lab", "plan")
 
 FloatArray = npt.NDArray[np.float64]

@@ -43,6 +43,7 @@ from rftfit.lab.truth import (
 )
 from rftfit.store.chosen import chosen
 
+# limits and shares that were chosen by hand: `lab/chosen.toml`, table `rig`, says what each decides
 _CHOSEN = chosen("lab", "rig")
 
 FORCE_HZ: int = _CHOSEN.force_hz

@@ -22,6 +22,7 @@ from rftfit.lab.plan import FloatArray
 from rftfit.lab.write import format_numbers
 from rftfit.store.chosen import chosen
 
+# limits and shares that were chosen by hand: `lab/chosen.toml`, table `tracks`, says what each decides
 _CHOSEN = chosen("lab", "tracks")
 
 MEDIUM = "poppy_LP"

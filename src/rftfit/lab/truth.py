@@ -28,6 +28,7 @@ from rftfit.lab.plan import (
 )
 from rftfit.store.chosen import chosen
 
+# limits and shares that were chosen by hand: `lab/chosen.toml`, table `truth`, says what each decides
 _CHOSEN = chosen("lab", "truth")
 
 Forces = tuple[FloatArray, FloatArray]

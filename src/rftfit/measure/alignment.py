@@ -27,6 +27,7 @@ from rftfit.measure.lab_frame import new_readings
 from rftfit.measure.slopes import weighted_sum_variance
 from rftfit.store.chosen import chosen
 
+# limits and shares that were chosen by hand: `measure/chosen.toml`, table `alignment`, says what each decides
 _CHOSEN = chosen("measure", "alignment")
 
 

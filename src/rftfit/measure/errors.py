@@ -54,6 +54,7 @@ turn: turn of the mount, common to all runs of a medium
 
 SOURCES: tuple[str, ...] = get_args(Source)
 
+# limits and shares that were chosen by hand: `measure/chosen.toml`, table `errors`, says what each decides
 _CHOSEN = chosen("measure", "errors")
 
 LEAST_DOF: int = _CHOSEN.least_dof

@@ -34,6 +34,7 @@ from rftfit.store.chosen import chosen
 if TYPE_CHECKING:
     from rftfit.campaign.config import ErrorSettings
 
+# limits and shares that were chosen by hand: `measure/chosen.toml`, table `laws`, says what each decides
 _CHOSEN = chosen("measure", "laws")
 
 

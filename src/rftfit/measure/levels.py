@@ -13,6 +13,7 @@ import numpy as np
 from rftfit.conventions import BoolArray, FloatArray, IndexArray
 from rftfit.store.chosen import chosen
 
+# limits and shares that were chosen by hand: `measure/chosen.toml`, table `levels`, says what each decides
 _CHOSEN = chosen("measure", "levels")
 
 

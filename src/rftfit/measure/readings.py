@@ -42,6 +42,7 @@ from rftfit.measure.levels import find_equal_stretches, find_stretches
 from rftfit.store.chosen import chosen
 from rftfit.table.units import TIME_TO_S
 
+# limits and shares that were chosen by hand: `measure/chosen.toml`, table `readings`, says what each decides
 _CHOSEN = chosen("measure", "readings")
 
 AWAY_S = 1.0

@@ -19,6 +19,7 @@ from rftfit.measure.ledger import RowStatus
 from rftfit.measure.samples import split_runs
 from rftfit.store.chosen import chosen
 
+# limits and shares that were chosen by hand: `measure/chosen.toml`, table `rods`, says what each decides
 _CHOSEN = chosen("measure", "rods")
 
 

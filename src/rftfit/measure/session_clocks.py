@@ -30,6 +30,7 @@ from rftfit.measure.strokes import IntruderPath
 from rftfit.outputs.dictionary import columns_of
 from rftfit.store.chosen import chosen
 
+# limits and shares that were chosen by hand: `measure/chosen.toml`, table `session_clocks`, says what each decides
 _CHOSEN = chosen("measure", "session_clocks")
 
 Push = dict[Any, Any]

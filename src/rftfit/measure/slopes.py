@@ -22,6 +22,7 @@ import numpy as np
 from rftfit.conventions import BoolArray, FloatArray
 from rftfit.store.chosen import chosen
 
+# limits and shares that were chosen by hand: `measure/chosen.toml`, table `slopes`, says what each decides
 _CHOSEN = chosen("measure", "slopes")
 
 COSINES = 12

@@ -29,6 +29,7 @@ from rftfit.measure.flags import Refused
 from rftfit.measure.levels import median
 from rftfit.store.chosen import chosen
 
+# limits and shares that were chosen by hand: `measure/chosen.toml`, table `strokes`, says what each decides
 _CHOSEN = chosen("measure", "strokes")
 
 UNDERGROUND_CM: float = _CHOSEN.underground_cm
@@ -150,7 +151,7 @@ class IntruderPath:
         """Standard error of the direction that `heading` gives, rad, for a stretch of the length `length_cm`.
 
         That is the direction between the means of two halves of the readings, half the length apart: each mean of n / 2
-        readings has the error noise sqrt(2 / n), their difference noise 2 / sqrt(n).
+        readings has the error noise sqrt(2 / n), their difference noise 2 / sqrt(n), over half the length.
         """
         readings = max(int(np.count_nonzero((self.time >= start) & (self.time <= end))), 1)
         return 4 * self.noise_cm / (length_cm * math.sqrt(readings))

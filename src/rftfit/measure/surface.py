@@ -29,6 +29,7 @@ from rftfit.measure.slopes import student_quantile, weighted_sum_variance
 from rftfit.measure.strokes import IntruderPath
 from rftfit.store.chosen import chosen
 
+# limits and shares that were chosen by hand: `measure/chosen.toml`, table `surface`, says what each decides
 _CHOSEN = chosen("measure", "surface")
 
 

@@ -201,6 +201,7 @@ class Trace:
 
 
 _AIR, _APPROACH, _PAUSE, _STROKE, _OTHER = range(len(PHASES))
+# limits and shares that were chosen by hand: `measure/chosen.toml`, table `trace`, says what each decides
 _CHOSEN = chosen("measure", "trace")
 
 HELD_SE: float = _CHOSEN.held_se
