@@ -47,7 +47,7 @@ FORCE_QUANTITIES, MOTION_QUANTITIES = ("time", "F1", "F2", "F3"), ("time", "x", 
 def unit_factor(table: dict[str, float], in_file: str, declared: str, quantity: str) -> float:
     """Return the factor to N, cm, rad or s; refuse a log whose unit is not that of the config.
 
-    A unit is never converted silently: a file in lbf where the config says N is as likely a wrong file.
+    No unexpected unit is converted silently: a file in lbf where the config says N is as likely a wrong file.
 
     `table`: Factor of each unit. `in_file`, `declared`: Units in log and config. `quantity`: Name for the message.
     """

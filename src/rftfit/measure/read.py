@@ -94,7 +94,7 @@ def _force_rows(campaign: Campaign, run: Run) -> RowTreatment:
 
 
 def _motion_rows(campaign: Campaign, run: Run) -> RowTreatment:
-    """Make the treatment of the rows of a motion log: afterwards time increases, no position stands alone or is held."""
+    """Make the treatment of the rows of a motion log: after it time increases, no position stands alone or is held."""
     return RowTreatment(
         convert=partial(_motion_of_columns, campaign, run),
         clean=lambda log: readings.without_holds(

@@ -2,7 +2,7 @@
 
 Each function returns the `Log` without the bad rows and counts them in it under a reason (`Log.take`), so that no row
 is lost silently; where it says so, it also notes the times of such rows (``Log.stretches``: reason to start and end of
-each stretch, in the unit of the log). `clean` puts the rows in the order of time first, then `without_spikes` looks at
+each stretch, in the unit of the log). `clean` makes the time increase first, then `without_spikes` looks at
 forces, `without_lone_positions` and `without_holds` at positions. Masks are bool with an element for each row.
 
 The columns of a log are arrays of shape (n,): time, F1, F2, F3 or time, x, z, angle, in the units that the log names.

@@ -103,6 +103,7 @@ class IntruderPath:
             & (travel_s < 0.5 * rest_s)
             & (last - first >= _CHOSEN.fewest_at_rest)
         )
+        # a joined stretch begins with the first one or behind a rest, and ends before a rest or with the last one
         starts = spans[np.append(True, is_rest), 0]
         ends = spans[np.append(is_rest, True), 1]
         return np.column_stack([starts, ends])
