@@ -37,6 +37,11 @@ AIR = "air"
 class PlannedRun:
     """One run of the campaign; fields with the name of a column of the run sheet hold its cell, None if blank.
 
+    `kind`: ``plate``, ``leg``, or the tare of one of them: ``rod``, ``leg_air``. `intruder`: Name of its plate or leg.
+    `direction`: ``intrusion``, ``extraction``, ``horizontal``, or ``rotation`` of a leg.
+    `beta_deg`, `gamma_deg`: Angle of the plate, and of the path on the way down, also of a pull.
+    `depth_cm`: Of a horizontal run. `tare_run`: run_id of its tare; `tare_shared`: True if other runs have the same.
+
     `published`: Name of its medium in the published tables; empty in air.
     `leg`: Name in `reference.LEGS`; empty for plate and rod.
     `natural`: True if the medium is a natural sand.
@@ -322,6 +327,7 @@ class Segment:
     """One rest, one straight move, or one turn of a leg, with ramps of `ramp_s`.
 
     `phase`: ``rest``, ``approach``, ``pause``, ``stroke`` or ``lift``.
+    `start`, `end`: Poses; equal at rest. `duration_s`: With its ramps.
     `distance`, `speed`: cm and cm/s, for a leg rad and rad/s; 0 at rest.
     """
 

@@ -76,6 +76,7 @@ class Nuisance:
 class Ideal:
     """Noise-free forces (z, x) at the n samples of the force log, N, in the lab frame.
 
+    `motion`: Where the intruder is at these samples.
     `granular`: Force of the medium on the intruder. `rod`: Force of the medium on rod and mount.
     `steady`: Weights, and the force of a leg's cable.
     """
@@ -133,7 +134,7 @@ def random_numbers(seed: int, run_id: str, purpose: int) -> np.random.Generator:
 
 @dataclass(frozen=True)
 class LabStroke:
-    """One stroke of a run.
+    """One stroke of a run in a campaign, by its `config`, with the random numbers of a `seed`.
 
     `cycle`: Number of the stroke, from 0, if one log has several; each goes into a bed prepared anew.
     """

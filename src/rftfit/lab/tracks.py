@@ -36,7 +36,8 @@ TRIALS: int = _CHOSEN.trials
 class RobotTrial:
     """One trial of the robot.
 
-    `condition`: Name of the condition, whose trials have the published speed as their mean.
+    `medium`: Name in the config. `condition`: Name of the condition, whose trials have the published speed as their
+    mean.
     `curvature_times_R`: Curvature R/r of the legs: 1 c-leg, 0 flat, -1 reversed.
     `frequency_Hz`: Strides a second of this trial. `speed_cm_per_s`: Its mean speed.
     `track`: Path of its track relative to the sheet of tracks.

@@ -213,7 +213,8 @@ class Alignment:
 class _OffsetFit(NamedTuple):
     """Offset (s), drift and reference time (s) by least squares; depth (cm) and fitted force (N) of each reading.
 
-    Motion time = force time + offset + drift x (force time - reference), as in `ClockFit`.
+    Motion time = force time + offset + drift x (force time - reference), as in `ClockFit`. The variances, s^2 and 1,
+    are those of offset and drift.
     """
 
     offset: float

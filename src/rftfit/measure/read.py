@@ -141,7 +141,7 @@ def _zero_key(run: Run) -> tuple[str, str, str]:
 
 
 class LogOfRun(NamedTuple):
-    """A log to be read: its run, the section of the config that describes it, and its file below the raw folder."""
+    """A log to be read: its run, the section of the config that describes it (`key`), its file below the raw folder."""
 
     run: Run
     key: LogKey

@@ -37,7 +37,8 @@ class TareShare(NamedTuple):
 class _Profile(NamedTuple):
     """Means of a push or pull in k steps of depth, each ``step_cm`` high.
 
-    `direction`, `path`: Numbers of its direction and of its path; equal numbers mean the same.
+    `direction`, `path`: Numbers of its direction and of its path; equal numbers mean the same. `tare_run`: run_id of
+    its tare.
     `depth`: cm, shape (k,). `force`, `tare`: Granular force and subtracted tare, z and x, N, shape (2, k).
     `has_samples`: True for steps with enough samples, shape (k,).
     """
