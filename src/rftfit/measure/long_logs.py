@@ -182,7 +182,7 @@ def _restore_saturated(
 
 
 def _join_means(parts: list[Log]) -> Log:
-    """Join parts of a log, with their notes of when rows were left out."""
+    """Join parts of a log, with the times of rows that were left out of each, which `join_blocks` does not keep."""
     stretches: dict[str, tuple[tuple[float, float], ...]] = {}
     for part in parts:
         for reason, when in part.stretches.items():

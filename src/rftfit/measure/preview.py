@@ -150,7 +150,7 @@ def _measure_runs(
 
 
 def _thin_out(campaign: Campaign) -> Campaign:
-    """Return the campaign of a table with at most about `_ROWS` rows of each run."""
+    """Return the campaign of a table with every k-th row of each run, so that at most about `_ROWS` remain."""
     numbers = {
         name: {column: values[:: 1 + values.size // _ROWS] for column, values in columns.items()}
         for name, columns in campaign.numbers.items()

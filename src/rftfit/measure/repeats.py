@@ -76,7 +76,10 @@ def along_and_across(alpha: FloatArray, variance: FloatArray) -> tuple[float, fl
 
 
 def unit_vectors(force: FloatArray) -> FloatArray:
-    """Unit vectors along a `force` of shape (2, ...), then across it, shape (2, 2, ...); along z without a force."""
+    """Unit vectors along a `force` of shape (2, ...), then across it, shape (2, 2, ...); along z without a force.
+
+    Across is the force turned by 90 degrees: (-x, z) for a force (z, x).
+    """
     size = np.hypot(*force)
     along = np.where(size > 0, force, np.array([1.0, 0.0]).reshape(2, *[1] * size.ndim))
     along = along / np.where(size > 0, size, 1.0)

@@ -206,6 +206,7 @@ def _time_at_stated_speed(arm: Arm, x: FloatArray, z: FloatArray, angle: FloatAr
 
 def _moving_mean(values: FloatArray, count: int) -> FloatArray:
     """Mean of the `count` values around each of `values`, shape (n,); of fewer near the ends."""
+    # sum of the first k values, so that a sum over neighbours is a difference of two
     total = np.concatenate([[0.0], np.cumsum(values)])
     index = np.arange(values.size)
     start = np.maximum(index - count // 2, 0)

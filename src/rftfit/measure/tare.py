@@ -203,7 +203,10 @@ def _tare_of(run: Run, stroke: StrokeColumns, ledger: Ledger) -> Tare | Remark:
 
 
 def _why_no_curve(why: StatusArray) -> tuple[Remark, ...]:
-    """Return the reason why the tared stroke of a leg has no usable sample; empty if it has some."""
+    """Return the reason why the tared stroke of a leg has no usable sample; empty if it has some.
+
+    It is the most frequent of the reasons of its samples.
+    """
     counts = np.bincount(why, minlength=1)
     if counts[RowStatus.GOOD]:
         return ()
