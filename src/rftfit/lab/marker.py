@@ -51,7 +51,11 @@ def write_marker(raw: Path, names: Iterable[Path], made_by: str, *, complete: bo
 
 
 def find_earlier(raw: Path, sheet: Path) -> list[Path]:
-    """Find the files of an earlier re-enactment, the run sheet first; refuse files of another origin."""
+    """Find the files of an earlier re-enactment, the run sheet first; refuse files of another origin.
+
+    A file is of another origin if the marker does not list it with its size, or if there is no marker. A run sheet with
+    its header alone is that of a new campaign, and no obstacle.
+    """
     if raw.exists() and not raw.is_dir():
         raise InputError(f"{raw}: this is no folder, so no logs can be written into it")
     marker = raw / MARKER
@@ -100,7 +104,7 @@ def remove(path: Path) -> None:
 
 
 def _list_files(raw: Path) -> list[Path]:
-    """List all files below the raw folder, and links to folders."""
+    """List all files below the raw folder, and links to folders; refuse a folder that cannot be read."""
 
     def stop(error: OSError) -> None:
         """Refuse a folder that cannot be read."""
@@ -116,7 +120,10 @@ def _list_files(raw: Path) -> list[Path]:
 
 
 def _read_marker(marker: Path, raw: Path, sheet: Path) -> dict[Path, int | None]:
-    """Read the files of a marker and their sizes in bytes, None for a file that may not be complete."""
+    """Read the files of a marker and their sizes in bytes, None for a file that may not be complete.
+
+    A marker that cannot be read or was edited is refused, as it no longer says which logs are simulated.
+    """
     try:
         head, list_heading, listing = marker.read_text(encoding="utf-8").partition(f"{_LIST}\n")
     except (OSError, ValueError) as error:

@@ -1,4 +1,4 @@
-"""Plan the runs of the re-enacted lab and the motion of its arm.
+"""Plan the runs of the re-enacted lab and the motion of its arm: directions, names, depths, rests, ramps.
 
 Which runs does the campaign have (`plan_runs`)? Along which path does each go (`_path_ends`)? Where is the intruder at
 each time (`segments`, `motion_at`)?
@@ -23,9 +23,11 @@ from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
 from rftfit.store.chosen import chosen
 
+# limits and shares that were chosen by hand: `lab/chosen.toml`, table `plan`, says what each decides
 _CHOSEN = chosen("lab", "plan")
 
 FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
 
 AIR = "air"
 """Folder of the logs of legs turned in air, which are the tares of every medium."""
@@ -34,6 +36,11 @@ AIR = "air"
 @dataclass(frozen=True)
 class PlannedRun:
     """One run of the campaign; fields with the name of a column of the run sheet hold its cell, None if blank.
+
+    `kind`: ``plate``, ``leg``, or the tare of one of them: ``rod``, ``leg_air``. `intruder`: Name of its plate or leg.
+    `direction`: ``intrusion``, ``extraction``, ``horizontal``, or ``rotation`` of a leg.
+    `beta_deg`, `gamma_deg`: Angle of the plate, and of the path on the way down, also of a pull.
+    `depth_cm`: Of a horizontal run. `tare_run`: run_id of its tare; `tare_shared`: True if other runs have the same.
 
     `published`: Name of its medium in the published tables; empty in air.
     `leg`: Name in `reference.LEGS`; empty for plate and rod.
@@ -247,7 +254,10 @@ def _plan_laboratory_runs(
 def _plan_medium(
     config: Config, medium: str, directions: Sequence[Direction]
 ) -> Iterator[PlannedRun]:
-    """Plan the plate and leg runs of a medium; in a natural sand one push straight down and the legs."""
+    """Plan the plate and leg runs of a medium, with their tares, for the cells `directions`.
+
+    A natural sand has one push straight down and the legs, as the paper published no more of it.
+    """
     published = config.media[medium].published_as or ""
     natural = config.media[medium].role == "natural_sand"
     plate, _ = plate_of(config.intruders)
@@ -317,6 +327,7 @@ class Segment:
     """One rest, one straight move, or one turn of a leg, with ramps of `ramp_s`.
 
     `phase`: ``rest``, ``approach``, ``pause``, ``stroke`` or ``lift``.
+    `start`, `end`: Poses; equal at rest. `duration_s`: With its ramps.
     `distance`, `speed`: cm and cm/s, for a leg rad and rad/s; 0 at rest.
     """
 
@@ -348,7 +359,7 @@ class ArmMotion:
     angle_deg: FloatArray
     travel: FloatArray
     segment: npt.NDArray[np.intp]
-    moving: npt.NDArray[np.bool_]
+    moving: BoolArray
 
 
 def half_extents(plate: AnyPlate, beta_deg: float) -> tuple[float, float]:
@@ -398,7 +409,7 @@ def _path_ends(run: PlannedRun, config: Config) -> tuple[tuple[float, float], tu
 
 
 def _check_room(run: PlannedRun, config: Config) -> None:
-    """Refuse a run whose path has no fit window that keeps away from walls and bottom."""
+    """Refuse a plate or rod run whose path has no fit window that keeps away from walls and bottom."""
     if run.direction == "horizontal":
         right, left = _path_ends(run, config)
         enough = right[0] - left[0] > config.fit.horizontal_skip_cm + _CHOSEN.least_window_cm

@@ -106,7 +106,7 @@ def in_one_log(cycles: Sequence[Recording]) -> Recording:
 
 
 def with_files(runs: Sequence[PlannedRun], protocol: str) -> list[PlannedRun]:
-    """Set in each run which files a protocol writes, and how many strokes a log has."""
+    """Return the runs with the files that a protocol writes, and with the number of strokes that a log has."""
     one_file = protocol in ("one-file", "cyclic", "constant-speed")
     own_zero = protocol == "separate-zero"
     repeated_kinds = ("plate", "rod") if protocol == "cyclic" else ()

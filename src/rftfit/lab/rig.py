@@ -1,4 +1,4 @@
-"""The rig: it adds weights, drift and noise to the granular force, records two logs, and may have faults.
+"""The rig of the re-enacted lab: weights, drift, noise and clocks of its logs, and faults that are put in on purpose.
 
 `record` makes the `Recording` of one stroke: `ideal` calculates its noise-free forces, `nuisance` draws what differs
 from run to run (clocks, bias, drift), `Lab` the noise. `FAULTS` lists faults, which `damage_recording` and
@@ -24,6 +24,7 @@ from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
 from rftfit.lab.plan import (
     ArmMotion,
+    BoolArray,
     FloatArray,
     PlannedRun,
     Segment,
@@ -42,6 +43,7 @@ from rftfit.lab.truth import (
 )
 from rftfit.store.chosen import chosen
 
+# limits and shares that were chosen by hand: `lab/chosen.toml`, table `rig`, says what each decides
 _CHOSEN = chosen("lab", "rig")
 
 FORCE_HZ: int = _CHOSEN.force_hz
@@ -74,6 +76,7 @@ class Nuisance:
 class Ideal:
     """Noise-free forces (z, x) at the n samples of the force log, N, in the lab frame.
 
+    `motion`: Where the intruder is at these samples.
     `granular`: Force of the medium on the intruder. `rod`: Force of the medium on rod and mount.
     `steady`: Weights, and the force of a leg's cable.
     """
@@ -101,13 +104,13 @@ class Recording:
     force_time_s: FloatArray
     arm_moving: npt.NDArray[np.int64]
     channels_N: FloatArray
-    stroke: npt.NDArray[np.bool_]
+    stroke: BoolArray
     motion_time_s: FloatArray
     x_mm: FloatArray
     z_mm: FloatArray
     angle_deg: FloatArray
-    in_air: npt.NDArray[np.bool_]
-    motion_stroke: npt.NDArray[np.bool_]
+    in_air: BoolArray
+    motion_stroke: BoolArray
     motion_ahead_s: FloatArray
 
     def rows(self, force: npt.ArrayLike, motion: npt.ArrayLike | slice = slice(None)) -> Recording:
@@ -131,7 +134,7 @@ def random_numbers(seed: int, run_id: str, purpose: int) -> np.random.Generator:
 
 @dataclass(frozen=True)
 class LabStroke:
-    """One stroke of a run.
+    """One stroke of a run in a campaign, by its `config`, with the random numbers of a `seed`.
 
     `cycle`: Number of the stroke, from 0, if one log has several; each goes into a bed prepared anew.
     """
@@ -166,7 +169,10 @@ def nuisance(run: PlannedRun, seed: int) -> Nuisance:
 
 
 def cable(run: PlannedRun, angle_deg: FloatArray) -> Forces:
-    """Return the force (z, x) of a leg's cable and gears at angles theta, N, the same in air and in a medium."""
+    """Return the force (z, x) of a leg's cable and gears, N, shape (n,), the same in air and in a medium.
+
+    It is made up, so that the tare of a leg in air has something to subtract. `angle_deg`: theta, shape (n,).
+    """
     theta = np.radians(angle_deg)
     size = {"c_leg": 1.0, "flat_leg": 0.8}.get(run.leg, 1.15)
     force_z = size * (0.15 * np.sin(theta + 0.4) + 0.06 * np.sin(2 * theta))
@@ -273,7 +279,10 @@ STEP_N: float = _CHOSEN.step_n
 def _make_channels(
     true: Ideal, drawn: Nuisance, noise_N: FloatArray, sensor: Transducer
 ) -> FloatArray:
-    """Add forces, drift, bias and noise to the readings of F1, F2, F3, N, shape (n, 3), in steps of the sensor."""
+    """Add forces, drift, bias and noise to the readings of F1, F2, F3, N, shape (n, 3), in steps of the sensor.
+
+    `true`: Noise-free forces. `drawn`: Bias and drift of the run. `noise_N`: Shape (n, 3). Readings end at the range.
+    """
     drift = drawn.drift_N_per_min * (np.arange(len(noise_N)) / FORCE_HZ / 60)[:, None]
     force = np.array(true.granular) + np.array(true.rod) + np.array(true.steady)
     force_z, force_x = force + drift[:, [2, 0]].T
@@ -458,7 +467,10 @@ def damage_recording(names: Sequence[str], whole: Recording, transducer: Transdu
 
 
 def damage_bytes(names: Sequence[str], content: bytes, dialect: str) -> bytes | None:
-    """Apply the faults of a run that change the bytes of its force log; None if a fault removes the file."""
+    """Apply the faults of a run that change the bytes of its force log, `content`; None if a fault removes the file.
+
+    `names`: Faults of the run; others do nothing here. `dialect`: Format of the log; some faults are made in one only.
+    """
     if "missing_log" in names or "missing_tare" in names:
         return None
     if "empty" in names:

@@ -22,6 +22,7 @@ from rftfit.lab.plan import FloatArray
 from rftfit.lab.write import format_numbers
 from rftfit.store.chosen import chosen
 
+# limits and shares that were chosen by hand: `lab/chosen.toml`, table `tracks`, says what each decides
 _CHOSEN = chosen("lab", "tracks")
 
 MEDIUM = "poppy_LP"
@@ -35,7 +36,8 @@ TRIALS: int = _CHOSEN.trials
 class RobotTrial:
     """One trial of the robot.
 
-    `condition`: Name of the condition, whose trials have the published speed as their mean.
+    `medium`: Name in the config. `condition`: Name of the condition, whose trials have the published speed as their
+    mean.
     `curvature_times_R`: Curvature R/r of the legs: 1 c-leg, 0 flat, -1 reversed.
     `frequency_Hz`: Strides a second of this trial. `speed_cm_per_s`: Its mean speed.
     `track`: Path of its track relative to the sheet of tracks.
@@ -51,7 +53,10 @@ class RobotTrial:
 
 
 def plan_trials(config: Config, seed: int) -> list[RobotTrial]:
-    """List the trials of the robot; none unless the config has a sheet of tracks and the published medium."""
+    """List the trials of the robot; none unless the config has a sheet of tracks and the published medium.
+
+    Speeds and frequencies of the trials of a condition scatter about the published ones, which are their means.
+    """
     robot = config.robot
     if robot is None or robot.runs is None or config.media[robot.medium].published_as != MEDIUM:
         return []
@@ -75,7 +80,10 @@ def plan_trials(config: Config, seed: int) -> list[RobotTrial]:
 
 
 def _draw_track(trial: RobotTrial, seed: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Make time (s), x and z (cm) of a marker on the running robot, which bobs twice a stride, and surges."""
+    """Make time (s), x and z (cm) of a marker on the running robot, shape (n,) each, with the noise of a camera.
+
+    The body bobs and surges twice a stride, as two groups of legs take turns, and a little once a stride.
+    """
     rng = _make_random(seed, trial.run_id)
     duration = max(_CHOSEN.strides / trial.frequency_Hz, _CHOSEN.shortest_s)
     time = np.arange(int(duration * _CHOSEN.frames_hz) + 1) / _CHOSEN.frames_hz
@@ -97,7 +105,7 @@ _COLUMNS = ("run_id", "condition", "medium", "curvature_times_R", "frequency_Hz"
 
 
 def track_files(config: Config, seed: int) -> dict[str, str]:
-    """Make the texts of the tracks and, last, of their sheet, by path relative to raw; empty without trials."""
+    """Make the texts of the tracks and, last, of their sheet (csv), by path relative to raw; empty without trials."""
     trials = plan_trials(config, seed)
     if not trials or config.robot is None or config.robot.runs is None:
         return {}

@@ -1,4 +1,4 @@
-"""The granular force in the logs, from the published measurements alone.
+"""The granular force in re-enacted logs: laws of plates, sands, legs and rods, from published measurements alone.
 
 A `Law` gives the force of the medium at a pose of the intruder while it moves: `plate_law` (Table S5), `sand_law` (Fig.
 S11), `leg_law` (Figs. S5 and S12), `rod_law` (rod and mount, made up). `force_over_run` applies it to the rests and
@@ -28,6 +28,7 @@ from rftfit.lab.plan import (
 )
 from rftfit.store.chosen import chosen
 
+# limits and shares that were chosen by hand: `lab/chosen.toml`, table `truth`, says what each decides
 _CHOSEN = chosen("lab", "truth")
 
 Forces = tuple[FloatArray, FloatArray]
@@ -92,6 +93,7 @@ def table_s5(medium: str, beta_deg: float, gamma_deg: float) -> tuple[float, flo
         _find_interval(reference.BETA_DEG, beta_deg),
         _find_interval(reference.GAMMA_DEG, gamma_deg),
     )
+    # the four cells around the direction, of alpha_z and of alpha_x, weighted by how near they are
     cells = (grid[row : row + 2, column : column + 2] for grid in reference.alpha_grid(medium))
     z, x = (float(np.array([1 - u, u]) @ corners @ [1 - v, v]) for corners in cells)
     return z, x
@@ -100,10 +102,11 @@ def table_s5(medium: str, beta_deg: float, gamma_deg: float) -> tuple[float, flo
 def _find_interval(lines: FloatArray, angle: float) -> tuple[int, float]:
     """Return the index of the table's line below an angle, and the angle's fraction of the interval to the next line.
 
-    An angle that differs from a line only by rounding counts as this line.
+    An angle that differs from a line only by rounding counts as this line. `lines`: Angles of the table, increasing.
     """
     nearest = int(np.abs(lines - angle).argmin())
     snapped_angle = lines[nearest] if abs(lines[nearest] - angle) < _CHOSEN.rounding_deg else angle
+    # at the last line the interval before it, so that there is a next line
     line = int(np.clip(np.searchsorted(lines, snapped_angle, side="right") - 1, 0, lines.size - 2))
     return line, float((snapped_angle - lines[line]) / (lines[line + 1] - lines[line]))
 
@@ -162,7 +165,10 @@ def wall_factor(
 
 
 def plate_law(run: PlannedRun, config: Config, alpha: Alpha) -> Law:
-    """Return the law of a plate in a laboratory medium: alpha times depth times area, larger near walls and bottom."""
+    """Return the law of a plate in a laboratory medium: alpha times depth times area, larger near walls and bottom.
+
+    A level stroke slips and sticks a little instead. `alpha`: Stress per depth by run and phase.
+    """
     plate: Plate = plate_of(config.intruders)[1]
     beta = run.beta_deg or 0.0
     _, half_z = half_extents(plate, beta)
@@ -209,7 +215,7 @@ def sand_stress(sand: str, depth_cm: FloatArray) -> FloatArray:
 
 
 def sand_law(run: PlannedRun, config: Config) -> Law:
-    """Return the law of the level plate of a penetration test: stress of Fig. S11 times area."""
+    """Return the law of the level plate of a penetration test: stress of Fig. S11 times the area that touches."""
     plate = plate_of(config.intruders)[1]
     _, half_z = half_extents(plate, run.beta_deg or 0.0)
 

@@ -1,4 +1,4 @@
-"""Turn recordings into columns and lines of log files, and runs into the run sheet.
+"""Columns, units and decimals of re-enacted logs, from recordings; the text of their run sheet, from planned runs.
 
 A log is a list of `LogColumn` and some lines for its head, from which `rftfit.lab.dialects` makes the bytes of a file.
 """
@@ -25,7 +25,10 @@ SHEET_COLUMNS = tuple(column.name for column in COLUMNS)
 
 
 def format_numbers(columns: list[FloatArray], decimals: list[int]) -> str:
-    """Format columns of equal length as lines of comma-separated numbers; zero has no minus sign."""
+    """Format columns, shape (n,) each, as n lines of comma-separated numbers; zero has no minus sign.
+
+    `decimals`: Number of decimals of each column.
+    """
     # + 0.0 turns -0.0, which rounding may make, into 0.0
     pairs = zip(columns, decimals, strict=True)
     table = np.column_stack([np.round(*pair) for pair in pairs]) + 0.0
@@ -44,7 +47,7 @@ class LogColumn(NamedTuple):
 
 
 def force_log_columns(recording: Recording, unit: str) -> list[LogColumn]:
-    """Make the columns of a force log in a `unit`: N, mN, kN or lbf."""
+    """Make the columns of a force log in a `unit`: N, mN, kN or lbf: time, the sync line arm_moving, F1 to F3."""
     size, places = _FORCE_UNITS[unit]
     channels = enumerate(recording.channels_N.T / size, start=1)
     return [
@@ -55,7 +58,7 @@ def force_log_columns(recording: Recording, unit: str) -> list[LogColumn]:
 
 
 def motion_columns(recording: Recording, unit: str) -> list[LogColumn]:
-    """Make the columns of a motion log in a `unit`: mm, cm, m or in."""
+    """Make the columns of a motion log in a `unit`: mm, cm, m or in: time, x, z, angle."""
     size, places = _LENGTH_UNITS[unit]
     return [
         LogColumn("time", "s", recording.motion_time_s, 3),

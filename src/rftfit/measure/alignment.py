@@ -1,4 +1,4 @@
-"""Two clocks aligned by the force alone: it grows only where the intruder goes deeper.
+"""Offset and drift of two unrelated clocks by the force of one push: it grows only where the intruder goes deeper.
 
 Two programs that log force and motion on unrelated clocks share no event but the push itself. `estimate_clocks` finds
 the *offset* (time of the motion log minus time of the force log, s) at which the force is best explained as one smooth
@@ -27,6 +27,7 @@ from rftfit.measure.lab_frame import new_readings
 from rftfit.measure.slopes import weighted_sum_variance
 from rftfit.store.chosen import chosen
 
+# limits and shares that were chosen by hand: `measure/chosen.toml`, table `alignment`, says what each decides
 _CHOSEN = chosen("measure", "alignment")
 
 
@@ -164,7 +165,10 @@ def search_lags(
 
 
 def _make_lags(time: FloatArray, motion_time: FloatArray, starts: Sequence[float]) -> FloatArray:
-    """Evenly spaced lags, s, at which the logs overlap by at least half of the shorter log."""
+    """Evenly spaced lags, s, shape (k,), at which the logs overlap by at least half of the shorter log.
+
+    Refused where no lag makes them overlap so far. `starts`: see `search_lags`.
+    """
     half_length = min(np.ptp(time), np.ptp(motion_time)) / 2
     first_lag = motion_time[0] - time[-1] + half_length
     last_lag = motion_time[-1] - time[0] - half_length
@@ -209,7 +213,8 @@ class Alignment:
 class _OffsetFit(NamedTuple):
     """Offset (s), drift and reference time (s) by least squares; depth (cm) and fitted force (N) of each reading.
 
-    Motion time = force time + offset + drift x (force time - reference), as in `ClockFit`.
+    Motion time = force time + offset + drift x (force time - reference), as in `ClockFit`. The variances, s^2 and 1,
+    are those of offset and drift.
     """
 
     offset: float
@@ -278,7 +283,10 @@ def estimate_clocks(
 
 
 def _choose_best_fit(candidates: list[_OffsetFit], force: FloatArray) -> _OffsetFit:
-    """Return the fit with the smallest sum of squared residuals; refuse if one at another offset is about as good."""
+    """Return the fit with the smallest sum of squared residuals; refuse if one at another offset is about as good.
+
+    `candidates`: Fits from several starts. `force`: The readings that they fit, N, shape (n,).
+    """
     misfit = [float(((force - fit.fitted) ** 2).sum()) for fit in candidates]
     best = candidates[int(np.argmin(misfit))]
     for fit, size in zip(candidates, misfit, strict=True):

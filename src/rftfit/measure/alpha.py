@@ -685,7 +685,7 @@ def rows_at(
 def cell_at(
     table: pd.DataFrame, beta_deg: float, gamma_deg: float, tolerance_deg: float
 ) -> pd.Series[Any] | None:
-    """Row of an alpha table for one direction; None where it has none."""
+    """Row of an alpha table for one direction, degrees; None where it has none. `tolerance_deg`: see `rows_at`."""
     row = int(rows_at(table, beta_deg, gamma_deg, tolerance_deg)[0])
     return None if row < 0 else table.iloc[row]
 

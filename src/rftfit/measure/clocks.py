@@ -1,4 +1,4 @@
-"""Two clocks aligned by what both logs saw: the arm starting and stopping; the clock of a run as a `ClockFit`.
+"""Two clocks aligned by a sync line, on which the arm starts and stops; the clock of a run as a `ClockFit`.
 
 A force log with a *sync line* (a channel that is 1 while the arm moves) shows the same starts and stops as the motion
 log, each on its own clock. `moving_spans` finds them in a log, `align` matches both. A *span* is the start and end of a

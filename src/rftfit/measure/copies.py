@@ -24,6 +24,7 @@ from rftfit.measure.flags import REASON, Remark, reason_cells, remark
 from rftfit.measure.samples import split_runs
 from rftfit.store.chosen import chosen
 
+# limits and shares that were chosen by hand: `measure/chosen.toml`, table `copies`, says what each decides
 _CHOSEN = chosen("measure", "copies")
 
 

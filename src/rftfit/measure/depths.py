@@ -49,6 +49,7 @@ LawName = Literal["free_intercept", "power"]
 class CurvedLaw(NamedTuple):
     """Law by which stress of a medium grows with depth, if not a line through zero.
 
+    `law`: A line with a free intercept, or a power of depth.
     `power`: Exponent of depth, median over directions; NaN for a line with an intercept.
     """
 

@@ -1,4 +1,4 @@
-"""Errors of alpha by name: of one log, from run to run, and common to many runs.
+"""Errors of alpha by name: those that no log shows (surface, angles, beds), and the interval by all of them.
 
 `rftfit.measure.slopes` estimates the errors that a log itself shows: noise, zero, clocks, start-up. This module adds
 the errors that no single log shows: the free surface (`surface_error`), the angles (`gradient`), the bed
@@ -54,6 +54,7 @@ turn: turn of the mount, common to all runs of a medium
 
 SOURCES: tuple[str, ...] = get_args(Source)
 
+# limits and shares that were chosen by hand: `measure/chosen.toml`, table `errors`, says what each decides
 _CHOSEN = chosen("measure", "errors")
 
 LEAST_DOF: int = _CHOSEN.least_dof

@@ -49,6 +49,7 @@ from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus, StatusArray
 from rftfit.measure.samples import StrokeColumns, split_runs, stack_components
 from rftfit.store.chosen import chosen
 
+# limits and shares that were chosen by hand: `measure/chosen.toml`, table `fits`, says what each decides
 _CHOSEN = chosen("measure", "fits")
 
 Row = dict[Any, Any]

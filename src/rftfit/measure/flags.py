@@ -179,7 +179,7 @@ def reason_of(row: Mapping[Any, Any]) -> tuple[Remark, ...]:
 
 def with_reasons(table: pd.DataFrame, added: Iterable[Iterable[Remark]]) -> pd.DataFrame:
     """Return a table with remarks added to the reason of each row; `added`: the remarks of each row, in their order."""
-    stated = table[[name for name in REASON if name in table]].to_dict("records")
+    stated = table.filter([*REASON]).to_dict("records")
     rows = zip(stated, added, strict=True)
     reasons = [reason_columns([*reason_of(row), *remarks]) for row, remarks in rows]
     return table.assign(**{name: [reason[name] for reason in reasons] for name in REASON})
@@ -200,7 +200,10 @@ OF_CHECKS = "checks"
 
 
 def flag_table(medium: str, stage: str, flags: Iterable[Remark]) -> pd.DataFrame:
-    """Make the table of the flags of one stage of the workflow, each flag once: columns `FLAG_COLUMNS`."""
+    """Make the table of the flags of one stage of the workflow, each flag once: columns `FLAG_COLUMNS`.
+
+    `stage`: ``ingest``, ``tare``, ``slopes`` or `OF_CHECKS`.
+    """
     rows = [
         (
             medium,

@@ -1,4 +1,4 @@
-"""Read the logs of a medium as traces in the lab frame, and account for every row of every log.
+"""The stage ingest: logs of a medium as traces in the lab frame, the table of runs, and every row in the ledger.
 
 `ingest_medium` is the stage ``ingest``. For each run it reads the two logs (`read_logs`) and makes a `Trace`
 (`trace_run`: forces z and x in N, positions in cm, one clock), or finds the `Remark`s why this is impossible: the run
@@ -224,7 +224,10 @@ def _make_run_row(
 
 
 def _join_samples(traces: list[Trace]) -> pd.DataFrame:
-    """Put the samples of all runs into one long table, with depth instead of z, and angles in degrees."""
+    """Put the samples of all runs into one long table, with the columns `SAMPLE_COLUMNS`.
+
+    It has depth, positive, instead of z, and angles in degrees.
+    """
     return samples_table(
         {
             # in the order of `SAMPLE_COLUMNS`
@@ -280,7 +283,10 @@ def _account_for_left_out_rows(ledger: Ledger, run: Run, file: str, log: Log) ->
 def _account_for_refused_log(
     ledger: Ledger, run: Run, file: str, log: Log | LogError, reasons: Sequence[Remark]
 ) -> None:
-    """Enter all rows of a log of a refused run into the ledger as dropped, with the `reasons` why."""
+    """Enter all rows of a log of a refused run into the ledger as dropped, with the `reasons` why.
+
+    `file`: Path of the log as the run sheet names it. `log`: The log, or the error why it could not be read.
+    """
     rows = log.rows if isinstance(log, LogError) else log.size
     ledger.add(run, file, DROPPED, rows, *reasons)
     if isinstance(log, Log):
@@ -288,7 +294,10 @@ def _account_for_refused_log(
 
 
 def account_unassigned_air_runs(campaign: Campaign) -> Ledger:
-    """Enter the rows of in-air runs that no leg names as tare: they belong to no medium and no stage reads them."""
+    """Enter the rows of in-air runs that no leg names as tare: they belong to no medium and no stage reads them.
+
+    So the ledger accounts for these logs too, of which only the rows are counted.
+    """
     ledger = Ledger()
     for run in campaign.unassigned_air_runs:
         # file and number of rows of each of the two logs

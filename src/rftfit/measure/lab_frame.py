@@ -1,4 +1,4 @@
-"""Turn the two logs of a run into the lab frame: force (z, x) in N and its zero; path of the intruder in cm and rad.
+"""Turn the logs of a run into the lab frame: axes, signs and range of the transducer, its zero; path of the intruder.
 
 Lab frame: z upward, 0 at the free surface; x forward, 0 in the middle of the container. The *channels* of the
 transducer are F1, F2, F3; ``transducer.axes`` of the config says which of them lies along which axis of its mount. The
@@ -135,7 +135,10 @@ def path_in_lab_frame(log: Log, run: Run, arm: Arm) -> IntruderPath:
 def logs_in_lab_frame(
     config: Config, run: Run, force_log: Log, motion_log: Log
 ) -> tuple[ForceReadings, IntruderPath]:
-    """Turn both logs of a run into the lab frame, without repeated readings if the config asks for it."""
+    """Turn both logs of a run into the lab frame, without repeated readings if the config asks for it.
+
+    Returns the forces on the clock of the force log and the path on that of the motion log.
+    """
     force_log = without_repeats(force_log, config.transducer)
     readings = force_in_lab_frame(force_log, config.transducer)
     return readings, path_in_lab_frame(motion_log, run, config.arm)

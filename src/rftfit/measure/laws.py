@@ -34,12 +34,14 @@ from rftfit.store.chosen import chosen
 if TYPE_CHECKING:
     from rftfit.campaign.config import ErrorSettings
 
+# limits and shares that were chosen by hand: `measure/chosen.toml`, table `laws`, says what each decides
 _CHOSEN = chosen("measure", "laws")
 
 
 class DepthLaw(NamedTuple):
     """Law by which stress grows with depth.
 
+    `name`: A line through zero, a line with a free intercept, or a power of depth.
     `at_cm`: Depth at which alpha is stress over depth, cm. With an infinite depth alpha is the slope of a line; a power
     of depth has no such slope, so it needs a finite one.
     """

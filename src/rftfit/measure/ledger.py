@@ -1,4 +1,4 @@
-"""The ledger: it accounts for every row of every log, used or not, and keeps the flags of runs.
+"""The ledger: every row of every log with its use or the reason why not (`RowStatus`), and the flags of runs.
 
 Each stage enters the rows that it uses for good or leaves out; the good rows that it hands on are entered by a later
 stage. In the end the rows of a run add up to the lines of its logs (`check_ledger`): none is lost silently.

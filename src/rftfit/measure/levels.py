@@ -13,6 +13,7 @@ import numpy as np
 from rftfit.conventions import BoolArray, FloatArray, IndexArray
 from rftfit.store.chosen import chosen
 
+# limits and shares that were chosen by hand: `measure/chosen.toml`, table `levels`, says what each decides
 _CHOSEN = chosen("measure", "levels")
 
 
@@ -73,8 +74,8 @@ def two_clusters(values: FloatArray) -> tuple[float, BoolArray] | None:
     count, fewest = values.size, _fewest_in_cluster(values.size)
     best: tuple[float, BoolArray] = (1.0, np.zeros(count, dtype=bool))
     least_deviation = math.inf
-    ranks = np.empty(count, dtype=int)
-    ranks[np.argsort(values, kind="stable")] = np.arange(count)
+    # place of each value among all in ascending order; equal ones in the order of runs
+    ranks = np.argsort(np.argsort(values, kind="stable"))
     for split in range(fewest, count - fewest + 1):
         above = ranks >= split
         middles = np.median(values[above]), np.median(values[~above])
@@ -112,6 +113,7 @@ def shifted_runs(common: FloatArray, level: FloatArray, sigma: FloatArray) -> Bo
     if not fits.any():
         return in_stretch
     first, last = first[fits], last[fits]
+    # all numbers in units of their standard errors, without what the columns in `common` explain
     basis, sizes, _ = np.linalg.svd(common / sigma[:, None], full_matrices=False)
     # columns that depend on each other take one degree of freedom
     basis = basis[:, sizes > 1e-9 * sizes.max(initial=0.0)]

@@ -47,7 +47,7 @@ FORCE_QUANTITIES, MOTION_QUANTITIES = ("time", "F1", "F2", "F3"), ("time", "x", 
 def unit_factor(table: dict[str, float], in_file: str, declared: str, quantity: str) -> float:
     """Return the factor to N, cm, rad or s; refuse a log whose unit is not that of the config.
 
-    A unit is never converted silently: a file in lbf where the config says N is as likely a wrong file.
+    No unexpected unit is converted silently: a file in lbf where the config says N is as likely a wrong file.
 
     `table`: Factor of each unit. `in_file`, `declared`: Units in log and config. `quantity`: Name for the message.
     """
@@ -220,7 +220,10 @@ def _describe_entry(quantity: str, entry: ColumnEntry, unit_in_file: str) -> lis
 
 
 def _describe_unapplied_scaling(name: str, scaling: str) -> str:
-    """Describe a scaling that the file states but the program does not apply, and how the config settles it."""
+    """Describe a scaling of the column `name` that the file states but the program does not apply, and the cure.
+
+    `scaling`: As the file states it.
+    """
     return (
         f"the file says of {name}: {scaling}, which is not applied: add `factor:` (and `offset:`), so many units for each "
         "stored number; factor: 1 where the stored numbers are the values"
@@ -342,7 +345,11 @@ def _split_along_path(
 
 
 def check_complete(log: Log, run: Run, quantities: tuple[str, ...], kind: str) -> Log:
-    """Return the log if it has a column of each quantity; else raise `LogError`. `kind`: ``force`` or ``motion``."""
+    """Return the log if it has a column of each quantity; else raise `LogError`.
+
+    Without F1 or x it may be the other log of the run: the message asks whether the two are swapped. `quantities`:
+    `FORCE_QUANTITIES` or `MOTION_QUANTITIES`. `kind`: ``force`` or ``motion``, for the message.
+    """
     lacking = [name for name in quantities if name not in log.columns]
     if not lacking:
         return log

@@ -128,7 +128,10 @@ def read_long_log(log: LongLog, treatment: RowTreatment) -> Log:
 
 
 def _read_parts(log: LongLog) -> Iterator[Log]:
-    """Yield the log in parts of `MOST_ROWS` rows, or a little more; the last may be shorter."""
+    """Yield the log in parts of `MOST_ROWS` rows, or a little more; the last may be shorter.
+
+    A reader yields blocks of the size that suits its format; several of them make a part.
+    """
     blocks: list[Log] = []
     rows = 0
 
@@ -179,7 +182,7 @@ def _restore_saturated(
 
 
 def _join_means(parts: list[Log]) -> Log:
-    """Join parts of a log, with their notes of when rows were left out."""
+    """Join parts of a log, with the times of rows that were left out of each, which `join_blocks` does not keep."""
     stretches: dict[str, tuple[tuple[float, float], ...]] = {}
     for part in parts:
         for reason, when in part.stretches.items():

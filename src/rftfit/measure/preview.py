@@ -116,7 +116,11 @@ _Remarks = dict[str, tuple[Remark, ...]]
 def _measure_runs(
     campaign: Campaign, medium: str, runs: list[Run], clocks: SessionClocks | None
 ) -> tuple[_Remarks, _Remarks]:
-    """Measure some runs; return their reasons and their flags, by run_id; a run without has an empty tuple."""
+    """Measure some runs of a medium; return their reasons and their flags, by run_id; a run without has an empty tuple.
+
+    The tables `status`, `tared` and `tares` are those of the stages ingest and tare. Of the fit, `judge_run` finds the
+    reason and the only flag that is reported, ``gives-back``.
+    """
     reasons: _Remarks = {}
     flags: _Remarks = {}
     for portion in _split_runs(runs):
@@ -146,7 +150,7 @@ def _measure_runs(
 
 
 def _thin_out(campaign: Campaign) -> Campaign:
-    """Return the campaign of a table with at most about `_ROWS` rows of each run."""
+    """Return the campaign of a table with every k-th row of each run, so that at most about `_ROWS` remain."""
     numbers = {
         name: {column: values[:: 1 + values.size // _ROWS] for column, values in columns.items()}
         for name, columns in campaign.numbers.items()

@@ -48,7 +48,10 @@ _LOG_KEYS: tuple[LogKey, LogKey] = ("force_log", "motion_log")
 
 
 def _force_of_columns(campaign: Campaign, run: Run, log: Log) -> Log:
-    """Turn the columns of a force log into time and F1 to F3, row by row; raise `LogError` if one is lacking."""
+    """Turn the columns of a force log into time and F1 to F3, row by row; raise `LogError` if one is lacking.
+
+    Rows with a value that means no data are left out first, as a calibration would spread it over all channels.
+    """
     config = campaign.config
     source, units = source_of(config, run, "force_log"), log_columns.chain_units(config)
     log = readings.without_missing(log, config.force_log.missing)
@@ -58,7 +61,10 @@ def _force_of_columns(campaign: Campaign, run: Run, log: Log) -> Log:
 
 
 def _motion_of_columns(campaign: Campaign, run: Run, log: Log) -> Log:
-    """Turn the columns of a motion log into time, x, z and angle, row by row; raise `LogError` if one is lacking."""
+    """Turn the columns of a motion log into time, x, z and angle, row by row; raise `LogError` if one is lacking.
+
+    What the run sheet states, as the angle, is added where the log has a height at least.
+    """
     config = campaign.config
     source, units = source_of(config, run, "motion_log"), log_columns.chain_units(config)
     log = readings.without_missing(log, config.motion_log.missing)
@@ -70,7 +76,10 @@ def _motion_of_columns(campaign: Campaign, run: Run, log: Log) -> Log:
 
 
 def _force_rows(campaign: Campaign, run: Run) -> RowTreatment:
-    """Treatment of the rows of a force log: afterwards time increases, and no reading stands alone."""
+    """Make the treatment of the rows of a force log: afterwards time increases, and no reading stands alone.
+
+    The limits are 99.5 % of the range of each channel: readings there are saturated, and are no spikes.
+    """
     transducer = campaign.config.transducer
     limits = {
         channel: NEAR_FULL_RANGE * limit
@@ -85,7 +94,7 @@ def _force_rows(campaign: Campaign, run: Run) -> RowTreatment:
 
 
 def _motion_rows(campaign: Campaign, run: Run) -> RowTreatment:
-    """Treatment of the rows of a motion log: afterwards time increases, and no position stands alone or is held."""
+    """Make the treatment of the rows of a motion log: after it time increases, no position stands alone or is held."""
     return RowTreatment(
         convert=partial(_motion_of_columns, campaign, run),
         clean=lambda log: readings.without_holds(
@@ -132,7 +141,7 @@ def _zero_key(run: Run) -> tuple[str, str, str]:
 
 
 class LogOfRun(NamedTuple):
-    """A log to be read: its run, the section of the config that describes it, and its file below the raw folder."""
+    """A log to be read: its run, the section of the config that describes it (`key`), its file below the raw folder."""
 
     run: Run
     key: LogKey
@@ -172,7 +181,10 @@ def _load_logs(campaign: Campaign, logs: Sequence[LogOfRun]) -> list[Log | LongL
 def _treat_log(
     campaign: Campaign, log_of_run: LogOfRun, log: Log | LongLog | LogError
 ) -> Log | LogError:
-    """Convert and clean a log, or return the error why not; its message names the file as the run sheet does."""
+    """Convert and clean a log, or return the error why not; its message names the file as the run sheet does.
+
+    `log`: As read; a `LongLog` is read here, part by part; an error is returned with its message changed.
+    """
     run, key, file = log_of_run
     treatment = (_force_rows if key == "force_log" else _motion_rows)(campaign, run)
     try:

@@ -2,7 +2,7 @@
 
 Each function returns the `Log` without the bad rows and counts them in it under a reason (`Log.take`), so that no row
 is lost silently; where it says so, it also notes the times of such rows (``Log.stretches``: reason to start and end of
-each stretch, in the unit of the log). `clean` puts the rows in the order of time first, then `without_spikes` looks at
+each stretch, in the unit of the log). `clean` makes the time increase first, then `without_spikes` looks at
 forces, `without_lone_positions` and `without_holds` at positions. Masks are bool with an element for each row.
 
 The columns of a log are arrays of shape (n,): time, F1, F2, F3 or time, x, z, angle, in the units that the log names.
@@ -42,6 +42,7 @@ from rftfit.measure.levels import find_equal_stretches, find_stretches
 from rftfit.store.chosen import chosen
 from rftfit.table.units import TIME_TO_S
 
+# limits and shares that were chosen by hand: `measure/chosen.toml`, table `readings`, says what each decides
 _CHOSEN = chosen("measure", "readings")
 
 AWAY_S = 1.0
@@ -101,7 +102,7 @@ def _keep_saturated(spikes: BoolArray, readings: FloatArray, limit: float) -> Bo
 
 
 def _leave_out(log: Log, is_bad: BoolArray, reason: str) -> Log:
-    """Leave out bad rows, and note the times of their stretches under `reason`."""
+    """Leave out bad rows, count them, and note the times of their stretches under `reason`."""
     time = log.columns["time"]
     when = tuple(
         (float(time[start]), float(time[stop - 1])) for start, stop in find_stretches(is_bad).T
@@ -125,7 +126,10 @@ def without_lone_positions(log: Log) -> Log:
 
 
 def _check_share(log: Log, quantity: str, alone: BoolArray) -> None:
-    """Refuse a log in which so many readings stand alone that the good ones are not known."""
+    """Refuse a log in which so many readings stand alone that the good ones are not known (more than `MOST_SHARE`).
+
+    `quantity`: Name of the column, for the message. `alone`: True for readings that stand alone.
+    """
     if np.count_nonzero(alone) > MOST_SHARE * alone.size:
         text = (
             f"{log.path}: {alone.sum()} of {alone.size} readings of {quantity} stand alone, far from "
@@ -162,7 +166,11 @@ class Holds(NamedTuple):
 
 
 def find_holds(position: FloatArray) -> Holds:
-    """Find how positions of one axis are held; `position`: in the order of time, shape (n,)."""
+    """Find how positions of one axis are held, by the stretches of equal positions.
+
+    A program that asks the arm seldom writes the same position several times: its time is then that of the asking, not
+    of the position. `position`: In the order of time, shape (n,), in any unit.
+    """
     no_holds = Holds(1, 0.0, is_regular=True)
     repeats = np.count_nonzero(position[1:] == position[:-1])
     if 3 * repeats < position.size:

@@ -1,4 +1,4 @@
-"""Scatter of repeats: one estimate for the errors of alpha and for the comparison of media.
+"""Scatter of repeats, along the force and across: one estimate for errors of alpha and for the comparison of media.
 
 The force of a run differs from the mean of its direction along that mean, as a bed is looser or denser as a whole, and
 across it (at right angles), as grains differ from patch to patch. Both standard deviations are in proportion to the
@@ -22,6 +22,7 @@ import numpy as np
 from rftfit.conventions import BoolArray, FloatArray
 from rftfit.store.chosen import chosen
 
+# limits and shares that were chosen by hand: `measure/chosen.toml`, table `repeats`, says what each decides
 _CHOSEN = chosen("measure", "repeats")
 
 FLOORS = np.array(_CHOSEN.floors)
@@ -75,7 +76,10 @@ def along_and_across(alpha: FloatArray, variance: FloatArray) -> tuple[float, fl
 
 
 def unit_vectors(force: FloatArray) -> FloatArray:
-    """Unit vectors along a `force` of shape (2, ...), then across it, shape (2, 2, ...); along z without a force."""
+    """Unit vectors along a `force` of shape (2, ...), then across it, shape (2, 2, ...); along z without a force.
+
+    Across is the force turned by 90 degrees: (-x, z) for a force (z, x).
+    """
     size = np.hypot(*force)
     along = np.where(size > 0, force, np.array([1.0, 0.0]).reshape(2, *[1] * size.ndim))
     along = along / np.where(size > 0, size, 1.0)

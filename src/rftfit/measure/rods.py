@@ -19,6 +19,7 @@ from rftfit.measure.ledger import RowStatus
 from rftfit.measure.samples import split_runs
 from rftfit.store.chosen import chosen
 
+# limits and shares that were chosen by hand: `measure/chosen.toml`, table `rods`, says what each decides
 _CHOSEN = chosen("measure", "rods")
 
 
@@ -36,7 +37,8 @@ class TareShare(NamedTuple):
 class _Profile(NamedTuple):
     """Means of a push or pull in k steps of depth, each ``step_cm`` high.
 
-    `direction`, `path`: Numbers of its direction and of its path; equal numbers mean the same.
+    `direction`, `path`: Numbers of its direction and of its path; equal numbers mean the same. `tare_run`: run_id of
+    its tare.
     `depth`: cm, shape (k,). `force`, `tare`: Granular force and subtracted tare, z and x, N, shape (2, k).
     `has_samples`: True for steps with enough samples, shape (k,).
     """
@@ -108,12 +110,16 @@ def _estimate_once(profiles: list[_Profile]) -> TareShare | None:
 def _make_profiles(
     fits: pd.DataFrame, tared: pd.DataFrame, windows: pd.DataFrame, tolerance_deg: float
 ) -> list[_Profile]:
-    """Make the profiles of all pushes and pulls that have a tare; see `estimate_share_too_much` for the tables."""
+    """Make the profiles of all pushes and pulls that have a tare; see `estimate_share_too_much` for the tables.
+
+    Only samples that were fitted count. A run without such samples has no profile.
+    """
     is_good = windows["why"].to_numpy() == RowStatus.GOOD
     rows_of_run = split_runs(tared)
     names = ["depth_cm", "force_z_N", "force_x_N", "tare_z_N", "tare_x_N"]
     samples = tared[names].to_numpy(float).T
     steep = fits[fits["direction"].isin(["intrusion", "extraction"]) & (fits["tare_run"] != "")]
+    # number of the direction of each run, and of its path: that of a direction with beta left out
     numbers = (number_rows(rows, tolerance_deg) for rows in (steep, steep.assign(beta_deg=0.0)))
     names_of_runs = zip(steep["run_id"], steep["tare_run"], strict=True)
     profiles = []
@@ -124,6 +130,7 @@ def _make_profiles(
         depth, *forces = samples[:, rows][:, is_good[rows]]
         if not depth.size:
             continue
+        # number of the step of depth that holds each sample
         step = np.maximum((depth / _CHOSEN.step_cm).astype(int), 0)
         counts = np.bincount(step)
         depth_means, *force_means = (

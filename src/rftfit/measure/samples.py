@@ -1,4 +1,4 @@
-"""Long tables of samples of all runs, and the stroke of each run in them.
+"""Long tables of samples of all runs: their columns, the phases of a run, and the stroke of each run in them.
 
 A *long table* holds the samples of all runs of a medium below each other, a row a sample, in the order of recording;
 its categorical column ``run_id`` says whose they are. The *stroke* of a run is the motion that is measured.
@@ -62,10 +62,11 @@ def join_runs(runs: Mapping[str, Mapping[str, np.ndarray]], columns: Sequence[st
 
 
 def split_runs(table: pd.DataFrame) -> dict[str, slice]:
-    """Find the rows of each run, by run_id, in a long table: the rows of a run follow each other."""
+    """Find the rows of each run, by run_id, in a long table, in which the rows of a run follow each other."""
     if table.empty:
         # it comes back from Parquet without categories
         return {}
+    # equal numbers of the categories in sequence are the rows of one run
     run_id = table["run_id"].astype("category").cat
     run_ids, codes = run_id.categories, run_id.codes.to_numpy()
     starts, lengths = find_equal_stretches(codes)

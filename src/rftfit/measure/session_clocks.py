@@ -30,6 +30,7 @@ from rftfit.measure.strokes import IntruderPath
 from rftfit.outputs.dictionary import columns_of
 from rftfit.store.chosen import chosen
 
+# limits and shares that were chosen by hand: `measure/chosen.toml`, table `session_clocks`, says what each decides
 _CHOSEN = chosen("measure", "session_clocks")
 
 Push = dict[Any, Any]
@@ -54,7 +55,7 @@ def align_medium(campaign: Campaign, medium: str) -> pd.DataFrame:
 
 
 def align_pushes(campaign: Campaign, medium: str) -> Iterator[tuple[Run, Alignment | Remark]]:
-    """Align the clocks of each push straight down of a medium by its force, or yield the reason why not."""
+    """Align the clocks of each push straight down of a medium by its force, or yield the remark why that fails."""
     runs = [run for run in campaign.runs_of(medium) if goes_straight_down(run) and not run.excluded]
     for run, logs in read_logs(campaign, runs):
         if not isinstance(logs.force, Log) or not isinstance(logs.motion, Log):

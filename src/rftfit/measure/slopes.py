@@ -22,6 +22,7 @@ import numpy as np
 from rftfit.conventions import BoolArray, FloatArray
 from rftfit.store.chosen import chosen
 
+# limits and shares that were chosen by hand: `measure/chosen.toml`, table `slopes`, says what each decides
 _CHOSEN = chosen("measure", "slopes")
 
 COSINES = 12
@@ -108,7 +109,10 @@ def _orthonormal_columns(rows: FloatArray) -> FloatArray:
 
 
 def _fit_autoregression(residual: FloatArray, order: int) -> FloatArray:
-    """Coefficients of an autoregression of each series (k, n) by the Yule-Walker equations, shape (k, order)."""
+    """Coefficients of an autoregression of each series (k, n) by the Yule-Walker equations, shape (k, order).
+
+    The model: error[t] = sum over lags 1 to `order` of coefficient x error[t - lag] + white noise.
+    """
     n = residual.shape[1]
     products = np.array(
         [

@@ -1,4 +1,4 @@
-"""Find the stretches in which the arm moves, and the stroke among them: the motion that is measured.
+"""Find when the arm moves, and the stroke among its motions; refuse another path, angle or depth than stated.
 
 When does the arm move (`IntruderPath.spans`)? Which of its motions is the push, pull or turn that the row of the run
 sheet means (`find_stroke`)? Is it along the stated path, with the plate at the stated angle? A run that is not is
@@ -29,6 +29,7 @@ from rftfit.measure.flags import Refused
 from rftfit.measure.levels import median
 from rftfit.store.chosen import chosen
 
+# limits and shares that were chosen by hand: `measure/chosen.toml`, table `strokes`, says what each decides
 _CHOSEN = chosen("measure", "strokes")
 
 UNDERGROUND_CM: float = _CHOSEN.underground_cm
@@ -102,6 +103,7 @@ class IntruderPath:
             & (travel_s < 0.5 * rest_s)
             & (last - first >= _CHOSEN.fewest_at_rest)
         )
+        # a joined stretch begins with the first one or behind a rest, and ends before a rest or with the last one
         starts = spans[np.append(True, is_rest), 0]
         ends = spans[np.append(is_rest, True), 1]
         return np.column_stack([starts, ends])
@@ -150,13 +152,16 @@ class IntruderPath:
         """Standard error of the direction that `heading` gives, rad, for a stretch of the length `length_cm`.
 
         That is the direction between the means of two halves of the readings, half the length apart: each mean of n / 2
-        readings has the error noise sqrt(2 / n), their difference noise 2 / sqrt(n).
+        readings has the error noise sqrt(2 / n), their difference noise 2 / sqrt(n), over half the length.
         """
         readings = max(int(np.count_nonzero((self.time >= start) & (self.time <= end))), 1)
         return 4 * self.noise_cm / (length_cm * math.sqrt(readings))
 
     def heading(self, start: float, end: float) -> tuple[float, float]:
-        """Unit vector (x, z) of the direction of a straight stretch, between the mean positions of its two halves."""
+        """Unit vector (x, z) of the direction of a straight stretch from `start` to `end`, s.
+
+        It goes from the mean position of the first half to that of the second, over which noise averages out.
+        """
         halves = np.linspace([start, (start + end) / 2], [(start + end) / 2, end], 101)
         x, z, _ = self.pose_at(halves)
         (x,), (z,) = np.diff(x.mean(axis=0)), np.diff(z.mean(axis=0))
@@ -200,7 +205,8 @@ def _time_at_stated_speed(arm: Arm, x: FloatArray, z: FloatArray, angle: FloatAr
 
 
 def _moving_mean(values: FloatArray, count: int) -> FloatArray:
-    """Mean of `count` values around each, shape (n,); of fewer near the ends."""
+    """Mean of the `count` values around each of `values`, shape (n,); of fewer near the ends."""
+    # sum of the first k values, so that a sum over neighbours is a difference of two
     total = np.concatenate([[0.0], np.cumsum(values)])
     index = np.arange(values.size)
     start = np.maximum(index - count // 2, 0)
@@ -229,6 +235,7 @@ def find_stroke(motion: IntruderPath, spans: FloatArray, run: Run, arm: Arm) -> 
         noise_mm = 10 * motion.noise_cm
         raise Refused("noisy-position", noise_mm=noise_mm, hidden=hidden, most=_MOST_HIDDEN_CM)
     if (lowest := float(mean.z.min())) > -UNDERGROUND_CM:
+        # a path that begins at its lowest point and goes up by more than 1 cm has z downward
         upside_down = mean.z[0] < min(lowest + 0.1, mean.z.max() - 1)
         code = "upside-down" if upside_down else "surface-not-reached"
         raise Refused(code, lowest=lowest, least=-UNDERGROUND_CM)
@@ -266,6 +273,7 @@ def _select_stroke(
 ) -> tuple[float, float]:
     """Return start and end of the stroke whose number the run sheet names, or of the only stroke.
 
+    Refused if the sheet names none of several, or one that is not there. `unit`: Of the lengths, for the message.
     `cure`: Hint that ends the message if there are several strokes and the sheet names none.
     """
     if run.stroke is None and len(strokes) > 1:
@@ -277,9 +285,10 @@ def _select_stroke(
         raise Refused(
             "several-strokes", count=len(strokes), lengths=", ".join(lengths), unit=unit, cure=cure
         )
-    if (run.stroke or 1) > len(strokes):
+    number = run.stroke or 1
+    if number > len(strokes):
         raise Refused("no-such-stroke", wanted=run.stroke, found=len(strokes))
-    return strokes[(run.stroke or 1) - 1][1:]
+    return strokes[number - 1][1:]
 
 
 MIRRORED_CURE = (
@@ -347,7 +356,11 @@ def _stretches_along_path(
 def _split_at_turns(
     motion: IntruderPath, start: float, end: float, least_cm: float
 ) -> list[tuple[float, float]]:
-    """Split a stretch at its turns, back or aside, by more than `least_cm`: an arm may turn without a pause."""
+    """Split a stretch of motion, `start` to `end`, s, where it turns back or aside by more than `least_cm`.
+
+    An arm may turn without a pause, so that one stretch holds a push and the pull behind it. Each part is split again
+    until none turns. Returns start and end of each part, s.
+    """
     inside = slice(
         np.searchsorted(motion.time, start), np.searchsorted(motion.time, end, side="right")
     )
@@ -415,7 +428,7 @@ def _find_corner(x: FloatArray, z: FloatArray, least_cm: float) -> list[int]:
 
 
 def _part_below_surface(motion: IntruderPath, start: float, end: float) -> tuple[float, float]:
-    """Cut a stretch at the surface, if the arm crosses it without a stop; return start and end of the rest, s."""
+    """Cut a stretch at the surface, if the arm crosses it without a stop; return start and end of the part below, s."""
     inside = motion.time[(motion.time > start) & (motion.time < end)]
     time = np.concatenate([[start], inside, [end]])
     z = np.interp(time, motion.time, motion.z)
@@ -461,7 +474,10 @@ def _find_uneven_pushes(motion: IntruderPath) -> list[_StrokeSpan]:
 
 
 def _check_plate(motion: IntruderPath, start: float, end: float, run: Run, arm: Arm) -> None:
-    """Refuse a plate at another angle, or a horizontal run at another depth, than the run sheet states."""
+    """Refuse a plate at another angle, or a horizontal run at another depth, than the run sheet states.
+
+    `start`, `end`: Of the stroke, s; the medians of angle and depth over it count.
+    """
     inside = (motion.time >= start) & (motion.time <= end)
     beta = math.degrees(median(motion.angle[inside]))
     angle_error_deg = abs(float(beta_apart(beta, run.beta_deg)))

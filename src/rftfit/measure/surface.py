@@ -29,6 +29,7 @@ from rftfit.measure.slopes import student_quantile, weighted_sum_variance
 from rftfit.measure.strokes import IntruderPath
 from rftfit.store.chosen import chosen
 
+# limits and shares that were chosen by hand: `measure/chosen.toml`, table `surface`, says what each decides
 _CHOSEN = chosen("measure", "surface")
 
 
@@ -131,10 +132,11 @@ def find_surface(
     onset, noise = _find_onset(depth, force, noise_N)
     fits: list[Surface | None] = []
     for share in _CHOSEN.windows:
-        fit = _fit_change_point(depth, force, onset, share * window_cm)
+        window = share * window_cm
+        fit = _fit_change_point(depth, force, onset, window)
+        # in each pass readings within the toe of the surface found before are left out
         for _ in range(_CHOSEN.passes if toe_cm > 0 else 0):
             if fit is not None:
-                window = share * window_cm
                 fit = _fit_change_point(depth, force, onset, window, fit.depth_cm, toe_cm)
         fits.append(fit)
     # the middle window counts, the others show its bias
@@ -261,7 +263,11 @@ def _design_matrix(depth: FloatArray, surface_depth: float | FloatArray) -> Floa
 
 
 def _misfits(depth: FloatArray, force: FloatArray, trial_depths: FloatArray) -> FloatArray:
-    """Sum of squared residuals for each trial depth of the surface; infinite where the force falls below it."""
+    """Sum of squared residuals for each trial depth of the surface, cm; infinite where the force falls below it.
+
+    All trials are fitted at once. A force that falls below the surface is none of a medium. `depth` (cm), `force` (N):
+    shape (n,). Returns the shape of `trial_depths`, (trials,).
+    """
     design = _design_matrix(depth, trial_depths[:, None])
     transposed = design.transpose(0, 2, 1)
     terms = np.linalg.solve(transposed @ design + 1e-12 * np.eye(3), transposed @ force[:, None])

@@ -1,4 +1,4 @@
-"""Tare: the force of rod and mount, or of a leg in air, subtracted at equal position.
+"""Tare: the force of rod and mount, or of a leg in air, interpolated and subtracted at equal position.
 
 A plate is pushed on a rod, which the medium resists too. A *tare run* repeats the motion with the rod alone (kind
 ``rod``), or turns the leg in air (kind ``leg_air``); column ``tare_run`` of the run sheet names it. `tare_medium`
@@ -186,7 +186,10 @@ def _rms_forces(stroke: StrokeColumns) -> tuple[float, float]:
 
 
 def _tare_of(run: Run, stroke: StrokeColumns, ledger: Ledger) -> Tare | Remark:
-    """Make the tare of a tare run, or return the reason why it cannot be used; enter its rows into the ledger."""
+    """Make the tare of a tare run from its stroke, or return the reason why it cannot be used.
+
+    Its good rows are entered into the ledger, as used for the tare or as dropped.
+    """
     good = stroke["why"] == RowStatus.GOOD
     abscissa, good_samples = abscissa_of(run), int(np.count_nonzero(good))
     if good_samples < 2:
@@ -200,7 +203,10 @@ def _tare_of(run: Run, stroke: StrokeColumns, ledger: Ledger) -> Tare | Remark:
 
 
 def _why_no_curve(why: StatusArray) -> tuple[Remark, ...]:
-    """Return the reason why the tared stroke of a leg has no usable sample; empty if it has some."""
+    """Return the reason why the tared stroke of a leg has no usable sample; empty if it has some.
+
+    It is the most frequent of the reasons of its samples.
+    """
     counts = np.bincount(why, minlength=1)
     if counts[RowStatus.GOOD]:
         return ()

@@ -201,6 +201,7 @@ class Trace:
 
 
 _AIR, _APPROACH, _PAUSE, _STROKE, _OTHER = range(len(PHASES))
+# limits and shares that were chosen by hand: `measure/chosen.toml`, table `trace`, says what each decides
 _CHOSEN = chosen("measure", "trace")
 
 HELD_SE: float = _CHOSEN.held_se
@@ -448,7 +449,7 @@ def _flag_lost_rows(force: Log, motion: Log, *, whole_lines: bool) -> list[Remar
 
 
 def _flag_gaps(stroke_time: FloatArray, max_gap_s: float) -> Iterator[Remark]:
-    """Flag gaps in the times of the stroke, s, that are longer than `max_gap_s`."""
+    """Flag gaps in the force log during the stroke that are longer than `max_gap_s`; `stroke_time`: s, shape (n,)."""
     seconds = np.diff(gaps(stroke_time, max_gap_s), axis=1)
     if seconds.size == 1:
         yield remark("gap", seconds=seconds[0, 0])

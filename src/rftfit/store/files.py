@@ -38,7 +38,10 @@ _cleared: set[Path] = set()
 
 @contextlib.contextmanager
 def atomic_path(target: str | Path) -> Iterator[Path]:
-    """Yield a temporary path in the target's folder, with its suffix; move it over the target on success."""
+    """Yield a temporary path in the target's folder, with its suffix; move it over the target on success.
+
+    The caller writes into that path. After an exception nothing is left of it, and an OSError becomes an `OutputError`.
+    """
     target = Path(target)
     # with the process id, two programs that write the same target have different temporary files
     temporary = target.with_name(f".{target.stem}.{os.getpid()}.part{target.suffix}")

@@ -46,7 +46,10 @@ def unguarded(text: str) -> str:
 
 
 def _change_texts(table: pd.DataFrame, change: Callable[[str], str]) -> pd.DataFrame:
-    """Apply `change` (`guarded` or `unguarded`) to each text of a table; without any change return the table itself."""
+    """Apply `change` (`guarded` or `unguarded`) to each text of a table; without any change return the table itself.
+
+    Of categories only the texts count, so a changed column of categories becomes one of objects.
+    """
     import pandas as pd
 
     changed: dict[str, pd.Series] = {}
@@ -74,7 +77,10 @@ FLOAT_FORMAT = "%.6g"
 
 
 def _round_mixed_columns(table: pd.DataFrame) -> pd.DataFrame:
-    """Round the numbers in columns that also hold texts: to_csv applies `FLOAT_FORMAT` to columns of numbers only."""
+    """Round the numbers in columns that also hold texts to six digits, as `FLOAT_FORMAT` says.
+
+    pandas applies that format in `to_csv` to columns of numbers only.
+    """
 
     def rounded(value: object) -> object:
         return float(FLOAT_FORMAT % value) if isinstance(value, float) else value
