@@ -131,7 +131,7 @@ class MediumMeasurements:
         Keys: `mistake`, `rows`, `log_bayes_factor`, `n_runs`, `run_ids`.
         """
         # the likeliest comes first in the table
-        return next(iter(self.tables["misplaced"].head(1).to_dict("records")), {})
+        return next(iter(self.tables["misplaced"].to_dict("records")), {})
 
 
 COLUMNS = columns_of("checks/{medium}.csv")

@@ -531,8 +531,8 @@ def _describe_together(
     count, start, end = max(stretches, default=(0, 0, 0))
     size = end - start + 1
     if count >= _CHOSEN.fewest_together and size < len(compared_runs):
-        rows: dict[str, Any] = {"first": compared_runs[start].row, "last": compared_runs[end].row}
-        remarks.append(remark("together-rows", count=count, size=size, **rows))
+        first, last = compared_runs[start].row, compared_runs[end].row
+        remarks.append(remark("together-rows", count=count, size=size, first=first, last=last))
     for name in LABELS:
         labels = {str(getattr(sheet[run_id], name)) for run_id in run_ids}
         if len(labels) > 1 or labels == {""}:

@@ -289,8 +289,11 @@ class Comparison:
         head += ["interval", "alpha_x", "interval", "p"]
         rows = []
         for direction in self.directions.head(most or len(self.directions)).to_dict("records"):
-            angles = [f"{direction['beta_deg']:g}", f"{direction['gamma_deg']:.4g}"]
-            cells = [*angles, _cell(direction["depth_cm"], "g")]
+            cells = [
+                f"{direction['beta_deg']:g}",
+                f"{direction['gamma_deg']:.4g}",
+                _cell(direction["depth_cm"], "g"),
+            ]
             for c in "zx":
                 names = (f"difference_{c}{end}_N_per_cm3" for end in ("", "_lo", "_hi"))
                 middle, low, high = (direction[name] for name in names)

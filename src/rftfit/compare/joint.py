@@ -542,7 +542,7 @@ class JointModel:
         model.runs = replace(runs, beta_deg=beta, gamma_deg=gamma, alpha=alpha)
         model.log_jacobian = self.log_jacobian + log_jacobian
         model.transform = transform if self.transform is None else transform @ self.transform
-        if beta is not runs.beta_deg or gamma is not runs.gamma_deg:
+        if cause.moves_angles:
             # the slopes over the angles stay: they need five times as many points of the known shape
             model._sort_into_directions()
             model._set_prior(
@@ -555,9 +555,9 @@ class JointModel:
 
         The scores of a family are correlated normal numbers, so the limit of the largest comes from their correlation.
         """
-        causes = self.causes()
         from scipy.special import ndtri
 
+        causes = self.causes()
         effects = np.column_stack([cause.effect for cause in causes])
         scores, information = self._gaussian(self.theta).score(
             self._residual(self.theta), self._mean(self.theta), effects

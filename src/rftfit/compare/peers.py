@@ -142,10 +142,10 @@ def _smallest_published(beta: FloatArray, gamma: FloatArray) -> FloatArray:
     It is relative to their alpha_z(0, 90 deg), and 0 where the signs differ: any granular medium has at least so much.
     """
     shapes = published_shapes()
-    # alpha of media, shape (media, 2 n), z first
+    # `of_media` returns alpha of media, shape (media, 2 n), z first; level: alpha_z straight down of each
     level = shapes.of_media(np.zeros(1), np.full(1, math.pi / 2))[:, :1]
+    # shape (2, media, n)
     ratios = np.stack(np.split(shapes.of_media(beta, gamma), 2, axis=1)) / level
-    # ratios: shape (2, media, n)
     same_sign = np.abs(np.sign(ratios).sum(axis=1)) == ratios.shape[1]
     return np.where(same_sign, np.sign(ratios[:, 0]) * np.abs(ratios).min(axis=1), 0.0)
 

@@ -49,7 +49,7 @@ def bend_of(depth: FloatArray, stress: FloatArray) -> float:
         return math.nan
     (slope, curvature), *_ = np.linalg.lstsq(np.stack([depth, depth**2], axis=1), stress, None)
     end = float(depth.max())
-    # fitted lift of the line and of the parabola at the deepest sample
+    # stress by the line at the deepest sample
     line = float(zero_intercept(depth, stress[None])[0][0]) * end
     return float(slope * end + curvature * end**2 - line) / line if line else math.nan
 

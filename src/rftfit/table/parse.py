@@ -341,6 +341,7 @@ def _parse_block(layout: Layout, body: bytes) -> list[ParsedRows]:
     if not body.isascii():
         body = MINUS.sub(b"-", body)
     if layout.regrouped:
+        # Arrow would read a regrouped number as another one
         return [_parse_by_hand(layout, body)]
     rows = _parse_fast(layout, body)
     if rows is not None:
