@@ -88,7 +88,7 @@ def choose_pushes(medium: str, goal: str, way: str, repeat: int) -> tuple[int, f
         errors = usual_error(numbers.ravel()).reshape(2, -1)
         current_map = estimate(Pushes.of(beta, gamma, numbers, errors), shapes)
         push_plan = plan(target, current_map, Rig(), 1)
-        width = 100 * push_plan.steps[0].widest
+        width = 100 * push_plan.steps[0].overall
         if width <= GOALS[goal]:
             break
         direction = push_plan.steps[1].directions[0] if way == "planned" else next(order)

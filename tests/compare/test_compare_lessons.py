@@ -66,6 +66,6 @@ def test_a_turn_is_planned_where_it_narrows_more_than_a_push():
     plain = rftfit.plan(leg, count=2)
     weighed = rftfit.plan(leg, count=2, turns=[(leg, motion)])
     assert weighed.steps[2].turn == "reversed_c_leg"
-    assert weighed.steps[2].widest < plain.steps[2].widest
+    assert weighed.steps[2].overall < plain.steps[2].overall
     assert "turn" not in plain.table()
     assert [*weighed.table()["turn"]] == ["", "", "reversed_c_leg"]

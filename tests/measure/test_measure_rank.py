@@ -85,4 +85,4 @@ def test_a_plan_with_exact_pushes(target):
     rig = rftfit.Rig(error_percent=0, least_percent=0, directions=((0.0, 90.0),))
     steps = rftfit.plan(target, rig=rig, count=3).steps
     assert len(steps) == 4
-    assert np.isfinite(steps[-1].widest)
+    assert np.isfinite(steps[-1].overall)

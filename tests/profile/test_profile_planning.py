@@ -71,7 +71,7 @@ def test_what_is_promised_is_found(target):
         pushes = dict(zip(names, [beta_deg, gamma_deg, *measured, *noise], strict=True))
         estimated_map = rftfit.estimate_map(pushes, published_shapes(without=[medium]))
         again = rftfit.plan(plan_target, current_map=estimated_map, count=1)
-        ratios.append(again.steps[0].widest / plan.steps[6].widest)
+        ratios.append(again.steps[0].overall / plan.steps[6].overall)
     # about a tenth less than promised
     assert np.median(ratios) == pytest.approx(0.9, abs=0.15)
     assert max(ratios) < 1.15
@@ -134,11 +134,11 @@ def test_a_horizontal_force_near_zero_does_not_decide():
     straight, near = (rftfit.plan([sole], count=2, motion=motion) for motion in (down, slanted))
     assert straight.steps[1].directions == near.steps[1].directions == ((0.0, 90.0),)
     np.testing.assert_allclose(straight.steps[2].half_width[1], 0, atol=1e-12)
-    assert near.steps[0].widest == pytest.approx(straight.steps[0].widest, rel=0.02)
+    assert near.steps[0].overall == pytest.approx(straight.steps[0].overall, rel=0.02)
     lift = rftfit.predict(rftfit.estimate_map(PUSH), sole, down).iloc[-1]
     of_prediction = (lift["force_z_hi_N"] - lift["force_z_lo_N"]) / 2 / lift["force_z_N"]
     after_push = rftfit.plan([sole], rftfit.estimate_map(PUSH), count=1, motion=down).steps[0]
-    assert after_push.widest == pytest.approx(of_prediction, rel=0.05)
+    assert after_push.overall == pytest.approx(of_prediction, rel=0.05)
     # one push has an error of 5 % by default, two of them its root
     assert straight.steps[2].half_width[0] == pytest.approx(
         straight.steps[1].half_width[0] / np.sqrt(2), rel=0.05
@@ -161,6 +161,6 @@ def test_a_mesh_is_planned_for_as_the_outline_that_it_is_made_of():
     for of_mesh, of_outline in zip(mesh_plan.steps, outline_plan.steps, strict=True):
         np.testing.assert_allclose(of_mesh.half_width, of_outline.half_width, rtol=0.01)
     smooth = rftfit.plan(peaks([mesh], in_space, friction=0.1), count=3)
-    assert abs(smooth.steps[1].widest / mesh_plan.steps[1].widest - 1) > 0.1
+    assert abs(smooth.steps[1].overall / mesh_plan.steps[1].overall - 1) > 0.1
     with pytest.raises(TypeError, match="a mesh moves in space"):
         rftfit.plan(mesh, count=1)

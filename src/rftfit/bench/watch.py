@@ -376,7 +376,7 @@ class Watch:
         medium.before, medium.width, medium.plan = medium.width, np.nan, None
         with suppress(ValueError):  # the target may have no number in this medium
             medium.plan = plan(self.target, current_map, rig, count=3, confidence=confidence)
-            medium.width = 100 * medium.plan.steps[0].widest
+            medium.width = 100 * medium.plan.steps[0].overall
 
     def summary(self, medium: LiveMedium) -> dict[str, Any]:
         """Return the facts of an event about a medium: states of runs, verdict, failed checks, target, next pushes.

@@ -26,7 +26,7 @@ def draw_plan(plan: Plan, medium_map: Map) -> Figure:
     too. `medium_map`: The map that the plan starts from, with the directions already pushed.
     """
     page, ((left_axes, right_axes),) = style.panels([7.0], 2, 7.5)
-    widths = [100 * step.widest for step in plan.steps]
+    widths = [100 * step.overall for step in plan.steps]
     left_axes.plot(range(len(widths)), widths, "o-", color=style.OKABE_ITO["blue"], markersize=3)
     left_axes.set(
         xlabel="further pushes", ylabel=f"half width\n(% of {plan.divisor_name})", yscale="log"

@@ -54,7 +54,8 @@ class Target:
     `parts`: names of the numbers. `numbers`: function that returns them for some alpha and a map. `divisor`: function
     that takes the numbers by the map's own alpha, (t,), and returns what the half width of each is divided by, (t,);
     `divisor_name` says it. `linear`: True where the numbers are linear in alpha. `of_model`: True where the numbers are
-    those of the force model, whose own error no push makes smaller.
+    those of the force model, whose own error no push makes smaller. `components`: how many numbers in turn are components
+    of one force, whose errors add in squares.
     """
 
     name: str
@@ -64,6 +65,7 @@ class Target:
     divisor_name: str
     linear: bool = True
     of_model: bool = True
+    components: int = 1
 
 
 def largest_size(numbers: FloatArray) -> FloatArray:
@@ -196,6 +198,7 @@ def peaks(
         divisor=largest_of_body,
         divisor_name="the largest force on each body",
         linear=friction is None,
+        components=2,
     )
 
 
@@ -242,20 +245,24 @@ class Step:
     """One more push of a plan, or one turn of a body, with the `runs` that it takes.
 
     `directions`: (beta, gamma) in degrees, one, or two where the way back is measured too; empty for a turn, and for
-    the state before the first push. `half_width`: half width of the interval of each part of the target after this
-    step, over the target's divisor; of a part of many numbers, as alpha in all directions, root mean square over them.
-    `turn`: name of the body that is turned; empty for a push.
+    the state before the first push. `half_width`: half width of the interval of each number of the target after this
+    step, over the target's divisor, (t,). `components`: as in `Target`. `turn`: name of the body that is turned; empty
+    for a push.
     """
 
     directions: tuple[tuple[float, float], ...]
     runs: int
     half_width: FloatArray
+    components: int = 1
     turn: str = ""
 
     @property
-    def widest(self) -> float:
-        """Largest of the half widths: a mean would hide the lift of a foot pressed down behind a force sideways of 0."""
-        return float(self.half_width.max())
+    def overall(self) -> float:
+        """One number for all of the target: root mean square over its bodies, directions or speeds.
+
+        The components of a force add: their mean would halve the square of a foot pressed down, without force sideways.
+        """
+        return math.sqrt(self.components * float(np.mean(self.half_width**2)))
 
 
 @dataclass(frozen=True)
@@ -301,15 +308,14 @@ class Plan:
         -------
         pandas.DataFrame
             ``push`` (0: now), ``beta_deg, gamma_deg``, ``way_back`` (whether the plate is also measured
-            on its way back), ``runs`` (of the plan so far), ``half_width_percent`` of the target's interval, the
-            largest of its parts; where turns of bodies were offered too ``turn``, the body.
+            on its way back), ``runs`` (of the plan so far), ``half_width_percent`` of the target's interval, `Step.overall`; where turns of bodies were offered too ``turn``, the body.
         """
         rows, runs = [], 0
         for number, step in enumerate(self.steps):
             runs += step.runs
             beta, gamma = step.directions[0] if step.directions else (np.nan, np.nan)
             back = len(step.directions) > 1
-            rows.append((number, beta, gamma, back, runs, 100 * step.widest))
+            rows.append((number, beta, gamma, back, runs, 100 * step.overall))
         names = ["push", "beta_deg", "gamma_deg", "way_back", "runs", "half_width_percent"]
         table = pd.DataFrame(rows, columns=names)
         turns = [step.turn for step in self.steps]
@@ -328,7 +334,7 @@ class Plan:
                 cells = [f"({push['beta_deg']:g}, {push['gamma_deg']:.4g})", way, f"{push['runs']}"]
             rows.append([str(push["push"]), *cells, f"{push['half_width_percent']:.1f} %"])
         head = ["push", "(beta, gamma), deg", "", "new runs so far", "half width"]
-        widths = [100 * step.widest for step in self.steps]
+        widths = [100 * step.overall for step in self.steps]
         by_alpha, remainder = "", ""
         if self.of_model:
             by_alpha = ", as far as alpha decides"
@@ -347,11 +353,16 @@ class Plan:
                 are = "is" if enough == 1 else "are"
                 enough_for = f"\n{pushes}{in_runs} {are} enough for {self.target} within {limit} %{by_alpha}."
         before = f"{self.made_already} made already" if self.made_already else "none made yet"
-        largest = f", the larger of {'; '.join(self.parts)}" if len(self.parts) > 1 else ""
-        of_map = ", root mean square over all directions" if self.target == WHOLE_MAP.name else ""
+        now = self.steps[0]
+        over = "; ".join(self.parts)
+        together = ""
+        if now.components > 1:
+            together = ", lift and horizontal force together (their squares add)"
+            over = "the bodies"
+        mean = f", root mean square over {over}" if now.half_width.size > now.components else ""
         return (
             f"Pushes for {self.target}, {before}\n\n{format_table(head, rows)}\n\n"
-            f"Half width of the {100 * self.confidence:g} % interval, percent of {self.divisor_name}{largest}{of_map}."
+            f"Half width of the {100 * self.confidence:g} % interval, percent of {self.divisor_name}{together}{mean}."
             f"{enough_for}{remainder}"
         )
 
@@ -471,13 +482,7 @@ def plan(
     # a body that is named twice is offered once
     turns_by_body = {body.name: _make_turn(current_map, body, motion) for body, motion in turns}
     candidates = [*_list_pushes(current_map, rig, noise), *turns_by_body.values()]
-
-    def half_width_of_parts(covariance: FloatArray) -> FloatArray:
-        """Half width of the interval of each part, by the covariance of alpha at the nodes and of the target."""
-        variances = np.maximum(np.diag(covariance)[size:], 0.0).reshape(len(target.parts), -1)
-        return np.asarray(quantile * np.sqrt(variances.mean(axis=1)))
-
-    steps = [Step((), 0, half_width_of_parts(covariance))]
+    steps = [Step((), 0, quantile * np.sqrt(np.diag(covariance)[size:]), target.components)]
     for _ in range(count):
         variance = np.diag(covariance)[size:].sum()
         gains = []
@@ -492,7 +497,9 @@ def plan(
         covariance = covariance - across @ np.linalg.solve(measured, across.T)
         if turn:
             candidates.pop(best)
-        steps.append(Step(directions, runs, half_width_of_parts(covariance), turn))
+        variance_left = np.maximum(np.diag(covariance)[size:], 0.0)
+        half_width = quantile * np.sqrt(variance_left)
+        steps.append(Step(directions, runs, half_width, target.components, turn))
     return Plan(
         target.name,
         target.parts,

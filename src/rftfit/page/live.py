@@ -320,8 +320,8 @@ def _unit_push(results: Results) -> dict[str, Any]:
         "exact": _numbers_of_map(results, exact),
         "next": {
             "direction": step_after.directions[0],
-            "now": step_now.widest,
-            "after": step_after.widest,
+            "now": step_now.overall,
+            "after": step_after.overall,
         },
     }
 
