@@ -36,6 +36,7 @@ def draw_plan(plan: Plan, medium_map: Map) -> Figure:
     left_axes.set_yticks(round_numbers[is_near])
     left_axes.yaxis.set_major_formatter("{x:g}")
     left_axes.minorticks_off()
+    left_axes.xaxis.get_major_locator().set_params(integer=True)
     style.name_column(left_axes, plan.target)
     angle_axes(right_axes)
     # a line without points that is not clipped has no box, and the layout fails
