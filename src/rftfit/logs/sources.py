@@ -85,6 +85,8 @@ def _follow_label(codes: np.ndarray, values: FloatArray, row: np.ndarray) -> boo
     # how far the first reading behind a change is from the line of its label, and from that of the rows before
     from_label, has_label = lines.departure(rank[changes], values[changes], row[changes])
     from_rows, has_rows = lines.departure(rank[changes - 1] + 1, values[changes], row[changes])
+    # the first reading of a label continues no line: the readings sorted before it are of another label
+    has_label &= lines.first[rank[changes]] < rank[changes]
     has_both = has_label & has_rows
     from_label, from_rows = from_label[has_both], from_rows[has_both]
     if from_label.size < _CHOSEN.jumps:
@@ -129,7 +131,8 @@ class _Lines:
         """Return how far m readings are from m lines that are extrapolated to them, and which lines exist, shape (m,).
 
         Line i is fitted by least squares, reading over row, through the last sorted readings before index ``ends[i]``:
-        those of its stretch, but a least and a most number of one label. It exists where these are enough. The distance
+        those of its stretch of rows, but at least `fewest_fitted` and at most `most_fitted`, all of the label of reading
+        ``ends[i] - 1``. It exists where one less than `fewest_fitted` are there. The distance
         is divided by the standard error of a new reading at the extrapolated line for noise of 1, so that it is
         comparable with the noise. `values`, `row`: Readings and their rows in the log, shape (m,).
         """

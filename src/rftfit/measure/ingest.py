@@ -165,7 +165,11 @@ RUN_COLUMNS: dict[str, object] = {
 
 
 def _angles_seen(reasons: Sequence[Remark]) -> dict[str, object]:
-    """Angles of plate and path that a log shows, degrees, where they differ from the run sheet; as columns of a row."""
+    """Angles of plate and path that the log of a refused run shows, degrees, where they differ from the run sheet.
+
+    Keys are columns of the table of runs, from which `checks/sheet.py` finds runs whose angles stand in another row:
+    ``seen_beta_deg``, and ``seen_gamma_deg`` of the longest stretch, to be compared with `Run.motion_gamma_deg`.
+    """
     angles: dict[str, object] = {}
     for reason in reasons:
         if reason.code == "other-angle":

@@ -395,7 +395,10 @@ def _reference_parameters(reference: scaling.Reference, confidence: float) -> di
 
     Zeta is the alpha_z of a penetration test over the mean chi. ``half_chi``: half width from the scatter of chi alone.
     ``half_test``: from the test, if its standard error were as large as its alpha; the script multiplies it by the
-    relative error that a user states, and adds both as squares.
+    relative error that a user states, and adds both as squares. ``student``: quantile of Student's t by which `scaling.js`
+    multiplies the scatter of the shapes of the media. ``m0``: nine terms of the generic profile of zeta 1. ``scaled``:
+    nine terms of each medium over its zeta, (media, 9). ``tables``: measured alpha of each over zeta, which shows what
+    nine terms miss.
     """
     # of tests with alpha_z = 1 N/cm^3, without an error and with one of 1 N/cm^3
     exact, doubtful = (

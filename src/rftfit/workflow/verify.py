@@ -195,7 +195,11 @@ _OF_RESULTS = ("edited", "missing", "new")
 
 
 def _find_outdated(now: Recorded) -> list[OutdatedResult]:
-    """Find what differs from the records of all jobs that made results; without results, the jobs that are not done."""
+    """Find what differs from the records of all jobs that made results; without results, the jobs that are not done.
+
+    The jobs are those of the whole run and those that made a single result by its name. `now.outdated` also has the jobs
+    whose inputs alone are outdated: these have no finding of their own, so that only causes are returned.
+    """
     of_whole_run = now.collect_records()
     findings = [] if of_whole_run else now.findings_of_targets()
     jobs = dict.fromkeys([*of_whole_run, *(record.name for record in now.extra_records.values())])
