@@ -1,7 +1,8 @@
 """Rows of `coefficients.csv` and `penetration.csv`: the nine terms beside the printed ones, zeta and chi, natural sands.
 
-A `MediumFit` is nine terms of one medium by one method (`rftfit.model.scaling`): `full` with all terms, `used` with the
-kept ones alone, `draws` of `used` within the errors of alpha, each in N/cm^3 in the order of `TERMS`. zeta is alpha_z(0,
+A `MediumFit` is nine terms of one medium by one method (`rftfit.model.scaling`): `full` with all terms, `used`
+fitted again with the kept ones alone, `draws` of `used` within the errors of alpha, shape (draws, 9), each in N/cm^3 in
+the order of `TERMS`. zeta is alpha_z(0,
 90 deg) by the fit; chi is alpha_z(0, 90 deg) as measured over zeta.
 """
 

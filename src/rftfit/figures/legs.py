@@ -569,7 +569,7 @@ _RATIO_NAMES = ["ratio", "ratio_lo", "ratio_hi"]
 
 
 def _ratios(rows: pd.DataFrame) -> pd.DataFrame:
-    """Divide the predicted peak and its interval by the measured peak; NaN where the ratio is no positive number.
+    """Divide the predicted peak and its interval by alpha by the measured peak; NaN where the ratio is no positive number.
 
     `rows`: Of ``results/leg_errors.csv``. Returns them with the columns `_RATIO_NAMES`.
     """

@@ -185,7 +185,8 @@ def rolling_rows(
     Columns: unit direction of travel x, y (for a wheel that turns in place its heading); the speed by which the travel
     falls short of `least_travel` of the rim speed (cm/s); and the share to which the track's rule holds, `track`: 1 or
     0, between them for a wheel that has just begun to move. `begun`: from 0 to 1 for such a wheel, whose direction of
-    travel is not yet certain; 1: moving. `velocity` (cm/s), `rate` of turning (rad/s): x, y, z, shape (p, 3).
+    travel is not yet certain; 1: moving. `velocity` of the axle (cm/s), `rate` of turning (rad/s): x, y, z of
+    the world, shape (p, 3).
     `radius_cm`: to the farthest point of the wheel, which moves at the rim speed.
     """
     travel = np.linalg.norm(velocity[:, :2], axis=1)
